@@ -33,7 +33,7 @@ class RecordedContour:
 @contextmanager
 def record_contour(r: Recorder) -> Iterator[RecordedContour]:
     """What runs inside makes a contour; of the state nothing is changed by it but READING_NOTES."""
-    kept = {f.name: getattr(r, f.name) for f in fields(r) if f.name not in READING_NOTES}
+    before = {f.name: getattr(r, f.name) for f in fields(r) if f.name not in READING_NOTES}
     r.moves, r.sides, r.corners, r.markers, r.tracer = [], [], [], [], None
     out = RecordedContour()
     yield out
@@ -44,7 +44,7 @@ def record_contour(r: Recorder) -> Iterator[RecordedContour]:
         m._replace(start=undo(m.start), end=undo(m.end), centre=m.centre and undo(m.centre))
         for m in out.moves
     ]
-    for name, value in kept.items():
+    for name, value in before.items():
         setattr(r, name, value)
 
 

@@ -68,10 +68,10 @@ class CycleCutter:
     @contextmanager
     def feed_at(self, feed: float) -> Iterator[None]:
         """Moves at this feed, mm/min (or mm per turn, as the mode in force has it); the one in force where it is zero."""
-        kept = self.recorder.feed
-        self.recorder.feed = feed or kept
+        before = self.recorder.feed
+        self.recorder.feed = feed or before
         yield
-        self.recorder.feed = kept
+        self.recorder.feed = before
 
     def helix(self, middle: Flat, radius: float, heights: Flat, pitch: float, clockwise: bool) -> None:
         """From the tool's place on the circle, `pitch` mm a turn, from the one height to the other; the last turn is a part of one."""

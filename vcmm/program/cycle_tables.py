@@ -54,14 +54,14 @@ def in_units(length: float, feed: float) -> Conversion:
 class Values:
     """What a cycle is given, by meaning: mm, rad, mm/min. A meaning that its table has not is zero."""
 
-    given: Mapping[str, float]
+    numbers: Mapping[str, float]
 
     def __getitem__(self, name: str) -> float:
-        return self.given.get(name, 0.0)
+        return self.numbers.get(name, 0.0)
 
     def has(self, name: str) -> bool:
         """Whether it was given at all."""
-        return name in self.given
+        return name in self.numbers
 
     def number(self, name: str) -> int:
         """A whole number."""
@@ -69,7 +69,7 @@ class Values:
 
     def without(self, name: str, otherwise: float) -> float:
         """The value; `otherwise` where it is left out."""
-        return self.given.get(name, otherwise)
+        return self.numbers.get(name, otherwise)
 
 
 @dataclass(frozen=True)
@@ -84,20 +84,20 @@ class Cycle(Generic[Primitive]):
         return any(p.name == name for p in self.parameters)
 
     @property
-    def needed(self) -> tuple[str, ...]:
+    def required_names(self) -> tuple[str, ...]:
         """Names of the parameters without which it does not go."""
         return tuple(p.name for p in self.parameters if p.needed)
 
-    def by_name(self, given: Sequence[float | None]) -> dict[str, float]:
+    def by_name(self, arguments: Sequence[float | None]) -> dict[str, float]:
         """Arguments in the order of the manual, by name. What is given beyond the table is left alone."""
-        return {p.name: v for p, v in zip(self.parameters, given) if v is not None}
+        return {p.name: v for p, v in zip(self.parameters, arguments) if v is not None}
 
-    def read(self, given: Mapping[str, float], convert: Conversion) -> Values:
+    def read(self, numbers: Mapping[str, float], convert: Conversion) -> Values:
         """What the parameters mean, of those that are given by name."""
         out: dict[str, float] = {}
         for parameter in self.parameters:
-            if parameter.name in given:
-                out[parameter.meaning] = convert(parameter, given[parameter.name])
+            if parameter.name in numbers:
+                out[parameter.meaning] = convert(parameter, numbers[parameter.name])
             elif not parameter.open:
                 out.setdefault(parameter.meaning, 0.0)
         return Values(out)

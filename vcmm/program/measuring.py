@@ -78,28 +78,28 @@ class MeasuringCycle:
         """Where the tip is when a bore, or a boss from outside, answers at an angle (rad)."""
         over = (*middle, self.r.p[2])
         self.approach(over, (math.cos(angle), math.sin(angle)), size / 2.0, inside)
-        found = self.feeler.rim(middle, size, angle, inside)
+        tip = self.feeler.rim(middle, size, angle, inside)
         self.back(over)
-        return found
+        return tip
 
     def across(self, middle: Flat, axis: int, size: float, inside: bool) -> Flat:
         """Coordinates of two sides along an axis, the positive one first."""
-        over, found = (*middle, self.r.p[2]), []
+        over, sides = (*middle, self.r.p[2]), []
         for side in (1.0, -1.0):
             self.approach(over, (side, 0.0) if axis == 0 else (0.0, side), size / 2.0, inside)
             expected = middle[axis] + side * size / 2.0
-            found.append(self.feeler.surface(axis, expected, side if inside else -side))
+            sides.append(self.feeler.surface(axis, expected, side if inside else -side))
             self.back(over)
-        return found[0], found[1]
+        return sides[0], sides[1]
 
     def along(self, axis: int, stops: Sequence[tuple[float, float, float]]) -> list[float]:
         """Coordinates of a surface along X or Y, at places along the other axis, each with the expected one and the way to it."""
-        start, found = self.r.p, []
+        start, places = self.r.p, []
         for place, expected, sense in stops:
             self.go(at(start, 1 - axis, place))
-            found.append(self.feeler.surface(axis, expected, sense))
+            places.append(self.feeler.surface(axis, expected, sense))
         self.finish(start)
-        return found
+        return places
 
 
 def circle(m: MeasuringCycle, inside: bool, angles: Sequence[float] | None = None) -> Findings:
@@ -112,8 +112,8 @@ def circle(m: MeasuringCycle, inside: bool, angles: Sequence[float] | None = Non
     else:
         tips = [m.rim((x, y), size, angle, inside) for angle in angles]
     m.finish(start)
-    found = m.feeler.circle(tips, inside)
-    return {"size": (size, found.diameter), "x": (x, found.x), "y": (y, found.y)}
+    fit = m.feeler.circle(tips, inside)
+    return {"size": (size, fit.diameter), "x": (x, fit.x), "y": (y, fit.y)}
 
 
 def width(m: MeasuringCycle, inside: bool, axis: int, size: float) -> Findings:
@@ -128,9 +128,9 @@ def rectangle(m: MeasuringCycle, inside: bool) -> Findings:
     """A pocket or stud parallel to the axes: across X, and across Y through the middle found."""
     start, sizes, (x, y) = m.r.p, (m.v["length"], m.v["width"]), m.middle()
     right, left = m.across((x, y), 0, sizes[0], inside)
-    found = (right + left) / 2.0
-    rear, front = m.across((found, y), 1, sizes[1], inside)
+    middle = (right + left) / 2.0
+    rear, front = m.across((middle, y), 1, sizes[1], inside)
     m.finish(start)
     return {
-        "length": (sizes[0], right - left), "width": (sizes[1], rear - front), "x": (x, found), "y": (y, (rear + front) / 2.0)
+        "length": (sizes[0], right - left), "width": (sizes[1], rear - front), "x": (x, middle), "y": (y, (rear + front) / 2.0)
     }  # fmt: skip

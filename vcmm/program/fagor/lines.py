@@ -182,7 +182,7 @@ class FagorLines:
         if repeat:
             self.tell(line, f"N{repeat[0]} behind a canned cycle of Fagor, repeats")
             return []
-        kept = [w for w in out if w[0] not in "ZIJK"]
+        words = [w for w in out if w[0] not in "ZIJK"]
         if "I" not in values or (
             "83" in codes and ("J" not in values or (self.absolute and "Z" not in values))
         ):
@@ -191,20 +191,20 @@ class FagorLines:
             )
             return []
         if "Z" in values:
-            kept.append(("R", values["Z"]))
+            words.append(("R", values["Z"]))
         if "83" in codes:
             peck = abs(float(values["I"]))
             deep = peck * abs(float(values["J"]))
             return [
-                *kept,
+                *words,
                 ("Z", _text((float(values["Z"]) if self.absolute else 0.0) - deep)),
                 ("Q", _text(peck)),
             ]
-        kept.append(("Z", values["I"]))
+        words.append(("Z", values["I"]))
         if values.get("K"):
-            kept.append(("P", _text(float(values["K"]) * (1000.0 if self.old else 10.0))))
-            kept = [("G", "82") if w[0] == "G" and w[1].lstrip("0") == "81" else w for w in kept]
-        return kept
+            words.append(("P", _text(float(values["K"]) * (1000.0 if self.old else 10.0))))
+            words = [("G", "82") if w[0] == "G" and w[1].lstrip("0") == "81" else w for w in words]
+        return words
 
 
 def _text(value: float) -> str:

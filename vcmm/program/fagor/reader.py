@@ -39,5 +39,5 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     program = run(
         made, MILL, replace(setup, unit=setup.unit or 1.0), file, trace
     )  # a Fagor wakes up in mm: G71
-    told = [Assumption(line, what, value) for line, what, value in lines.told]
-    return replace(program, assumed=tuple(sorted([*program.assumed, *told], key=lambda a: a.line)))
+    assumptions = [Assumption(line, what, value) for line, what, value in lines.told]
+    return replace(program, assumed=tuple(sorted([*program.assumed, *assumptions], key=lambda a: a.line)))

@@ -11,11 +11,11 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from vcmm.program.drilling import whole_count
 from vcmm.program.heidenhain.contours import CONTOUR_DATA, NEEDED, ContourCycles
 from vcmm.program.heidenhain.holes import HOLES, OLD_HOLES
-from vcmm.program.heidenhain.machining import MachiningCycle, of_row
+from vcmm.program.heidenhain.machining import MachiningCycle, of_row, read_row
 from vcmm.program.heidenhain.milling import OLD_POCKETS, POCKETS
+from vcmm.program.heidenhain.patterns import PATTERNS
 from vcmm.program.heidenhain.planes import working_plane
 from vcmm.program.heidenhain.text import KlartextReader
 from vcmm.program.heidenhain.threads import THREADS
@@ -78,11 +78,11 @@ class KlartextCycles:
         values = self.q_values(reader, parameters)
         if number == "247":
             self.frames.preset(round(values.get("Q339", 0.0)))
-        elif number in ("220", "221"):
+        elif number in PATTERNS:
             self.pattern(number, values)
         elif number in MACHINING:
             row = MACHINING[number]
-            self.check(number, row.needed, values, column)
+            self.check(number, row.required_names, values, column)
             self.active = MachiningCycle(self.recorder, number, values, of_row(row), self.auto_feed)
             if self.recorder.tracer is not None:
                 self.words = words_of(reader, self.recorder.tracer)
@@ -160,10 +160,10 @@ class KlartextCycles:
             self.recorder.fault(f"cycle {number} repeats a machining cycle, but none is defined")
         heights = {k: values[k] for k in ("Q200", "Q203", "Q204") if k in values}
         c = replace(c, values={**c.values, **heights})
-        data = MachiningCycle(self.recorder, number, values, _missing)
+        row = PATTERNS[number]
         over = c.second if round(values.get("Q301", 1.0)) == 1 else c.clearance
         c.to(None, None, c.second, True)
-        for a, b in circle_points(data) if number == "220" else row_points(data):
+        for a, b in row.primitive(read_row(self.recorder, row, values)):
             c.to(a, b, None, True)
             self.run(c)
             c.to(None, None, over, True)
@@ -216,11 +216,11 @@ class KlartextCycles:
             return
         if self.active is None or self.active.number != number:
             raise reader.fault(f"CYCL DEF {number}.{part} has no CYCL DEF {number}.0 before it")
-        found = _numbers(reader)
+        numbers = _numbers(reader)
         blocks = OLD[number].blocks
         names = blocks[part - 1] if part <= len(blocks) else ()
-        values = {**self.active.values, **dict(zip(names, (v for k, v in found if k != "DR")))}
-        values.update({k: v for k, v in found if k in ("X", "Y", "DR")})
+        values = {**self.active.values, **dict(zip(names, (v for k, v in numbers if k != "DR")))}
+        values.update({k: v for k, v in numbers if k in ("X", "Y", "DR")})
         self.active = replace(self.active, values=values)
 
     def wait(self, reader: KlartextReader) -> None:
@@ -267,32 +267,6 @@ class KlartextCycles:
             r.tracer.cycle = self.words
         c.action(c)
         r.marker = ""
-
-
-def circle_points(c: MachiningCycle) -> list[tuple[float, float]]:
-    """220: Q241 points on a circle of diameter Q244 about Q216, Q217, from Q245 by Q247, or evenly to Q246."""
-    count, first, span = whole_count(c.plain("Q241")), c.plain("Q245"), c.plain("Q246") - c.plain("Q245")
-    closed = abs(abs(span) - 360.0) < 1e-9
-    step = c.plain("Q247") or span / max(count if closed else count - 1, 1)
-    angles = [math.radians(first + k * step) for k in range(count)]
-    a, b, radius = c.mm("Q216"), c.mm("Q217"), c.mm("Q244") / 2.0
-    return [(a + radius * math.cos(w), b + radius * math.sin(w)) for w in angles]
-
-
-def row_points(c: MachiningCycle) -> list[tuple[float, float]]:
-    """221: Q243 rows of Q242 points, Q238 and Q237 apart, from Q225, Q226, turned about it by Q224; to and fro."""
-    out, w = [], math.radians(c.plain("Q224"))
-    columns, lines = whole_count(c.plain("Q242")), whole_count(c.plain("Q243", 1.0))
-    for line in range(lines):
-        for k in range(columns) if line % 2 == 0 else reversed(range(columns)):
-            x, y = k * c.mm("Q237"), line * c.mm("Q238")
-            out.append(
-                (
-                    c.mm("Q225") + x * math.cos(w) - y * math.sin(w),
-                    c.mm("Q226") + x * math.sin(w) + y * math.cos(w),
-                )
-            )
-    return out
 
 
 def _feed_word(reader: KlartextReader) -> float:

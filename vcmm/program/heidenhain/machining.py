@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from vcmm.program.cutter import CycleCutter
 from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
@@ -75,10 +75,10 @@ class MachiningCycle:
         """Moves at the first of these feeds that is not zero, mm/min, that of TOOL CALL for FAUTO; yields whether that is rapid."""
         r, feed = self.recorder, next(filter(None, feeds), 0.0)
         feed = (self.auto_feed or 0.0) if math.isnan(feed) else feed
-        kept, mode = r.feed, r.feed_mode
+        before, mode = r.feed, r.feed_mode
         r.feed, r.feed_mode = feed, "G94"
         yield math.isinf(feed)
-        r.feed, r.feed_mode = kept, mode
+        r.feed, r.feed_mode = before, mode
 
     @property
     def cutter(self) -> CycleCutter:
@@ -122,11 +122,11 @@ def blockwise(parameters: str, primitive: KlartextPrimitive) -> BlockwiseCycle:
     return BlockwiseCycle(blocks, cycle(parameters.replace(";", ",").replace("|", ","), primitive))
 
 
+def read_row(r: Recorder, row: Cycle[Any], values: Mapping[str, float]) -> Values:
+    """What a cycle of a table is given; feeds of programs in inches count 0.1 inch/min."""
+    return row.read(values, in_units(r.unit, 2.54 if r.unit > 1.0 else 1.0))
+
+
 def of_row(row: Cycle[KlartextPrimitive]) -> Action:
-    """What a cycle of a table does with the parameters that it is given."""
-
-    def act(c: MachiningCycle) -> None:
-        inches = c.recorder.unit > 1.0
-        row.primitive(c, row.read(c.values, in_units(c.recorder.unit, 2.54 if inches else 1.0)))
-
-    return act
+    """What a cycle of a table does."""
+    return lambda c: row.primitive(c, read_row(c.recorder, row, c.values))

@@ -202,19 +202,19 @@ class _Runner:
         reader.accept("PROBE")
         number, column = reader.upper(), reader.column
         probing = self.probing
-        known = int(number) if number.isdigit() else 0
-        if number in ("0.0", "0.1") or known in CYCLES:
+        code = int(number) if number.isdigit() else 0
+        if number in ("0.0", "0.1") or code in CYCLES:
             reader.at += 1
         if number == "0.0":
             probing.first(reader)
         elif number == "0.1":
             probing.second(reader)
-        elif known in CYCLES:
+        elif code in CYCLES:
             values = self.parameters.values
-            touch_cycle(self.recorder, values, known, self.paths.cycles.q_values(reader, values), column)
+            touch_cycle(self.recorder, values, code, self.paths.cycles.q_values(reader, values), column)
         else:
             reader.rest()
-            why = f" ({LATER[known]})" if known in LATER else ""
+            why = f" ({LATER[code]})" if code in LATER else ""
             self.recorder.assume(
                 f"TCH PROBE {number}", "passed over: nothing is probed, its results are 0",
                 f"TCH PROBE {number}{why} is not understood; known are 0, {', '.join(map(str, CYCLES))}: probe with these, or take it out",
@@ -393,8 +393,8 @@ class _Runner:
         reader.expect(":", f"after FN {code}")
         if not 9 <= code <= 12:
             return self.parameters.function(reader, code, column)
-        kept = self.parameters.condition(reader)
+        holds = self.parameters.condition(reader)
         target = self.find(reader)
-        if kept:
+        if holds:
             self.at = target
         return False

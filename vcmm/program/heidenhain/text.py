@@ -128,14 +128,14 @@ def blocks_of(text: str) -> list[KlartextBlock]:
             blocks.append(plain)
             continue
         line = [t._replace(line=at) for t in tokenize(written)] if isinstance(written, str) else written
-        kept = [t for t in line if t.kind not in ("space", "comment")]
-        continued = remark and not (kept and kept[0].kind == "number")
+        tokens = [t for t in line if t.kind not in ("space", "comment")]
+        continued = remark and not (tokens and tokens[0].kind == "number")
         remark = False
-        if not row and (continued or _is_structure(kept)):
+        if not row and (continued or _is_structure(tokens)):
             remark = continued and _goes_on(line)
             continue
         goes_on = _goes_on(line)
-        row += _pieces([t for t in kept if t.text != "~"])
+        row += _pieces([t for t in tokens if t.text != "~"])
         if goes_on and all(t.kind == "number" for t in row):
             row, remark = [], True
         elif not goes_on and row:

@@ -30,19 +30,19 @@ class TouchRow(NamedTuple):
 
 
 def touch_cycle(
-    r: Recorder, values: dict[str, float], number: int, given: Mapping[str, float], column: int
+    r: Recorder, values: dict[str, float], number: int, parameters: Mapping[str, float], column: int
 ) -> None:
     """Runs a cycle of CYCLES with its parameters in the unit of the program. Raises ProgramFault."""
     row, results, then = CYCLES[number]
-    c = TouchCycle(r, row.read(given, in_units(r.unit, r.unit)), column, values, number, given)
+    c = TouchCycle(r, row.read(parameters, in_units(r.unit, r.unit)), column, values, number, parameters)
     with measuring_cycle(r, f"TCH PROBE {number}", FEED):
-        c.check(*row.needed)
-        found = row.primitive(c)
+        c.check(*row.required_names)
+        findings = row.primitive(c)
         for name, _, meaning in (word.partition("=") for word in results.split()):
-            should, reads = found[meaning.lstrip("-")]
+            should, reads = findings[meaning.lstrip("-")]
             value = reads - should if meaning.startswith("-") else reads
             values[name] = value if meaning == "angle" else value / r.unit
-        then(c, found)
+        then(c, findings)
 
 
 # -- what is measured -----------------------------------------------------------------------------------------------------
@@ -78,8 +78,8 @@ def _two_holes(c: TouchCycle) -> Findings:
 
 def _middle(c: TouchCycle, inside: bool) -> Findings:
     """A slot, a ridge."""
-    found = width(c, inside, c.axis(2), c.v["size"])
-    return {**found, "middle": found["xy"[c.axis(2)]]}
+    findings = width(c, inside, c.axis(2), c.v["size"])
+    return {**findings, "middle": findings["xy"[c.axis(2)]]}
 
 
 def _corner(c: TouchCycle) -> Findings:
@@ -95,10 +95,10 @@ def _corner(c: TouchCycle) -> Findings:
 
 def _pitch_circle(c: TouchCycle) -> Findings:
     """The middle of the circle through three holes at the angles Q291, Q292, Q293."""
-    found, half = [], c.v["size"] / 2.0
+    middles, half = [], c.v["size"] / 2.0
     for angle in (math.radians(c.v[name]) for name in ("one", "two", "three")):
-        found.append((*c.hole(c.v["x"] + half * math.cos(angle), c.v["y"] + half * math.sin(angle)), 0.0))
-    made = c.feeler.circle(found, True)
+        middles.append((*c.hole(c.v["x"] + half * math.cos(angle), c.v["y"] + half * math.sin(angle)), 0.0))
+    made = c.feeler.circle(middles, True)
     return {"x": (0.0, made.x), "y": (0.0, made.y), "size": (0.0, made.diameter - 2.0 * c.feeler.radius)}
 
 
@@ -123,9 +123,9 @@ def _height(c: TouchCycle) -> Findings:
 def _along(c: TouchCycle) -> Findings:
     """A surface along Q272 in sense Q267, at Q263, Q264 and the height Q261."""
     axis, sense, spot = c.axis(3), c.sense(), (c.v["x"], c.v["y"])
-    found = c.top(*spot, c.v["height"], sense) if axis == 2 else c.coordinate(spot, axis, sense)
+    reads = c.top(*spot, c.v["height"], sense) if axis == 2 else c.coordinate(spot, axis, sense)
     c.leave()
-    return {"place": (0.0, found)}
+    return {"place": (0.0, reads)}
 
 
 def _slot(c: TouchCycle) -> Findings:
@@ -153,29 +153,29 @@ def _width_of(c: TouchCycle, low: float, high: float) -> Findings:
 
 
 # -- what the machine sets by it ------------------------------------------------------------------------------------------
-def _set_datum(c: TouchCycle, found: Findings) -> None:
-    c.datum([found["x"][1], found["y"][1], None], [c.v["new_x"], c.v["new_y"], None])
+def _set_datum(c: TouchCycle, findings: Findings) -> None:
+    c.datum([findings["x"][1], findings["y"][1], None], [c.v["new_x"], c.v["new_y"], None])
 
 
-def _set_axis(c: TouchCycle, found: Findings) -> None:
+def _set_axis(c: TouchCycle, findings: Findings) -> None:
     """The axis along which it measured; it then reads Q405 (slot, ridge), Q333."""
-    (reads,) = (found[k][1] for k in ("middle", "place", "z") if k in found)
-    axis = 2 if "z" in found else c.axis(3)
-    new = c.v["new"] if "middle" in found else c.v["new_z"]
+    (reads,) = (findings[k][1] for k in ("middle", "place", "z") if k in findings)
+    axis = 2 if "z" in findings else c.axis(3)
+    new = c.v["new"] if "middle" in findings else c.v["new_z"]
     c.datum([reads if k == axis else None for k in range(3)], [new if k == axis else None for k in range(3)])
 
 
-def _set_turn(c: TouchCycle, found: Findings) -> None:
-    c.turn(found["angle"][1])
+def _set_turn(c: TouchCycle, findings: Findings) -> None:
+    c.turn(findings["angle"][1])
 
 
-def _set_corner(c: TouchCycle, found: Findings) -> None:
+def _set_corner(c: TouchCycle, findings: Findings) -> None:
     """The datum, and a basic rotation before it where Q304 = 1 asks for it."""
-    spot: Flat = (found["x"][1], found["y"][1])
+    spot: Flat = (findings["x"][1], findings["y"][1])
     if c.v["turns"]:
         here = c.r.world.apply((*spot, c.r.p[2]))
-        c.values["Q150"] = found["turn"][1]
-        c.turn(found["turn"][1])
+        c.values["Q150"] = findings["turn"][1]
+        c.turn(findings["turn"][1])
         spot = c.r.world.undo(here)[:2]
     c.datum([*spot, None], [c.v["new_x"], c.v["new_y"], None])
 

@@ -18,11 +18,11 @@ FARTHEST = 130.0  # mm that a touch goes without an answer: DIST of the touch pr
 
 @dataclass(eq=False)
 class TouchCycle(MeasuringCycle):
-    """One cycle. given: its parameters as programmed; values: Q parameters of the program, where results go."""
+    """One cycle. parameters: its parameters as programmed; values: Q parameters of the program, where results go."""
 
     values: dict[str, float]
     number: int
-    given: Mapping[str, float]
+    parameters: Mapping[str, float]
 
     # -- ways --
     def leave(self) -> None:
@@ -67,9 +67,9 @@ class TouchCycle(MeasuringCycle):
     def top(self, x: float, y: float, expected: float, sense: float = -1.0) -> float:
         """Of a surface square to Z, from above."""
         self.stand(x, y, expected - sense * (CLEARANCE + self.v["clear"]))
-        found = self.feeler.surface(2, expected, sense)
+        reads = self.feeler.surface(2, expected, sense)
         self.leave()
-        return found
+        return reads
 
     def angles(self) -> list[float]:
         """Of the touches of a circle, rad: four, or Q423 = 3, from Q325 on, Q247 apart."""
@@ -93,8 +93,8 @@ class TouchCycle(MeasuringCycle):
                     self.column,
                 )
         self.leave()
-        found = self.feeler.circle([t for t in tips if t is not None], True)
-        return found.x, found.y
+        fit = self.feeler.circle([t for t in tips if t is not None], True)
+        return fit.x, fit.y
 
     # -- what the machine sets --
     def preset(self) -> str:
@@ -110,13 +110,13 @@ class TouchCycle(MeasuringCycle):
 
     def datum(self, reads: Sequence[float | None], should: Sequence[float | None]) -> None:
         """What is found reads so from here on, and the touch probe axis too where Q381 = 1 asks for it."""
-        found, wanted = [*reads], [*should]
+        actual, wanted = [*reads], [*should]
         if self.v["also_z"]:
             self.check("Q382", "Q383", "Q384")
-            found[2], wanted[2] = self.top(self.v["z_x"], self.v["z_y"], self.v["z_z"]), self.v["new_z"]
+            actual[2], wanted[2] = self.top(self.v["z_x"], self.v["z_y"], self.v["z_z"]), self.v["new_z"]
         name = self.preset()
         if name:
-            correct_zero(self.r, name, found, wanted)
+            correct_zero(self.r, name, actual, wanted)
             self.r.refresh()
 
     def turn(self, degrees: float) -> None:
@@ -128,7 +128,7 @@ class TouchCycle(MeasuringCycle):
 
     # -- what is said --
     def check(self, *needed: str) -> None:
-        missing = next((name for name in needed if name not in self.given), None)
+        missing = next((name for name in needed if name not in self.parameters), None)
         if missing:
             self.r.fault(f"TCH PROBE {self.number} needs {missing}; add it", self.column)
 

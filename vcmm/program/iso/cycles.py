@@ -119,11 +119,11 @@ def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
     """R and depth: the words as given stay in force, and are checked."""
     letter = AXES[normal]
     half = 0.5 if letter == "X" and c.diametral() else 1.0
-    for kept, word, factor in (("Z", letter, half), ("R", "R", 1.0)):
+    for meaning, word, factor in (("Z", letter, half), ("R", "R", 1.0)):
         number = w.take(word)
         if number is not None:
-            c.cycle[kept] = length(c, w, word, number) * factor
-            c.counted_on = c.counted_on - {kept} if c.absolute else c.counted_on | {kept}
+            c.cycle[meaning] = length(c, w, word, number) * factor
+            c.counted_on = c.counted_on - {meaning} if c.absolute else c.counted_on | {meaning}
     number = w.take("UVW"[normal]) if c.language.lathe else None
     if number is not None:  # from R to the bottom
         c.cycle["Z"], c.counted_on = length(c, w, "UVW"[normal], number) * half, c.counted_on | {"Z"}
@@ -162,7 +162,7 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
     if c.language.words == "macro":
         for letter in unused:
             pass_over(c, f"{letter}{w.words[letter].text}", w.column(letter))
-    missing = [letter for letter in row.needed if letter not in c.cycle]
+    missing = [letter for letter in row.required_names if letter not in c.cycle]
     if missing and c.language.words == "o":
         meaning = "the depth of a peck" if missing[0] == "Q" else "the dwell in seconds"
         c.fault(f"{code} needs {missing[0]}, {meaning}; add it")

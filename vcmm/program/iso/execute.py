@@ -322,11 +322,11 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
 
             thread_cycle(c, w)
         else:
-            kept = c.plane
+            before = c.plane
             if c.language.lathe:
                 mode, c.plane = lathe_cycle(c, mode)
             drill(c, w, mode)
-            c.plane = kept
+            c.plane = before
         c.marker = ""
 
 

@@ -148,8 +148,8 @@ def _plunge(c: IsoControl, start: Flat, end: float, along: int, peck: float, bac
 # -- threads ----------------------------------------------------------------------------------------------------------
 def thread(c: IsoControl, w: IsoWords, v: Values) -> None:
     """The first block says how many finishing passes there are, the angle, the least depth of a pass and the allowance."""
-    kept, (start, end) = Values(c.turning_words), _ends(c, w)
-    digits = f"{kept.number('digits'):06d}"  # passes, chamfer, angle
+    setting, (start, end) = Values(c.turning_words), _ends(c, w)
+    digits = f"{setting.number('digits'):06d}"  # passes, chamfer, angle
     angle = v.without("angle", float(digits[4:6]))
     height, first = v["height"], v["first"]
     if height <= 0 or first <= 0:
@@ -158,7 +158,7 @@ def thread(c: IsoControl, w: IsoWords, v: Values) -> None:
         )
     side = 1.0 if end[0] < start[0] else -1.0
     slope = math.tan(math.radians(angle) / 2.0) * math.copysign(1.0, end[1] - start[1])
-    for depth in _thread_depths(c, height, first, kept, int(digits[:2])):
+    for depth in _thread_depths(c, height, first, setting, int(digits[:2])):
         x, z = end[0] + side * (height - depth), start[1] + slope * depth
         to_tip(c, (start[0], z), True)
         to_tip(c, (x + v["taper"], z), True)
@@ -167,9 +167,9 @@ def thread(c: IsoControl, w: IsoWords, v: Values) -> None:
         to_tip(c, start, True)
 
 
-def _thread_depths(c: IsoControl, height: float, first: float, kept: Values, last: int) -> list[float]:
+def _thread_depths(c: IsoControl, height: float, first: float, setting: Values, last: int) -> list[float]:
     """Depths of the passes: first sqrt(n), at least `least` more each, to the height less the allowance, then `last` ones."""
-    least, allowance = kept["least"], kept["allowance"]
+    least, allowance = setting["least"], setting["allowance"]
     out, depth, n = [], 0.0, 0
     while depth < height - allowance - 1e-9:
         n += 1
@@ -195,7 +195,7 @@ def groove(c: IsoControl, w: IsoWords, code: str) -> None:
     """A block with one of these cycles."""
     row = GROOVING[code]
     if not any(w.has(k) for k in "XZUW"):
-        c.turning_words = dict(read_words(c, w, row.first).given)
+        c.turning_words = dict(read_words(c, w, row.first).numbers)
         return
     form = row.single if any(w.has(k) for k in row.key) else row.second
     assert form.primitive is not None

@@ -54,7 +54,7 @@ def _warn_pointless(c: IsoControl, w: IsoWords, letter: str, number: float) -> N
 
 def read_words(c: IsoControl, w: IsoWords, row: Cycle[Any]) -> Values:
     """What the words of a block mean to a cycle."""
-    given = {p.name: value for p in row.parameters if (value := w.take(p.name)) is not None}
+    numbers = {p.name: value for p in row.parameters if (value := w.take(p.name)) is not None}
 
     def convert(parameter: CycleParameter, value: float) -> float:
         name, kind = parameter.name, parameter.kind
@@ -67,7 +67,7 @@ def read_words(c: IsoControl, w: IsoWords, row: Cycle[Any]) -> Values:
             return length(c, w, name, value) * (0.5 if kind == "radius" and c.diametral() else 1.0)
         return math.radians(value) if kind == "deg" else value
 
-    return row.read(given, convert)
+    return row.read(numbers, convert)
 
 
 def waiting(c: IsoControl, w: IsoWords, number: float) -> float:

@@ -72,16 +72,16 @@ class MacroCall(MeasuringCycle):
             )
         return math.copysign(1.0, way)
 
-    def report(self, found: Findings) -> None:
+    def report(self, findings: Findings) -> None:
         """Results and their errors, and the work offset that is corrected by those of the axes."""
         c = self.r
-        for meaning, (should, reads) in found.items():
+        for meaning, (should, reads) in findings.items():
             unit = 1.0 if "angle" in meaning else c.unit
             self.put(RESULTS[meaning][0], reads / unit)
             self.put(RESULTS[meaning][1], (reads - should) / unit)
-        name = self.corrected_offset() if any(k in found for k in "xyz") else ""
+        name = self.corrected_offset() if any(k in findings for k in "xyz") else ""
         if name:
-            ends = [found.get(k, (None, None)) for k in "xyz"]
+            ends = [findings.get(k, (None, None)) for k in "xyz"]
             correct_zero(c, name, [reads for _, reads in ends], [should for should, _ in ends])
             c.rebuild()
 
@@ -110,22 +110,22 @@ class Macro(NamedTuple):
     needs: tuple[str, ...] = ()
 
 
-def measuring_macro(c: IsoControl, number: int, given: Mapping[int, float], column: int) -> bool:
+def measuring_macro(c: IsoControl, number: int, arguments: Mapping[int, float], column: int) -> bool:
     """Runs the macro of that number; False where it is none of these."""
     if number in LATER:
-        known = ", ".join(f"P{k}" for k in sorted(MACROS))
+        numbers = ", ".join(f"P{k}" for k in sorted(MACROS))
         c.assume(
             f"G65 P{number} ({LATER[number]})", "passed over: nothing is probed",
-            f"G65 P{number} ({LATER[number]}) is not understood; known are {known}: measure with these, or put the macro itself beside the program, as O{number}.nc",
+            f"G65 P{number} ({LATER[number]}) is not understood; known are {numbers}: measure with these, or put the macro itself beside the program, as O{number}.nc",
             column=column,
         )  # fmt: skip
     if number not in MACROS:
         return number in LATER
     c.column, (row, needs) = column, MACROS[number]
-    words = {letter: given[n] for letter, n in NUMBER.items() if n in given}
+    words = {letter: arguments[n] for letter, n in NUMBER.items() if n in arguments}
     m = MacroCall(c, row.read(words, in_units(c.unit, c.unit)), column)
     with measuring_cycle(c, f"G65 P{number}", m.v["feed"] or FEED):
-        for k, name in enumerate(row.needed):
+        for k, name in enumerate(row.required_names):
             if name not in words:
                 raise BlockFault(column, needs[min(k, len(needs) - 1)])
         m.report(row.primitive(m) or {})
@@ -184,9 +184,9 @@ def _angle(m: MacroCall) -> Findings:
     apart, expected, place = m.v["apart"], m.v["XY"[axis]], m.r.p[1 - axis]
     sense, along = m.sense(axis, expected), m.v.without("angle", 0.0 if axis == 1 else 90.0)
     lean = math.tan(math.radians(along if axis == 1 else 90.0 - along))
-    found = m.along(axis, [(place + k * apart, expected + k * apart * lean, sense) for k in (-0.5, 0.5)])
-    step = found[1] - found[0]
-    m.put(RESULTS["xy"[axis]][0], sum(found) / 2.0 / m.r.unit)
+    places = m.along(axis, [(place + k * apart, expected + k * apart * lean, sense) for k in (-0.5, 0.5)])
+    step = places[1] - places[0]
+    m.put(RESULTS["xy"[axis]][0], sum(places) / 2.0 / m.r.unit)
     return {"angle": (along, math.degrees(math.atan2(step, apart) if axis == 1 else math.atan2(apart, step)))}
 
 

@@ -47,7 +47,7 @@ def thread_cycle(c: IsoControl, w: IsoWords) -> None:
     if c.compensation is not None:
         raise BlockFault(column, "G76 while cutter radius compensation is on; cancel it with G40 before")
     end = _end(c, w, column)
-    for name in THREAD.needed:
+    for name in THREAD.required_names:
         w.need(name, f"G76 needs P, Z, I, J and K; {name} is absent", column)
     v = read_words(c, w, THREAD)
     _check(w, v)

@@ -38,25 +38,25 @@ def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) ->
 def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callable[[int], None]) -> None:
     c, column = r.c, w.g_columns["turning"]
     if not (w.has("P") and w.has("Q")):  # the first of two blocks
-        c.turning_words = dict(read_words(c, w, CONTOURED[code].first).given)
+        c.turning_words = dict(read_words(c, w, CONTOURED[code].first).numbers)
         return
     first, last = (_line(r, w, k, here, column) for k in "PQ")
     if last < first:
         raise BlockFault(column, f"{code}: the block of Q stands before that of P; correct them")
-    kept, c.turning_words = Values(c.turning_words), {}
+    setting, c.turning_words = Values(c.turning_words), {}
     if code == "G70":
         _finish(r, first, last, run)
         return
-    v = read_words(c, w, CONTOURED[code].second if kept.given else CONTOURED[code].single)
-    depth = 1.0 if code == "G73" else v.without("depth", kept["depth"])
+    v = read_words(c, w, CONTOURED[code].second if setting.numbers else CONTOURED[code].single)
+    depth = 1.0 if code == "G73" else v.without("depth", setting["depth"])
     if depth <= 0:
         raise BlockFault(column, f"{code} has no depth of cut; add {code} U2. R1. before it, or D in it")
-    rough = Rough(depth, kept["back"], v["x"] / 2.0, v["z"])
+    rough = Rough(depth, setting["back"], v["x"] / 2.0, v["z"])
     start, moves = (c.tip()[0], c.tip()[2]), _contour(r, first, last, run)
     if len(moves) < 2:
         raise BlockFault(column, f"{code}: the blocks of P to Q make no contour; correct them")
     if code == "G73":
-        _pattern(c, moves, rough, kept if kept.given else v)
+        _pattern(c, moves, rough, setting if setting.numbers else v)
     else:
         order = "XZ" if code == "G71" else "ZX"
         to_tip(c, (start[0] + rough.x, start[1] + rough.z), True)

@@ -27,9 +27,9 @@ def mill_contour(m: MillingCall, v: Values) -> None:
     check(m, v)
     name = next((evaluate(a, m.runner) for a in m.item.arguments or () if a is not None), "")
     r, c = m.paths.r, m.cutter
-    kept, r.feed = r.feed, r.feed or v["FFP1"] or None  # a contour without F
+    before, r.feed = r.feed, r.feed or v["FFP1"] or None  # a contour without F
     moves = contour_moves(m.paths, m.runner, str(name), m.item)
-    r.feed = kept
+    r.feed = before
     if moves is None:
         return
     rough = v.number("VARI") % 10 == 1

@@ -26,10 +26,12 @@ def arguments_of(runner: SinumerikRunner, item: Item) -> list[float | None]:
     return [None if isinstance(v, str) else v for v in values]
 
 
-def tolerance(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Sequence[float | None]) -> None:
+def tolerance(
+    i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]
+) -> None:
     """CYCLE832(tolerance, mode): the contour tolerance, mm; mode 0 switches it off."""
-    value = given[0] if given else None
-    off = value is None or (len(given) > 1 and given[1] == 0)
+    value = arguments[0] if arguments else None
+    off = value is None or (len(arguments) > 1 and arguments[1] == 0)
     i.r.tolerance = None if off or value is None else value * i.r.unit
 
 
@@ -45,6 +47,6 @@ def run(i: SinumerikPaths, runner: SinumerikRunner, item: Item, line: int = 0) -
 
 
 CYCLES: Mapping[str, Cycle] = {
-    **dict.fromkeys(DRILLING, drill), "CYCLE832": tolerance, "CYCLE800": lambda i, runner, item, given: swivel(i, item, given),
+    **dict.fromkeys(DRILLING, drill), "CYCLE832": tolerance, "CYCLE800": lambda i, runner, item, arguments: swivel(i, item, arguments),
     **dict.fromkeys(PATTERNS, visit), **dict.fromkeys(MILLING, mill), **dict.fromkeys(TURNING, turn), **dict.fromkeys(MEASURED, measure),
 }  # fmt: skip

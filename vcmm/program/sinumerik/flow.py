@@ -349,10 +349,10 @@ class SinumerikRunner:
     def call(self, item: Item, times: int = 1) -> None:
         """A subprogram, by name; VAR parameters are copied back."""
         section = self.sections[item.name]
-        given = item.arguments or ()
-        if len(given) > len(section.parameters):
+        arguments = item.arguments or ()
+        if len(arguments) > len(section.parameters):
             raise BlockFault(
-                item.first, f"{item.name} takes {len(section.parameters)} arguments, got {len(given)}"
+                item.first, f"{item.name} takes {len(section.parameters)} arguments, got {len(arguments)}"
             )
         if len(self.scopes) > DEEPEST:
             raise BlockFault(
@@ -363,22 +363,22 @@ class SinumerikRunner:
         r.file = section.file or file
         caller = self.current
         for _ in range(self.bound_repetitions(times, item.first)):
-            self.scopes.append(self._scope(section, given))
+            self.scopes.append(self._scope(section, arguments))
             self.run(section)
-            self._back(section, given, self.scopes.pop())
+            self._back(section, arguments, self.scopes.pop())
         r.source, r.file, self.current = source, file, caller
 
-    def _scope(self, section: Section, given: Sequence[Value | None]) -> dict[str, Variable]:
+    def _scope(self, section: Section, arguments: Sequence[Value | None]) -> dict[str, Variable]:
         """The parameters of a call."""
         scope: dict[str, Variable] = {}
         for k, p in enumerate(section.parameters):
-            value = given[k] if k < len(given) and given[k] is not None else p.default
+            value = arguments[k] if k < len(arguments) and arguments[k] is not None else p.default
             scope[p.name] = Variable(p.kind)
             scope[p.name].store((), None if value is None else evaluate(value, self))
         return scope
 
-    def _back(self, section: Section, given: Sequence[Value | None], scope: dict[str, Variable]) -> None:
-        for p, value in zip(section.parameters, given):
+    def _back(self, section: Section, arguments: Sequence[Value | None], scope: dict[str, Variable]) -> None:
+        for p, value in zip(section.parameters, arguments):
             if not p.by_reference or not isinstance(value, VariableValue):
                 continue
             if value.parameter is not None:

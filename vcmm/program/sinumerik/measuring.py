@@ -30,11 +30,11 @@ SHAPES = {1: "hole", 2: "spigot", 3: "groove", 4: "web", 5: "rectangle inside", 
 
 @dataclass(eq=False)
 class SinumerikMeasuring(MeasuringCycle):
-    """One call. given: by name without underscore, in the unit of the program; old: called without brackets."""
+    """One call. parameters: by name without underscore, in the unit of the program; old: called without brackets."""
 
     runner: SinumerikRunner
     item: Item
-    given: Mapping[str, float]
+    parameters: Mapping[str, float]
     old: bool
 
     def fault(self, text: str) -> NoReturn:
@@ -42,7 +42,7 @@ class SinumerikMeasuring(MeasuringCycle):
 
     def need(self, name: str, what: str) -> None:
         """Raises BlockFault where the program does not give it."""
-        if name not in self.given:
+        if name not in self.parameters:
             self.fault(
                 f"it needs {'_' if self.old else 'S_'}{name.replace('SETVAL', 'SETVAL' if self.old else 'SETV')}, {what}"
             )
@@ -93,10 +93,10 @@ class SinumerikMeasuring(MeasuringCycle):
         )  # fmt: skip
         return ""
 
-    def results(self, found: Sequence[tuple[float, float]], unit: float) -> None:
+    def results(self, findings: Sequence[tuple[float, float]], unit: float) -> None:
         """Set, actual and difference in _OVR."""
         memory = self.runner.memory.scopes[0].setdefault("_OVR", Variable("REAL", many=True))
-        for k, (should, reads) in enumerate(found):
+        for k, (should, reads) in enumerate(findings):
             for first, value in ((0, should), (4, reads), (16, reads - should)):
                 memory.store((float(first + k),), value / unit)
 
@@ -108,11 +108,11 @@ class SinumerikMeasuring(MeasuringCycle):
                 f"what it finds lies {off:.4g} {unit} off, more than the safe area _TSA = {limit:g}: the control stops; check set-up and set values"
             )
 
-    def report(self, found: Findings, axes: str = "xy") -> None:
+    def report(self, findings: Findings, axes: str = "xy") -> None:
         """Results, first what is no place, then the axes; the work offset is corrected by what these are off."""
-        places = [found.get(k, (p, p)) for k, p in zip(axes, self.r.p)]
-        self.results([*(value for k, value in found.items() if k not in axes), *places], self.r.unit)
-        ends = [found.get(k, (None, None)) for k in "xyz"]
+        places = [findings.get(k, (p, p)) for k, p in zip(axes, self.r.p)]
+        self.results([*(value for k, value in findings.items() if k not in axes), *places], self.r.unit)
+        ends = [findings.get(k, (None, None)) for k in "xyz"]
         for should, reads in ends:
             if should is not None and reads is not None:
                 self.safe(reads - should)
@@ -135,9 +135,11 @@ def measure(
         )  # fmt: skip
         return
     row = MEASURED[item.name]
-    given = _parameters(runner) if old else row.by_name(arguments)
+    parameters = _parameters(runner) if old else row.by_name(arguments)
     with measuring_cycle(i.r, item.name, FEED):
-        row.primitive(SinumerikMeasuring(i.r, i.values(row, given), item.first, runner, item, given, old))
+        row.primitive(
+            SinumerikMeasuring(i.r, i.values(row, parameters), item.first, runner, item, parameters, old)
+        )
 
 
 def _parameters(runner: SinumerikRunner) -> dict[str, float]:
@@ -166,8 +168,8 @@ def _surface(m: SinumerikMeasuring) -> None:
     sense = math.copysign(1.0, expected - m.r.p[axis])
     if m.v.has("MD"):
         sense = 1.0 if m.v["MD"] == (0.0 if m.old else 1.0) else -1.0
-    found = (expected, m.feeler.surface(axis, expected, sense))
-    m.report({"surface": found, "xyz"[axis]: found}, "xyz")
+    finding = (expected, m.feeler.surface(axis, expected, sense))
+    m.report({"surface": finding, "xyz"[axis]: finding}, "xyz")
 
 
 def _parallel(m: SinumerikMeasuring) -> None:

@@ -227,7 +227,7 @@ MILLING: Mapping[str, Cycle[MillingPrimitive]] = {
 }  # fmt: skip
 
 
-def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Sequence[float | None]) -> None:
+def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
     """The cycle of a call."""
     row = MILLING[item.name]
-    row.primitive(MillingCall(i, runner, item, CycleCutter(i.r)), i.values(row, given))
+    row.primitive(MillingCall(i, runner, item, CycleCutter(i.r)), i.values(row, arguments))

@@ -89,12 +89,12 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item, v: Values) -
     """CYCLE95: VARI 1 to 4 rough (along, across, outside; along, across,
     inside), 5 to 8 finish, 9 to 12 both. The depth is divided evenly into cuts of MID at most."""
     name = next((evaluate(a, runner) for a in item.arguments or () if a is not None), "")
-    kept, i.r.feed = (
+    before, i.r.feed = (
         i.r.feed,
         i.r.feed or v["FF1"] or v["FF3"] or None,
     )  # a contour without F is cut with FF1 and FF3
     moves = contour_moves(i, runner, str(name), item)
-    i.r.feed = kept
+    i.r.feed = before
     if moves is None:
         return
     kind = (v.number("VARI") - 1) % 4
@@ -113,12 +113,12 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item, v: Values) -
         deep = abs((begin[0] if along else begin[1]) - goal)
         count = max(1, whole_count(math.ceil(deep / v["MID"] - 1e-9))) if v["MID"] else 1
         entry = (begin[0], safe[1] - z) if along else (safe[0] - x, begin[1])
-        told = Rough(max(deep / count, 1e-9), lift, x, z)
+        shape = Rough(max(deep / count, 1e-9), lift, x, z)
         with_feed = list(
             passes(
                 [moves[0]._replace(kind="rapid"), *moves[1:]],
                 entry,
-                told,
+                shape,
                 "XZ" if along else "ZX",
                 item.first,
             )
@@ -132,14 +132,14 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item, v: Values) -
 
 
 def _run(i: SinumerikPaths, cuts: list[Cut], feed: float) -> None:
-    kept = i.r.feed
-    i.r.feed = feed or kept
+    before = i.r.feed
+    i.r.feed = feed or before
     for cut in cuts:
         if cut.centre is None:
             _to(i, cut.end, cut.rapid)
         else:
             arc_or_chords(i.r, _point(i, cut.end), _point(i, cut.centre), cut.clockwise, cut.turns)
-    i.r.feed = kept
+    i.r.feed = before
 
 
 def contour_moves(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
@@ -191,7 +191,7 @@ TURNING: Mapping[str, Cycle[Callable[[SinumerikPaths, SinumerikRunner, Item, Val
 }  # fmt: skip
 
 
-def turn(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: Sequence[float | None]) -> None:
+def turn(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
     """The cycle of a call."""
     row = TURNING[item.name]
-    row.primitive(i, runner, item, i.values(row, given))
+    row.primitive(i, runner, item, i.values(row, arguments))
