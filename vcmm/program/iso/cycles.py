@@ -17,11 +17,25 @@ from vcmm.program.iso.motion import CENTRE_WORDS, target, thread_to
 from vcmm.program.levels import pass_over
 from vcmm.program.moves import PLANES
 
-CYCLES = ("G73", "G74", "G76", "G81", "G82", "G83", "G84", "G85", "G86", "G87", "G88", "G89")
+CYCLES = (
+    "G73",
+    "G74",
+    "G76",
+    "G81",
+    "G82",
+    "G83",
+    "G84",
+    "G85",
+    "G86",
+    "G87",
+    "G88",
+    "G89",
+    "G287",
+)  # G287: a pocket of Dialect.pockets
 _STICKY = {"G73": "Q", "G83": "Q", "G82": "P", "G89": "P", "G86": "P", "G88": "P", "G76": "Q"}
 USES = {  # of Q, P and I J K: what changes a hole (Fanuc and its kin; Haas: I J K of the pecks)
     "G73": "QPIJK", "G83": "QPIJK", "G74": "QP", "G84": "QP", "G76": "QPIJK", "G81": "", "G82": "P", "G85": "", "G86": "P", "G87": "QPIJK",
-    "G88": "P", "G89": "P",
+    "G88": "P", "G89": "P", "G287": "Q",
 }  # fmt: skip
 _MOST_PECKS = 20_000
 SIDE = {"G87": "G83", "G88": "G84", "G89": "G85"}  # of Fanuc lathes, along X
@@ -353,7 +367,7 @@ def _g88(c: IsoControl, h: Hole) -> None:
 
 _MACHINING = {
     "G73": _g73, "G74": _tap, "G76": _fine_bore, "G81": _g81, "G82": _g82, "G83": _g83, "G84": _tap, "G85": _g85,
-    "G86": _g86, "G87": _back_bore, "G88": _g88, "G89": _g89,
+    "G86": _g86, "G87": _back_bore, "G88": _g88, "G89": _g89, "G287": lambda c, h: c.language.pockets[round(c.cycle["Q"] / c.unit) - 1](c, h),
 }  # fmt: skip
 
 
