@@ -13,7 +13,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from vcmm.program.area import Area, Stroke, area
-from vcmm.program.contouring import READING_NOTES, flat, pieces
+from vcmm.program.contouring import READING_NOTES
 from vcmm.program.cutter import CycleCutter
 from vcmm.program.drilling import depths_of
 from vcmm.program.faults import BlockFault
@@ -68,11 +68,17 @@ def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]
     moves = _subprogram(r, number, here, column, run)
     if moves is not None:
         path = _closed(moves, column)
-        rough = area([(path, beside.side)], beside.radius + finish, beside.style, c.file)
+        rough = area([(path, beside.side)], beside.radius + finish)
         strokes = rough.strokes(step, along)
-        _clear(cutter, (rough, [strokes[-1], *strokes[:-1]]), start, depths_of(plane, depth, infeed), plane)
+        _clear(
+            cutter,
+            (rough, [*strokes[-len(rough.rings) :], *strokes[: -len(rough.rings)]]),
+            start,
+            depths_of(plane, depth, infeed),
+            plane,
+        )
         if finish:
-            _finish(cutter, path, beside, (depth, plane), c.file)
+            _finish(cutter, path, beside, (depth, plane))
         cutter.to(None, plane, True)
     c.marker = ""
 
@@ -167,13 +173,12 @@ def _clear(
             cutter.follow(stroke.path, depth)
 
 
-def _finish(
-    cutter: CycleCutter, path: Sequence[Move], beside: RadiusCompensation, heights: Flat, file: str
-) -> None:
+def _finish(cutter: CycleCutter, path: Sequence[Move], beside: RadiusCompensation, heights: Flat) -> None:
     """Once along the wall at the depth."""
     depth, plane = heights
-    ring = area([(path, beside.side)], beside.radius, beside.style, file).rings[0]
-    cutter.to(None, plane, True)
-    cutter.to(flat(ring[0], False), None, True)
-    cutter.to(None, depth, False)
-    cutter.follow(pieces(ring), depth)
+    last = area([(path, beside.side)], beside.radius).strokes(0.0)
+    for stroke in last:
+        cutter.to(None, plane, True)
+        cutter.to(stroke.start, None, True)
+        cutter.to(None, depth, False)
+        cutter.follow(stroke.path, depth)

@@ -45,8 +45,7 @@ class SinumerikRunner:
     recorder: Recorder
     sections: dict[str, Section]
     work: Work
-    # executes a plain block where nothing special is in force
-    short: Callable[[SinumerikBlock], bool] | None = None
+    short: Callable[[SinumerikBlock], bool] | None = None  # executes a plain block
     memory: SinumerikMemory = field(init=False)
     executed: int = 0
     moved: tuple[int, int] = (0, 0)  # moves made, and blocks executed when the last was seen
