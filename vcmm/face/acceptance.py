@@ -14,7 +14,7 @@ def find_figures(
     from vcmm.files.own.machine import load_machine_of
     from vcmm.files.toml import read_toml
     from vcmm.learn.calibration.acceptance import predict_figures
-    from vcmm.learn.calibration.limits import limits_of
+    from vcmm.learn.calibration.spindle import limits_of
 
     file, warnings, drawn = files[0], list[str](), False
     limits = limits_of(limit, angles=iso == "230-7")

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vcmm.learn.calibration.interpolation_error import expected_between, left_between
+from vcmm.learn.calibration.interpolation import expected_between, left_between
 from vcmm.learn.calibration.model import Curve, ErrorModel
 
 

@@ -14,7 +14,7 @@ from vcmm.core.run import Run
 from vcmm.face.cli import run
 from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.calibration.deviations import RecordedTest
-from vcmm.learn.calibration.limits import limits_of
+from vcmm.learn.calibration.spindle import limits_of
 from vcmm.learn.calibration.standard_figures import evaluate_recordings
 from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.instruments import find

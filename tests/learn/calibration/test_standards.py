@@ -13,8 +13,8 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.learn.calibration.acceptance import predict_figures, without_rounding
 from vcmm.learn.calibration.deviations import RecordedTest
-from vcmm.learn.calibration.limits import limits_of
 from vcmm.learn.calibration.recorded_lines import recorded_positioning
+from vcmm.learn.calibration.spindle import limits_of
 from vcmm.learn.calibration.standards import circular, lengths, positioning
 from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.physics.structure.component import ComponentPolynomial

@@ -241,11 +241,12 @@ class Posterior:
 class Conditioned:
     """Numbers F z, z unit normals, given readings of unit noise: x' x = G, x' y = b.
 
-    lower: L L' = 1 + F' G F; turned (r, k): F'; pull: L^-1 F' b. No eigenvalue of L L' is below 1, however small F is.
+    lower: L L' = 1 + F' G F; factor: F (k, r), or (k,) of its diagonal; pull: L^-1 F' b. No eigenvalue of L L' is below 1, however
+    small F is.
     """
 
     lower: Array
-    turned: Array
+    factor: Array
     pull: Array
 
     @cached_property
@@ -253,7 +254,8 @@ class Conditioned:
         """(k, r): half half' is their covariance."""
         from scipy.linalg import solve_triangular
 
-        return np.asarray(solve_triangular(self.lower, self.turned, lower=True, check_finite=False).T)
+        turned = np.diag(self.factor) if self.factor.ndim == 1 else self.factor.T
+        return np.asarray(solve_triangular(self.lower, turned, lower=True, check_finite=False).T)
 
     @property
     def mean(self) -> Array:
@@ -281,13 +283,14 @@ def condition(gram: Array, b: Array, factor: Array) -> Conditioned:
     """
     from scipy.linalg import solve_triangular
 
-    turned = np.diag(factor) if factor.ndim == 1 else factor.T
-    inner = (gram * factor).T * factor if factor.ndim == 1 else turned @ gram @ factor
+    diagonal = factor.ndim == 1
+    inner = (gram * factor).T * factor if diagonal else factor.T @ gram @ factor
     inner = (inner + inner.T) / 2
     inner.flat[:: len(inner) + 1] += 1.0
     lower = np.linalg.cholesky(inner)
-    pull = solve_triangular(lower, turned @ b, lower=True, check_finite=False)
-    return Conditioned(np.asarray(lower), turned, np.asarray(pull))
+    turned = (factor * b.T).T if diagonal else factor.T @ b
+    pull = solve_triangular(lower, turned, lower=True, check_finite=False)
+    return Conditioned(np.asarray(lower), factor, np.asarray(pull))
 
 
 def log_density(rest: Array, x: Array, factor: Array) -> Array:

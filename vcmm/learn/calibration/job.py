@@ -16,11 +16,20 @@ from vcmm.learn.calibration.checks import check_agreement, check_instruments, ch
 from vcmm.learn.calibration.evidence import smoothness
 from vcmm.learn.calibration.growth import growth_factor, growth_remarks
 from vcmm.learn.calibration.identifiability import Identifiability, identify
-from vcmm.learn.calibration.interpolation import NETS, as_kind, interpolation_of, net_posterior, swings
-from vcmm.learn.calibration.interpolation_error import expected_between, left_between
+from vcmm.learn.calibration.interpolation import (
+    NETS,
+    as_kind,
+    expected_between,
+    interpolation_of,
+    left_between,
+    net_posterior,
+    swings,
+)
 from vcmm.learn.calibration.model import LINEAR, ErrorModel, error_model
 from vcmm.learn.calibration.prior_knowledge import (
     PriorKnowledge,
+    as_before,
+    assumption_remarks,
     known_errors_of,
     known_nodes,
     known_ranges,
@@ -28,7 +37,6 @@ from vcmm.learn.calibration.prior_knowledge import (
     name_of,
 )
 from vcmm.learn.calibration.readings import Readings, read_both_ways, readings
-from vcmm.learn.calibration.remarks import as_before, assumption_remarks
 from vcmm.learn.calibration.result import Calibration
 from vcmm.learn.calibration.reversal_readings import read_jointly
 from vcmm.learn.calibration.rotary import average_line

@@ -6,20 +6,25 @@
     residual synchronous    range of the mean without once per turn
 
 From a reversal the artefact is taken out first. What the test cannot tell (see `ReversalResult.combinations`) is in no value.
+
+Limits as people write them: "A = 8 um", "E0 = 1.9 um + L/300".
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
+from vcmm.core.units import quantity
 from vcmm.learn.calibration.acceptance import Figure, Limit, tip_errors
-from vcmm.learn.calibration.limits import TURNING
 from vcmm.learn.calibration.reversal import CIRCLE, ReversalResult
+from vcmm.task.certified.certificate import length_limit
 from vcmm.task.instruments.reversal import NORMAL, SeparationResult
 from vcmm.task.instruments.reversal_turns import Complex, TurnGroup
 
@@ -218,3 +223,31 @@ def _drawn_values(drawn: Array, radial: bool) -> dict[str, Array]:
         if radial
         else out | {"fundamental": 2.0 * np.abs(once), "residual synchronous": np.ptp(rest, axis=1)}
     )
+
+
+TURNING = ("tilt", "angle")  # figures that are angles
+
+
+def limits_of(texts: Sequence[str], angles: bool = False) -> Mapping[str, Limit]:
+    """Name -> limit in mm by length in mm; angles: limits of tilts may be stated, in rad.
+
+    Raises UsageError for a text that is not understood, a length for a tilt and an angle for another figure.
+    """
+    out: dict[str, Limit] = {}
+    for text in texts:
+        name, mark, value = text.partition("=")
+        if not mark or not name.strip():
+            raise UsageError(f'--limit "{text}" is not understood; write for example --limit "A = 8 um"')
+        figure = re.sub("_MP[EL]$", "", name.strip())  # as a machine file states it
+        if angles and any(word in figure for word in TURNING):
+            size = quantity(value.strip(), "angle", name.strip(), "0.5 urad")
+            if not size > 0:
+                raise UsageError(f"{text}: a limit is positive; write for example {name.strip()} = 0.5 urad")
+            out[figure] = partial(_always, size)
+        else:
+            out[figure] = length_limit(value.strip(), name.strip())
+    return out
+
+
+def _always(size: float, length: float) -> float:
+    return size

@@ -6,7 +6,7 @@ score of a family = ln mean over options of BF(option) + ln prior(family)     (n
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, cast
 
@@ -27,6 +27,7 @@ from vcmm.learn.diagnosis.candidates import Family, Option, unseen_places
 from vcmm.learn.diagnosis.constants import NOTHING, UNSEEN, VANISHING_SHARE
 
 BATCH = 256
+KEPT = 2  # scorers of one dictionary, each as large as the dictionary: those asked last
 IMPOSSIBLE = -700.0  # nats of a number that would have to be negative; exp of it is still a number
 
 
@@ -46,6 +47,7 @@ class Dictionary:
     weight: Array
     dof: int
     invisible: tuple[str, ...]
+    given: dict[bytes, Scorer] = field(default_factory=dict, init=False)  # see `scorer`
 
     @property
     def prior(self) -> Array:
@@ -197,11 +199,19 @@ class Scorer:
 
 
 def scorer(found: Dictionary, chosen: Array | None = None) -> Scorer:
-    """Scores of every family, given chosen white columns (m, k)."""
+    """Scores of every family, given chosen white columns (m, k); what was asked last is kept, for each name is asked of beside the others
+    when it is pruned, exchanged, sharpened and judged.
+    """
     if chosen is None or not chosen.shape[1]:
         return found.alone
-    basis = orthonormal(chosen)
-    return Scorer(found, blocks(without_span(found.white, basis), found.start), basis, found.alone.size)
+    key = np.ascontiguousarray(chosen).tobytes()
+    if key not in found.given:
+        basis = orthonormal(chosen)
+        while len(found.given) >= KEPT:
+            del found.given[next(iter(found.given))]  # the oldest
+        rotated = blocks(without_span(found.white, basis), found.start)
+        found.given[key] = Scorer(found, rotated, basis, found.alone.size)
+    return found.given[key]
 
 
 def orthonormal(x: Array) -> Array:
