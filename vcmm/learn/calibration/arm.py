@@ -22,8 +22,8 @@ from vcmm.core.run import Array, Run
 from vcmm.learn.calibration.arm_redundancy import SAME, Redundant, beside, orthonormal, same_as
 from vcmm.learn.calibration.arm_terms import SHIFT, TURN, Term, further_terms, geometry_terms
 from vcmm.task.response.poses import (
-    TrackerPlacement,
     PoseReadings,
+    TrackerPlacement,
     departures,
     nuisance_columns,
     settle_placement,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from vcmm.core.machine import Machine
 from vcmm.core.rigid import Frame
 from vcmm.learn.calibration.result import rms
-from vcmm.task.response.poses import TrackerPlacement, PoseReadings, departures, settle_placement, tool_frames
+from vcmm.task.response.poses import PoseReadings, TrackerPlacement, departures, settle_placement, tool_frames
 
 MOVED = 100.0  # times what placing anew leaves: then the tracker or the target was moved
 
