@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
 from vcmm.physics.catalogue.lag import ServoLag
 from vcmm.physics.catalogue.play_speed import SpeedPlay
@@ -35,12 +36,14 @@ def test_with_power_one_it_is_the_lag_of_a_servo():
 
 
 def test_one_speed_does_not_show_a_power():
-    shows_in, shows_at = SpeedPlay.diagnosis.shows_in, SpeedPlay.diagnosis.shows_at
+    shows_in = SpeedPlay.diagnosis.shows_in
     assert not shows_in(SpeedPlay(), _run([20.0, -20.0], [1.0, -1.0]))
     assert shows_in(SpeedPlay(), _run([20.0, -50.0], [1.0, -1.0]))
-    # a power below zero has no size where the axis stands
-    assert not shows_at(SpeedPlay("X", 0.0, -0.3), _run([0.0, 50.0], [1.0, 1.0]))
-    assert shows_at(SpeedPlay("X", 0.0, 0.3), _run([0.0, 50.0], [1.0, 1.0]))
+
+
+def test_a_power_below_zero_has_no_size_where_the_axis_stands():
+    with pytest.raises(UsageError, match="must not be below zero"):
+        SpeedPlay("X", 1e-3, -0.3)
 
 
 def test_a_rotary_axis_counts_in_turns():

@@ -1,4 +1,4 @@
-"""Play that grows, or falls, with the speed of the approach."""
+"""Play that grows with the speed of the approach."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from vcmm.core.declaration import PLAY, UM, About, ChoosesColumns, ForDiagnosis, Prior, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, declared_columns, motion, param
+from vcmm.core.errors import UsageError
 from vcmm.core.play import share_taken_up
 from vcmm.core.run import Array, Run
 
@@ -30,18 +31,12 @@ def _shows_in(effect: SpeedPlay, run: Run) -> bool:
     return len(moved) > 1 and float(moved.max()) > APART * float(moved.min())
 
 
-def _shows_at(effect: SpeedPlay, run: Run) -> bool:
-    """A power below zero has no size in rows that stand still."""
-    speed = _speeds(effect, run)
-    return speed is None or effect.power > 0 or bool((speed > STILL).all())
-
-
 @dataclass(frozen=True, eq=False)
 class SpeedPlay(Effect, ChoosesColumns):
     """-1/2 gap (|v| / v0)^power d_a e_a, v0 = 1000 mm/min (10 turns a minute): with power 0 it is a backlash.
 
     Friction of guides and seals winds the drive up before the slide follows; viscous friction grows with the speed and Coulomb friction does not, so that
-    together they grow by a power between 0 and 1; mixed lubrication falls with it. With power 1 it is a `servo_lag`.
+    together they grow by a power between 0 and 1. With power 1 it is a `servo_lag`.
     """
 
     name = "lost_motion_speed"
@@ -65,7 +60,6 @@ class SpeedPlay(Effect, ChoosesColumns):
         prior=Prior(share=0.3),
         shared_physics="play",
         shows_in=_shows_in,
-        shows_at=_shows_at,
     )
     needs = ("sense_{axis}", "speed_{axis}_mm_s")
     axis: str = at("X", "linear or rotary axis")
@@ -75,7 +69,13 @@ class SpeedPlay(Effect, ChoosesColumns):
         "lost motion at 1000 mm/min (10 turns a minute)",
         typical=Typical(1 * UM, "as backlash", PLAY),
     )
-    power: float = param(0.3, "1", "power of the speed", scan=(0.3, 0.15, 0.6, -0.3, -0.15), most=1.0)
+    power: float = param(0.3, "1", "power of the speed", scan=(0.3, 0.15, 0.6), most=1.0)
+
+    def __post_init__(self) -> None:
+        if not self.power >= 0:
+            raise UsageError(
+                f"{self.id}: power = {self.power:g} must not be below zero: rows that stand still would have no size"
+            )
 
     @property
     def link(self) -> str:
@@ -93,5 +93,6 @@ class SpeedPlay(Effect, ChoosesColumns):
 
     def error_motion(self, run: Run) -> Array:
         speed = np.abs(run.column(self.required()[1])) / self.reference
-        growth = np.maximum(speed, 0.0 if self.power > 0 else STILL) ** self.power
-        return motion(run, **{self.axis: -0.5 * self.gap * growth * share_taken_up(run, self.axis)})
+        return motion(
+            run, **{self.axis: -0.5 * self.gap * speed**self.power * share_taken_up(run, self.axis)}
+        )
