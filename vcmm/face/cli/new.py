@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
 from vcmm.files.own.library import companions, cuts, example, follows, instrument_read, records, turns_over
+from vcmm.files.own.pose_recordings import is_poses
 from vcmm.show.console.files import output_folder, write_files
 from vcmm.show.console.terminal import say
 
@@ -87,6 +88,9 @@ def _next_steps(target: Path) -> str:
     if instrument_read(target):
         known = target.parent / target.stem / "machine.toml"
         return f"vcmm calibrate {target} --machine {known} --out {target.stem}-machine.toml"
+    if is_poses(target):
+        beside = target.parent / target.stem
+        return f"vcmm calibrate {target} --machine {beside / 'machine.toml'} --out {target.stem}-machine.toml --test {beside / 'others.toml'}"
     if records(target):
         return f"vcmm diagnose {target} --out {target.stem}-report"
     if cuts(target):
