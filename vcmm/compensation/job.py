@@ -46,6 +46,7 @@ from vcmm.compensation.rewriting import Work, rewrite
 from vcmm.compensation.run_again import both_paths, departure_by_run, pointing_of
 from vcmm.compensation.source import SourceText, at_origin
 from vcmm.compensation.surface import SurfaceErrors, what_is_left, with_surface
+from vcmm.compensation.temperatures import unstated_temperatures
 from vcmm.compensation.writer import Writer
 from vcmm.core.effect import required
 from vcmm.core.errors import DataError, ModelLimit, UsageError
@@ -181,6 +182,8 @@ def prepare(
     check_program(read, machine, setup, source.name)
 
     columns = {**setup.constants, **(constants or {})}
+    assumed, unsaid = unstated_temperatures(known.machine, setup, columns)
+    columns |= assumed
     field = field_of(known, setup, read.moves, set_here=set_here, constants=columns, lathe=language.lathe)
     field = with_surface(field, surface, source.name)
     aim = read if orientation else None
@@ -195,6 +198,7 @@ def prepare(
     hashed = digest([*files, *own, given[1].text.encode("utf-8")])
     said = (
         *notes,
+        *unsaid,
         *what_is_left(known.left, surface),
         *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings),
     )
