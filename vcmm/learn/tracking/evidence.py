@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +28,7 @@ from vcmm.learn.tracking.compress import SeenRecording
 from vcmm.learn.tracking.rates import YEAR, WanderingMotion
 
 Numbers = npt.NDArray[np.intp]
+GONE = 1e-9  # usual sizes: less than this is nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,12 @@ class _Layout:
     @property
     def g(self) -> int:
         return int(self.walk2.shape[1])
+
+    @cached_property
+    def gram(self) -> Array:
+        """(jumps, n, n): by what a jump of usual size widens the covariance."""
+        parts = [self.ways[:, self.of == j] for j in range(int(self.of.max()) + 1)]
+        return np.array([p @ p.T for p in parts])
 
     @property
     def without_w(self) -> int:
@@ -93,7 +101,7 @@ def log_likelihoods(
         days = one.when - first
         gap, before = days - before, days
         if gap > 0:
-            _move(layout, mean, covariance, gap)
+            mean, covariance = _move(layout, mean, covariance, gap)
         if not len(one.value):
             continue
         columns = layout.columns(one, days)
@@ -138,16 +146,20 @@ def _diagonal(covariance: Array) -> Array:
     return covariance.reshape(m, n * n)[:, :: n + 1]
 
 
-def _move(layout: _Layout, mean: Array, covariance: Array, days: float) -> None:
-    """b and w so many days later, in place."""
+def _move(layout: _Layout, mean: Array, covariance: Array, days: float) -> tuple[Array, Array]:
+    """b and w so many days later, in place; w is left out again where what jumped in it has gone back."""
     s, g, w = layout.stated, layout.g, layout.without_w
     _diagonal(covariance)[:, s : s + g] += layout.walk2 * (days / YEAR)
-    if mean.shape[1] > w:
-        left = np.exp(-days / layout.tau)
-        mean[:, w:] *= left
-        covariance[:, w:] *= left[:, :, None]
-        covariance[:, :, w:] *= left[:, None, :]
-        _diagonal(covariance)[:, w:] += layout.swing2 * -np.expm1(-2.0 * days / layout.tau)
+    if mean.shape[1] == w:
+        return mean, covariance
+    left = np.exp(-days / layout.tau)
+    mean[:, w:] *= left
+    covariance[:, w:] *= left[:, :, None]
+    covariance[:, :, w:] *= left[:, None, :]
+    _diagonal(covariance)[:, w:] += layout.swing2 * -np.expm1(-2.0 * days / layout.tau)
+    if max(float(_diagonal(covariance)[:, w:].max()), float((mean[:, w:] ** 2).max())) < GONE**2:
+        return mean[:, :w].copy(), covariance[:, :w, :w].copy()
+    return mean, covariance
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,25 +223,18 @@ def _join(
     weights = np.exp(logs - top)
     total = top[:, 0] + np.log(weights.sum(axis=1))
     weights /= weights.sum(axis=1, keepdims=True)
-    means, covariances = np.zeros_like(mean), np.zeros_like(covariance)
-    for i, own in enumerate(weights):
-        kept = np.flatnonzero(own > MATTERS)
-        share = own[kept] / own[kept].sum()
-        ways = [_way_of(layout, int(k)) for k in kept]
-        m, p = np.repeat(mean[i][None], len(kept), 0), np.array([covariance[i] + w @ w.T for w in ways])
-        _condition(m, p, _see(m, p, columns, value))
-        means[i] = share @ m
-        away = m - means[i]
-        covariances[i] = np.tensordot(share, p, 1) + (away.T * share) @ away
-    return (means, covariances), total
-
-
-def _way_of(layout: _Layout, number: int) -> Array:
-    """(n, k): by what a hypothesis widens the state; 0: no change."""
-    if not number:
-        return np.zeros((len(layout.ways), 0))
-    jump, size = divmod(number - 1, len(SIZES))
-    return np.asarray(SIZES[size] * layout.ways[:, layout.of == jump])
+    weights = np.where(weights > MATTERS, weights, 0.0)
+    rows, numbers = np.nonzero(weights)
+    share = weights[rows, numbers] / weights.sum(axis=1)[rows]
+    jump = np.maximum(numbers - 1, 0) // len(SIZES)
+    wider = np.where(numbers > 0, np.take(SIZES, (numbers - 1) % len(SIZES)), 0.0) ** 2
+    m, p = mean[rows], covariance[rows] + wider[:, None, None] * layout.gram[jump]
+    _condition(m, p, _see(m, p, columns, value))
+    first = np.searchsorted(rows, np.arange(len(weights)))
+    means = np.add.reduceat(share[:, None] * m, first, axis=0)
+    away = m - means[rows]
+    p += away[:, :, None] * away[:, None, :]
+    return (means, np.add.reduceat(share[:, None, None] * p, first, axis=0)), total
 
 
 def _put(mean: Array, covariance: Array, asked: Numbers, joined: tuple[Array, Array]) -> tuple[Array, Array]:

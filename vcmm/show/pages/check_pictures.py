@@ -1,4 +1,4 @@
-"""A check beside its forecast: polar of a circle, over its axis of a line (layout of ISO 230-2 diagrams), else reading by reading."""
+"""A number over time, and a check beside its forecast: polar of a circle, over its axis of a line (layout of ISO 230-2 diagrams), else reading by reading."""
 
 from __future__ import annotations
 
@@ -13,8 +13,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from vcmm.files.learned.last_checks import CheckPart
+    from vcmm.files.learned.track_result import NumberOverTime, Track
 
 WAYS = ((1.0, "forwards", "o"), (-1.0, "backwards", "s"), (0.0, "read", "o"))
+
+
+def number_over_time(track: Track, one: NumberOverTime, ax: Axes | ChartSheet | None = None) -> Axes:
+    """A number over the days with its band, checks, alarms and forecast."""
+    return charts.over_time(
+        one.when - one.when[0], one.value, one.u, name=one.name, unit=one.unit, start=track.checks[0].date,
+        alarms=[c.when - one.when[0] for c in track.alarms], ahead=np.array(one.ahead), what=one.what, ax=ax,
+    )  # fmt: skip
 
 
 def beside_forecast(part: CheckPart, ax: Axes | ChartSheet | None = None) -> Axes:
