@@ -151,6 +151,6 @@ def test_what_is_claimed_of_another_plate_is_what_another_cutter_cuts(tmp_path, 
     document = json.loads(capsys.readouterr().out)
     proof = document["proof"]
     after = departs("new.nc")
-    assert np.abs(after).max() <= proof["after"]["largest_um"] + 0.4
+    assert np.abs(after).max() <= proof["largest_um"] + 0.4
     assert np.abs(after).max() < 0.5 * before.max()
     assert (np.abs(after) <= np.maximum(before, 1.5)).all()
