@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vcmm.compensation.codes import codes_in
+from vcmm.compensation.loading import MachineOfFile, machine_of
 from vcmm.compensation.source import SourceText, at_line, code_of
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
@@ -63,9 +64,9 @@ def check_face(program: Program, name: str) -> None:
         )
 
 
-def check_state(machine: Machine, machine_file: Path | None, setup: Setup) -> list[str]:
+def check_state(known: MachineOfFile | Machine, setup: Setup) -> list[str]:
     """The control must run with the compensations with which the errors were measured. Returns remarks."""
-    where = f"{setup.path}: " if setup.path else ""
+    machine, where = machine_of(known), f"{setup.path}: " if setup.path else ""
     if setup.compensation is None:
         raise UsageError(
             f"{where}which of its own compensations the control has switched on is not said; add [control] compensation = "
@@ -74,14 +75,14 @@ def check_state(machine: Machine, machine_file: Path | None, setup: Setup) -> li
     here, there = (
         sorted(c.strip().lower() for c in names) for names in (setup.compensation, machine.compensation)
     )
-    stated = _errors_table(machine_file)
+    stated = known.state if isinstance(known, MachineOfFile) else "as given"
     if stated is None and not there:
         return [
             f"the machine file has no [errors] table: its effects are taken to hold with the control as stated ({', '.join(setup.compensation) or 'no compensation'})"
         ]
-    if stated == "":
+    if isinstance(known, MachineOfFile) and stated == "":
         raise DataError(
-            f'{machine_file}: [errors] does not say in which state the table was measured; add state = "residual" with the '
+            f'{known.file}: [errors] does not say in which state the table was measured; add state = "residual" with the '
             'compensation that was on, or state = "raw"'
         )
     if here != there:
@@ -94,16 +95,6 @@ def check_state(machine: Machine, machine_file: Path | None, setup: Setup) -> li
 
 def _names(found: Sequence[str]) -> str:
     return ", ".join(found) if found else "no compensation"
-
-
-def _errors_table(path: Path | None) -> str | None:
-    """The stated state of [errors]; "" where it is not stated, None where there is no such table (or no file)."""
-    if path is None:
-        return "as given"
-    from vcmm.files.toml import read_toml
-
-    table = read_toml(path).data.get("errors")
-    return None if not isinstance(table, dict) else str(table.get("state", ""))
 
 
 _WOUND = re.compile(r"G0*(?:12\.1|112|7\.1|107)(?![\d.])", re.IGNORECASE)

@@ -33,6 +33,7 @@ from vcmm.shop.cutting.force import (
     milling_power,
     to_workpiece,
 )
+from vcmm.shop.cutting.merging import merge_lines
 from vcmm.shop.cutting.stock import Removal, Stock, block, remove
 from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, lengths, pieces, position
 from vcmm.shop.cutting.tooth_force import ToothCuts
@@ -175,7 +176,10 @@ def _from_all_sides(
     low, high = corners
     cell = float((high - low).max() / RAYS)
     rough = sweep if asks.rough is None else asks.rough(ROUGH * cell)
-    fast = np.array([program.moves[i].kind == "rapid" for i in rough.move.tolist()])
+    fast = np.array([program.moves[i].kind == "rapid" for i in rough.move.tolist()], dtype=bool)
+    if asks.rough is not None:
+        rough = merge_lines(rough, np.logical_not(fast), ROUGH * cell)
+        fast = np.array([program.moves[i].kind == "rapid" for i in rough.move.tolist()], dtype=bool)
     before = carve(low, high, cell, rough.take(np.zeros(0, np.intp)))
     feed = carve(low, high, cell, rough.take(np.flatnonzero(np.logical_not(fast))))
     after = both(feed, carve(low, high, cell, rough.take(np.flatnonzero(fast)))) if fast.any() else feed
