@@ -70,17 +70,17 @@ POSITIONING = ("A", "E", "R", "B", "M")
 
 @dataclass(frozen=True)
 class LengthLimit:
-    """A limit that may grow with the length: fixed mm + length / per, both sides (mm from mm)."""
+    """A limit that may grow with the length: constant mm + length / per, both sides (mm from mm)."""
 
-    fixed: float
+    constant: float
     per: float = float("inf")
 
     def __call__(self, length: float) -> float:
-        return self.fixed + 1e-3 * length / self.per
+        return self.constant + 1e-3 * length / self.per
 
     def at(self, lengths: Array) -> Array:
         """(n,) mm for lengths (n,) mm."""
-        return self.fixed + 1e-3 * lengths / self.per
+        return self.constant + 1e-3 * lengths / self.per
 
 
 def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> LengthLimit:
@@ -89,27 +89,27 @@ def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> Le
         raise UsageError(
             f'{name} = {text} must be a text with its unit; write for example {name} = "{example}"'
         )
-    found = LengthLimit(*parts_of(text, name, example))
-    if not (found.fixed >= 0 and found.per > 0) or (found.fixed == 0 and found.per == float("inf")):
+    limit = LengthLimit(*parts_of(text, name, example))
+    if not (limit.constant >= 0 and limit.per > 0) or (limit.constant == 0 and limit.per == float("inf")):
         raise UsageError(f'{name} = "{text}": a limit is positive; write for example {name} = "{example}"')
-    return found
+    return limit
 
 
 def smallest_limit(e0: LengthLimit, form: float | None) -> float:
     """The limit in mm that scatter keeps where R0 is not stated: E0 of the shortest length (of 100 mm where E0 begins at
     zero), or the form of the test sphere where that is smaller."""
-    shortest = e0.fixed or e0(100.0)
+    shortest = e0.constant or e0(100.0)
     return shortest if form is None else min(shortest, form)
 
 
 def short_limit(text: object, name: str) -> float:
     """A limit that is one length, mm."""
-    found = length_limit(text, name, "1.9 um")
-    if found.per != float("inf"):
+    limit = length_limit(text, name, "1.9 um")
+    if limit.per != float("inf"):
         raise UsageError(
             f'{name} = "{text}" does not grow with a length; write for example {name} = "1.8 um"'
         )
-    return found.fixed
+    return limit.constant
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class MachineCertificate:
     size: float | None = None
     positioning: Mapping[tuple[str, str], float] = field(default_factory=dict)
     prior: str = "limit"
-    found: Findings = field(default_factory=Findings)
+    findings: Findings = field(default_factory=Findings)
 
     def __post_init__(self) -> None:
         if self.prior not in PRIORS:
@@ -147,7 +147,7 @@ class MachineCertificate:
                 "E150_MPE is less than half of E0_MPE: an offset stylus measures no better; check the two limits"
             )
 
-        over_the_limit(self.found, self.E0, {"R0": self.R0, "P_Form": self.form, "P_Size": self.size})
+        over_the_limit(self.findings, self.E0, {"R0": self.R0, "P_Form": self.form, "P_Size": self.size})
 
     def positioning_limit(self, figure: str, axis: str) -> float | None:
         return self.positioning.get((figure, axis), self.positioning.get((figure, "")))
@@ -171,7 +171,7 @@ class MachineCertificate:
     def words(self) -> str:
         """What is stated, as evidence of the Input."""
         parts = [
-            f"{n} {x.fixed * 1e3:g} um" + (f" + L/{x.per:g}" if x.per < float("inf") else "")
+            f"{n} {x.constant * 1e3:g} um" + (f" + L/{x.per:g}" if x.per < float("inf") else "")
             for n, x in (("E0", self.E0), ("E150", self.E150))
             if x
         ]
@@ -181,5 +181,7 @@ class MachineCertificate:
             if x is not None
         ]
         parts += [f"{f}{' ' + a if a else ''} {x * 1e3:g} um" for (f, a), x in self.positioning.items()]
-        found = self.found.words()
-        return f"certificate: {', '.join(parts)}; prior {self.prior}" + (f"; found {found}" if found else "")
+        findings = self.findings.words()
+        return f"certificate: {', '.join(parts)}; prior {self.prior}" + (
+            f"; found {findings}" if findings else ""
+        )
