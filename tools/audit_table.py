@@ -305,7 +305,7 @@ family of forms that the inverse has never seen. *Claimed* is what `vcmm evaluat
 is decided by nobody. {len(rows)} of {len(order)} tasks are counted; the next run counts those that are missing or have too few parts, and
 `--fresh` all of them. A count of 200 parts errs by 1.5 %, one of 2000 by 0.5 % (one standard deviation). How it works: [evaluate](evaluate.md).
 
-This table counts the belts by themselves, on machines as they are stated. `vcmm audit` of a scenario counts besides what users get: points of parts with form (sizes
+This table counts the belts by themselves, on machines as they are stated. `vcmm audit` of a scenario also counts what users get: points of parts with form (sizes
 and distances among them) are evaluated as a file is, on machines from perfect to the limit, and each row names the family that was drawn. A judge that
 shares nothing with vcmm counts too: [referee](referee.md).
 

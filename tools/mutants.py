@@ -1,10 +1,14 @@
 """Does a test notice when a formula, a threshold or a guard is wrong? Breaks one place at a time and runs the tests.
 
     python tools/mutants.py --out /tmp/mutants [--seed 1] [--count 100] [--jobs 2] [--rooms placing,nc] [--limit-seconds 60]
+    python tools/mutants.py --out /tmp/mutants --nearest --per-room 4      # a sample of every room, in minutes
 
-Changes are drawn by seed from all rooms but diagnosis (`mutant_sites.py` says what counts and what is left out). Every test
+Changes are drawn by seed from all rooms (`mutant_sites.py` says what counts and what is left out). Every test
 is run once beforehand to see which functions it calls (`mutant_map.py`); a change is then put to the tests that call its
 function, then to those that know its file, nearest and quickest first, until one fails or --limit-seconds of tests are spent.
+--nearest does without that run: a change is put to the test file of its module's name, then to files that import the
+module or lie in its folder, so that what only others would notice counts as survived. --per-room draws so many formulas of every room (other changes where
+it has fewer) and adds a table by room.
 
 Written to --out: mutants.md and mutants.csv (the table), results.jsonl (one line per change; a second run goes on from
 there), and the copies of the tree in which the tests run; the working tree is left alone. Changes that no test can notice
@@ -26,7 +30,7 @@ import subprocess
 import sys
 import time
 import tomllib
-from collections import Counter
+from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import count
@@ -39,7 +43,6 @@ from mutant_map import Coverage
 from mutant_sites import Site, shown, sites
 
 ROOT = Path(__file__).resolve().parents[1]
-LEFT_OUT = ("vcmm/learn/diagnosis/",)
 PYTEST = [
     "-m",
     "pytest",
@@ -51,6 +54,21 @@ PYTEST = [
     "--tb=line",
     "-W",
     "ignore::pytest.PytestWarning",
+]
+GUESS = 5.0  # s: of a test file, where no record says it
+ROOMS = [
+    "core",
+    "physics",
+    "part",
+    "program",
+    "task",
+    "answer",
+    "shop",
+    "compensation",
+    "learn",
+    "files",
+    "show",
+    "face",
 ]
 FIRST, START = 4.0, 2.0  # s: tests of the first batch; what a batch costs beyond its tests
 _stamp = count(
@@ -83,8 +101,11 @@ def main() -> None:
     options = _options()
     options.out.mkdir(parents=True, exist_ok=True)
     copies = [_copied(options.out, k) for k in range(options.jobs)]
-    coverage = _coverage(copies[0], options)
-    chosen = drawn(options.seed, options.count, options.rooms)
+    coverage = Nearest(ROOT) if options.nearest else _coverage(copies[0], options)
+    if options.per_room:
+        chosen = [s for room in options.rooms or ROOMS for s in sample(options.seed, options.per_room, room)]
+    else:
+        chosen = drawn(options.seed, options.count, options.rooms)
     known = {r["key"]: r for r in _results(options.out)}
     left = [site for site in chosen if site.key not in known]
     free: queue.Queue[Copy] = queue.Queue()
@@ -122,13 +143,18 @@ def _options() -> argparse.Namespace:
         help="use the record of the tests in --out though files have changed",
     )
     parser.add_argument("--tests", default="tests", help="what is run once for the map")
+    parser.add_argument(
+        "--nearest", action="store_true", help="no map: the tests of the module, then of its folder"
+    )
+    parser.add_argument(
+        "--per-room", type=int, default=0, help="so many changes of every room, formulas first"
+    )
     return parser.parse_args()
 
 
 def drawn(seed: int, number: int, rooms: tuple[str, ...]) -> list[Site]:
     """So many changes, every place as likely as any other; one that is not touched keeps its rank when others change."""
     files = sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "vcmm").rglob("*.py"))
-    files = [f for f in files if not f.startswith(LEFT_OUT)]
     if rooms:
         files = [f for f in files if f.startswith(tuple(f"vcmm/{room}/" for room in rooms))]
     places = [site for file in files for site in sites(ROOT, file)]
@@ -148,6 +174,40 @@ def drawn(seed: int, number: int, rooms: tuple[str, ...]) -> list[Site]:
         if site is not None and all(site.key != other.key for other in out):
             out.append(site)
     return out
+
+
+def sample(seed: int, number: int, room: str) -> list[Site]:
+    """So many changes of a room, formulas first; several of one file only where the room has no others."""
+    ranked = drawn(seed, 40 * number, (room,))
+    ranked.sort(key=lambda site: not site.formula)
+    first = {site.file: site for site in reversed(ranked) if site.formula}
+    others = [site for site in ranked if first.get(site.file) is not site]
+    return [*(site for site in ranked if first.get(site.file) is site), *others][:number]
+
+
+class Nearest:
+    """The tests that stand near a module: the file of its name, files that import it, and the other files of its folder of tests."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.seconds: defaultdict[str, float] = defaultdict(lambda: GUESS)
+        self.texts = {p: p.read_text(encoding="utf-8") for p in sorted((root / "tests").rglob("test_*.py"))}
+
+    def noticing(self, file: str, owner: str) -> list[str]:
+        """Test files, the nearest first. owner: files that say its name come before others."""
+        inside = Path(file).relative_to("vcmm")
+        folder = self.root / "tests" / inside.parent
+        while not folder.is_dir():
+            folder = folder.parent
+        name, called = inside.stem.strip("_").removesuffix("_kernels"), owner.split(".")[0].lstrip("_")
+        module = ".".join(["vcmm", *inside.parent.parts, inside.stem])
+
+        def rank(path: Path) -> tuple[bool, bool, bool, int]:
+            text = self.texts[path]
+            return name not in path.stem, module not in text, not called or called not in text, len(text)
+
+        near = [p for p, text in self.texts.items() if p.is_relative_to(folder) or module in text]
+        return [p.relative_to(self.root).as_posix() for p in sorted(near, key=rank)]
 
 
 def _copied(out: Path, number: int) -> Copy:
@@ -191,7 +251,7 @@ def _coverage(copy: Copy, options: argparse.Namespace) -> Coverage:
 # ---------------------------------------------------------------------- one change
 
 
-def _judged(copy: Copy, coverage: Coverage, site: Site, limit: float) -> dict[str, Any]:
+def _judged(copy: Copy, coverage: Coverage | Nearest, site: Site, limit: float) -> dict[str, Any]:
     """The change put to the tests: the one that noticed it, or "" and what was tried."""
     begin, path = time.perf_counter(), copy.folder / site.file
     source, times = path.read_bytes(), path.stat()
@@ -211,7 +271,7 @@ def _judged(copy: Copy, coverage: Coverage, site: Site, limit: float) -> dict[st
     }  # fmt: skip
 
 
-def _noticed(copy: Copy, coverage: Coverage, tests: list[str], limit: float) -> tuple[str, int]:
+def _noticed(copy: Copy, coverage: Coverage | Nearest, tests: list[str], limit: float) -> tuple[str, int]:
     """(the test that failed, tests that were run), in batches of growing length within the limit."""
     at, spent, size = 0, 0.0, FIRST
     while at < len(tests) and spent < limit:
@@ -289,9 +349,23 @@ def _tables(out: Path, results: list[dict[str, Any]]) -> None:
         "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
         for row in [titles, ["---"] * 6, *rows]
     ]
-    text = _summary(rows) + "\n\n" + "\n".join(lines) + "\n"
+    text = _summary(rows) + "\n\n" + _by_room(rows) + "\n\n" + "\n".join(lines) + "\n"
     (out / "mutants.md").write_text(text, encoding="utf-8")
     print(_summary(rows))
+
+
+def _by_room(rows: list[list[str]]) -> str:
+    """| room | changes | noticed | survived | equivalent |"""
+    lines = ["| room | changes | noticed | survived | equivalent |", "|---|---|---|---|---|"]
+    for room in ROOMS:
+        verdicts = [row[5] for row in rows if row[0].startswith(f"vcmm/{room}/")]
+        survived = sum(v.startswith("**survived**") for v in verdicts)
+        same = sum(v.startswith("equivalent") for v in verdicts)
+        if verdicts:
+            lines.append(
+                f"| {room} | {len(verdicts)} | {len(verdicts) - survived - same} | {survived} | {same} |"
+            )
+    return "\n".join(lines)
 
 
 def _summary(rows: list[list[str]]) -> str:

@@ -144,7 +144,9 @@ def test_what_is_claimed_of_another_plate_is_what_another_cutter_cuts(tmp_path, 
         return Cutter(read_program(Path(name).read_text()), {1: TOOL}).cut(points, normals, [truth])[0] * 1e3
 
     before = np.abs(departs("part.nc"))
-    assert before.max() > 6.99  # walls along X: 3 um of play and 4 um of radius, and more where X adds its scale
+    assert (
+        before.max() > 6.99
+    )  # walls along X: 3 um of play and 4 um of radius, and more where X adds its scale
     if code == 2:
         assert not Path("new.nc").exists()
         return

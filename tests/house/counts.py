@@ -15,26 +15,104 @@ from pathlib import Path
 from tests.house.test_layers import WHITEBOARD, arrows, inner_imports, sources, tree, within
 from vcmm.core.effect import Effect
 
-# Bare participles that stood as names of functions and classes: a reader must guess whether `told(...)` reports or tests.
-PARTICIPLES = {
-    "told",
-    "drawn",
-    "placed",
-    "said",
-    "seen",
-    "held",
-    "judged",
-    "foretold",
-    "found",
-    "known",
-    "given",
-    "shown",
-    "kept",
-    "stated",
-    "written",
-    "read",
-    "taken",
+# Past participles that do not end in -ed; as the whole of a name a reader must guess whether `told(...)` reports or tests.
+IRREGULAR = frozenset(
+    [
+        "told",
+        "drawn",
+        "found",
+        "said",
+        "seen",
+        "held",
+        "known",
+        "given",
+        "shown",
+        "kept",
+        "written",
+        "taken",
+        "left",
+        "met",
+        "made",
+        "stated",
+        "foretold",
+        "built",
+        "sent",
+        "bent",
+        "cut",
+        "lost",
+        "won",
+        "sought",
+        "caught",
+        "brought",
+        "bought",
+        "thought",
+        "understood",
+        "spent",
+        "meant",
+        "felt",
+        "dealt",
+        "laid",
+        "paid",
+        "struck",
+        "swept",
+        "torn",
+        "worn",
+        "gone",
+        "done",
+        "begun",
+        "borne",
+        "broken",
+        "chosen",
+        "driven",
+        "fallen",
+        "frozen",
+        "grown",
+        "hidden",
+        "ridden",
+        "risen",
+        "spoken",
+        "thrown",
+        "withdrawn",
+        "undone",
+        "sunk",
+        "become",
+        "got",
+        "lent",
+        "learnt",
+        "sold",
+        "slid",
+    ]
+)
+NO_PARTICIPLE = frozenset(
+    ["speed", "feed", "seed", "bed", "need", "red", "embed", "cut"]
+)  # nouns and verbs of that form
+TERMS = {  # participles that are the adjective of a term, or a key of files and of `import vcmm`: they stay
+    "expanded": "expanded uncertainty (GUM)",
+    "indicated": "indicated value (VIM)",
+    "measured": "measured value (VIM), and a key of files",
+    "corrected": "corrected value (VIM), and a parameter of effects",
+    "calibrated": "calibrated value (VIM)",
+    "compensated": "a key of files",
+    "projected": "projected tolerance zone (ISO 1101), a key of files",
+    "filtered": "filtered profile (ISO 16610)",
+    "simulated": "of values that were drawn and not read",
+    "stated": "as a result states U and k; offered by `import vcmm`",
+    "observed": "a key of recordings",
+    "known": "a key of recordings, and of their table",
+    "trained": "a parameter of effects",
+    "learned": "a parameter of effects",
+    "tracked": "a key of machine files",
+    "driven": "a key of set-up files",
+    "seen": "`Words(seen=...)` of the declaration of an effect",
+    "signed": "`Words(signed=...)` of the declaration of an effect",
+    "fixed": "a column with so many decimals, offered by `vcmm.tables`",
+    "required": "which columns an effect needs, offered to effects of users",
+    "closed": "closed form, closed curve",
+    "dashed": "of a line of a chart",
 }
+UNCLEAR = frozenset(
+    ["found", "one", "known", "own", "said", "told", "seen", "held", "asked"]
+)  # names of variables
 SHORT = 60
 
 
@@ -44,15 +122,44 @@ def public_names() -> int:
     return sum(isinstance(n, kinds) and not n.name.startswith("_") for m in sources() for n in tree(m).body)
 
 
-def participles() -> int:
-    """Definitions, methods included, whose whole name is one of PARTICIPLES."""
-    names = [
-        n.name.strip("_")
-        for m in sources()
-        for n in ast.walk(tree(m))
-        if isinstance(n, ast.FunctionDef | ast.ClassDef)
-    ]
-    return sum(name in PARTICIPLES for name in names)
+def is_participle(name: str) -> bool:
+    """Whether the whole name is a past participle that is no term."""
+    word = name.strip("_")
+    ends = word.islower() and "_" not in word and (word.endswith("ed") or word in IRREGULAR)
+    return ends and word not in NO_PARTICIPLE and word not in TERMS
+
+
+def defined_names(module: str) -> list[tuple[str, int]]:
+    """(name, line) of functions, methods, properties, classes and fields of classes, inner ones included; of the module itself at 0."""
+    out = [(module.rsplit(".")[-1], 0)]
+    for node in ast.walk(tree(module)):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            out.append((node.name, node.lineno))
+        if isinstance(node, ast.ClassDef):
+            fields = (n for n in node.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name))
+            out += [(n.target.id, n.lineno) for n in fields if isinstance(n.target, ast.Name)]
+    return out
+
+
+def participles() -> dict[str, list[str]]:
+    """Room -> "name at module:line" of every definition that is a bare participle."""
+    out: dict[str, list[str]] = {}
+    for module in sources():
+        for name, line in defined_names(module):
+            if is_participle(name):
+                out.setdefault(module.split(".")[0], []).append(f"{name} at {module}:{line}")
+    return out
+
+
+def unclear_variables() -> dict[str, int]:
+    """Room -> how often a variable or a parameter is named by one of UNCLEAR."""
+    out: Counter[str] = Counter()
+    for module in sources():
+        for node in ast.walk(tree(module)):
+            is_stored = isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) and node.id in UNCLEAR
+            if is_stored or (isinstance(node, ast.arg) and node.arg in UNCLEAR):
+                out[module.split(".")[0]] += 1
+    return dict(out)
 
 
 def lines(module: str) -> int:
@@ -116,7 +223,8 @@ def figures() -> dict[str, int]:
         "arrows between rooms": len(arrows()),
         "public names": public_names(),
         "public members of Effect": len([n for n in dir(Effect) if not n.startswith("_")]),
-        "definitions that are bare participles": participles(),
+        "definitions that are bare participles": sum(map(len, participles().values())),
+        "variables of unclear names": sum(unclear_variables().values()),
         f"modules under {SHORT} lines with one importer": len(short_with_one_importer()),
         "jobs of the command line": jobs(),
         "Any in face/cli": untyped(),

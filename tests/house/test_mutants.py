@@ -13,6 +13,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from mutant_map import Coverage  # noqa: E402
 from mutant_sites import shown, sites  # noqa: E402
+from mutants import Nearest, sample  # noqa: E402
 
 SOURCE = '''"""Half of 3 + 4 is no formula here."""
 
@@ -96,3 +97,25 @@ def test_the_nearest_and_quickest_tests_come_first(tmp_path):
         "tests/room/test_part.py::test_quick", "tests/room/test_part.py::test_slow", "tests/room/test_y.py::test_b",
         "tests/face/cli/test_x.py::test_a", "tests/house/test_all.py::test_docs", "tests/room/test_part.py::test_other",
     ]  # fmt: skip
+
+
+def test_without_a_map_the_nearest_files_are_asked(tmp_path):
+    """The file of the module's name, then one that imports it from elsewhere, then its folder; a file that has nothing to do with it never."""
+    texts = {
+        "tests/room/test_part.py": "from vcmm.room.part import area",
+        "tests/room/test_other.py": "",
+        "tests/face/test_x.py": "from vcmm.room.part import area",
+        "tests/face/test_y.py": "from vcmm.room.whole import area",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    assert Nearest(tmp_path).noticing("vcmm/room/part.py", "area") == [
+        "tests/room/test_part.py", "tests/face/test_x.py", "tests/room/test_other.py",
+    ]  # fmt: skip
+
+
+def test_a_sample_has_formulas_of_different_files_first():
+    chosen = sample(1, 3, "core")
+    assert len({site.file for site in chosen}) == 3
+    assert all(site.formula and site.file.startswith("vcmm/core/") for site in chosen)

@@ -177,8 +177,8 @@ def test_ringing_is_told_after_the_acceleration_only():
 
 def test_qualification_is_seen_by_what_it_touches_with():
     spheres = {"down": object(), "side": object()}
-    assert set(ProbeLobing("").qualified(spheres).spheres) == {"down", "side"}
-    assert set(ProbeLobing("down").qualified(spheres).spheres) == {"down"}
+    assert set(ProbeLobing("").after_qualification(spheres).spheres) == {"down", "side"}
+    assert set(ProbeLobing("down").after_qualification(spheres).spheres) == {"down"}
     assert not isinstance(TipRadius("down"), SeenByQualification)  # a radius is what qualification finds
 
 

@@ -68,7 +68,7 @@ def test_a_ramp_that_goes_on_to_the_end_of_every_way_is_a_slope_and_a_step():
         assert [
             kind("X", distance=d).diagnosis.shows_at(kind("X", distance=d), run) for d in (5.0, 10.0, 30.0)
         ] == [True, False, False]
-    assert PlayOperator("C").required() == ("sense_C", "since_reversal_C_rad")
+    assert PlayOperator("C").required_columns() == ("sense_C", "since_reversal_C_rad")
 
 
 def test_play_that_grows_with_the_load():

@@ -36,6 +36,6 @@ def test_tip_form_along_weights() -> None:
 
 def test_a_formula_of_an_effect_is_asked() -> None:
     """`response` and `projected` are asked of `WithResponse` alone: that of the form of the tip was never called."""
-    written = [e for e in ALL if hasattr(e, "response") or hasattr(e, "projected")]
+    written = [e for e in ALL if hasattr(e, "response") or hasattr(e, "projection")]
     assert TipForm in written
     assert not [e.__name__ for e in written if not issubclass(e, WithResponse)]

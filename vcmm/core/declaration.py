@@ -221,7 +221,7 @@ class WithResponse:
         """The unit response (n, 6, k) of an array parameter; None = found by unit steps. A test compares the two."""
         return None
 
-    def projected(self, name: str, run: Run, weights: Array) -> Array | None:
+    def projection(self, name: str, run: Run, weights: Array) -> Array | None:
         """Sum over the six numbers of weights (n, 6) times the unit response, (n, k); None = by `response`.
 
         Only worth writing where that is large and nearly empty (fields of many nodes).
@@ -248,7 +248,7 @@ class Tabulated:
 class ChoosesColumns:
     """An effect that needs other columns of a run than `needs` says, as its place or its parameters are."""
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         """Columns that this instance needs."""
         raise NotImplementedError
 
@@ -256,6 +256,6 @@ class ChoosesColumns:
 class SeenByQualification:
     """A reading that the qualification of a stylus sees too, and takes off in part."""
 
-    def qualified(self, spheres: Mapping[str, Any]) -> Any:
+    def after_qualification(self, spheres: Mapping[str, Any]) -> Any:
         """The effect as it is left after a qualification on these spheres (stylus -> sphere)."""
         raise NotImplementedError

@@ -172,7 +172,7 @@ class Effect(ABC):
 
 def required(effect: Effect) -> tuple[str, ...]:
     """Columns of the run that this instance needs."""
-    return effect.required() if isinstance(effect, ChoosesColumns) else declared_columns(effect)
+    return effect.required_columns() if isinstance(effect, ChoosesColumns) else declared_columns(effect)
 
 
 def declared_columns(effect: Effect) -> tuple[str, ...]:
@@ -334,7 +334,7 @@ def basis(effect: Effect, name: str, run: Run) -> Array:
 def projected_basis(effect: Effect, name: str, run: Run, weights: Array) -> Array:
     """weights (n, 6) times `basis`, summed over the six numbers: (n, k)."""
     if isinstance(effect, WithResponse):
-        known = effect.projected(parameter(effect, name).name, run, weights)
+        known = effect.projection(parameter(effect, name).name, run, weights)
         if known is not None:
             return known
     return np.asarray(np.einsum("ni,nik->nk", weights, basis(effect, name, run)))

@@ -45,9 +45,9 @@ def duplicate_text(one: Input, known: Sequence[Input]) -> str:
     return ""
 
 
-def _single_quantities(one: Input) -> tuple[Input, ...]:
+def _single_quantities(quantity: Input) -> tuple[Input, ...]:
     """The quantities whose whole uncertainty an Input states; a common cause is one quantity beside theirs."""
-    return (one,) if not one.members or isinstance(one.law, Law) else one.members
+    return (quantity,) if not quantity.members or isinstance(quantity.law, Law) else quantity.members
 
 
 def merge_effects(effects: Sequence[Effect]) -> list[Effect]:

@@ -14,10 +14,10 @@ from vcmm.core.errors import UsageError
 
 @dataclass(frozen=True)
 class CommandFiles:
-    """Real paths. read: of others; written: by the command itself, which may read and replace them."""
+    """Real paths. read: of others; outputs: by the command itself, which may read and replace them."""
 
     read: set[str] = field(default_factory=set)
-    written: set[str] = field(default_factory=set)
+    outputs: set[str] = field(default_factory=set)
 
 
 _UNDER_WAY: ContextVar[CommandFiles | None] = ContextVar("files of the command under way", default=None)
@@ -36,7 +36,7 @@ def command_files() -> Iterator[None]:
 def note_read(path: Path) -> None:
     """The command has read a file."""
     files = _UNDER_WAY.get()
-    if files is not None and (real := os.path.realpath(path)) not in files.written:
+    if files is not None and (real := os.path.realpath(path)) not in files.outputs:
         files.read.add(real)
 
 
@@ -51,4 +51,4 @@ def check_replacing(paths: Iterable[Path]) -> None:
         raise UsageError(
             f"{lost[0]} is one of the files that this command reads and would be lost; name another place for what it writes"
         )
-    files.written.update(real)
+    files.outputs.update(real)

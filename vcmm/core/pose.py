@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 ORTHONORMAL_TOLERANCE = 1e-9
 
 
-def frozen(values: npt.ArrayLike) -> Array:
+def read_only_copy(values: npt.ArrayLike) -> Array:
     """A read-only float64 copy."""
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
@@ -76,8 +76,8 @@ class Pose:
     shift: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rotation", frozen(self.rotation))
-        object.__setattr__(self, "shift", frozen(self.shift))
+        object.__setattr__(self, "rotation", read_only_copy(self.rotation))
+        object.__setattr__(self, "shift", read_only_copy(self.shift))
         _check(self.rotation, self.shift)
 
     @staticmethod
@@ -165,8 +165,8 @@ class Pose:
 def _sound(rotation: Array, shift: Array) -> Pose:
     """A pose whose rotation follows from rotations that were checked, so it needs no check of its own."""
     pose = object.__new__(Pose)
-    object.__setattr__(pose, "rotation", frozen(rotation))
-    object.__setattr__(pose, "shift", frozen(shift))
+    object.__setattr__(pose, "rotation", read_only_copy(rotation))
+    object.__setattr__(pose, "shift", read_only_copy(shift))
     return pose
 
 

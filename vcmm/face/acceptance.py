@@ -81,9 +81,9 @@ def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials:
     from vcmm.learn.calibration.spindle import predicted_spindle, recorded_spindle
 
     if is_reversal(file):
-        found = separate(load_reversal(file))
-        warnings += [f"not identified: {c.text}" for c in found.combinations]
-        return recorded_spindle(found, limits, seed, trials)
+        reversal_result = separate(load_reversal(file))
+        warnings += [f"not identified: {c.text}" for c in reversal_result.combinations]
+        return recorded_spindle(reversal_result, limits, seed, trials)
     if str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
         raise UsageError(
             f'{file}: a spindle test says in [reversal] how artefact and probe were turned; test = "direct" where the artefact is '

@@ -58,12 +58,12 @@ def measure(scenario: Scenario | CutScenario | str | Path, seed: int | None = No
     files = _files_of(scenario)
     loaded = _load_if_file(scenario)
     if isinstance(loaded, Scenario):
-        found = measure_task(loaded.task(), seed)
+        measurement = measure_task(loaded.task(), seed)
     else:
         from vcmm.shop.machining.job import measure_cut
 
-        found = measure_cut(loaded, seed)
-    return replace(found, reading=measurement_reading(files, seed))
+        measurement = measure_cut(loaded, seed)
+    return replace(measurement, reading=measurement_reading(files, seed))
 
 
 def uncertainty(
@@ -107,10 +107,10 @@ def uncertainty(
     """
     files = _files_of(scenario)
     loaded = load_measuring(scenario)
-    settings = loaded.settings.asked(seed=seed, trials=trials, engine=engine, digits=digits)
-    found = evaluate_task(loaded.task(), settings, progress, sharing=sharing)
-    said = (*remarks(loaded), *found.warnings)
-    return replace(found, warnings=said, reading=uncertainty_reading(loaded, files))
+    settings = loaded.settings.with_changes(seed=seed, trials=trials, engine=engine, digits=digits)
+    uncertainty_result = evaluate_task(loaded.task(), settings, progress, sharing=sharing)
+    said = (*remarks(loaded), *uncertainty_result.warnings)
+    return replace(uncertainty_result, warnings=said, reading=uncertainty_reading(loaded, files))
 
 
 def evaluate(
@@ -158,7 +158,7 @@ def evaluate(
     check_inputs(points, values, frame, tip_centres)
     files = [*_files_of(scenario), *(f for f in (points, values) if f is not None)]
     scenario = load_measuring(scenario)
-    settings = scenario.settings.asked(seed=seed, trials=trials)
+    settings = scenario.settings.with_changes(seed=seed, trials=trials)
     if values is not None:
         parts = evaluate_listed(scenario, values, settings, progress)
     else:
@@ -293,10 +293,10 @@ def place(
         )
     from vcmm.shop.machining.placement import place_cut
 
-    found = place_cut(
+    placed_cut = place_cut(
         loaded, seed=seed, evaluations=evaluations, scanned=scanned, trials=trials, progress=progress
     )
-    return replace(found, reading=placed_cut_reading(loaded, files))
+    return replace(placed_cut, reading=placed_cut_reading(loaded, files))
 
 
 def cut(
@@ -343,8 +343,8 @@ def cut(
         raise UsageError(
             "this scenario measures and cuts nothing: use vcmm.uncertainty(scenario), or vcmm.measure(scenario)"
         )
-    found = cut_part(loaded, seed=seed, trials=trials, engine=engine, progress=progress, sharing=sharing)
-    return replace(found, reading=cut_reading(loaded, files))
+    cut_result = cut_part(loaded, seed=seed, trials=trials, engine=engine, progress=progress, sharing=sharing)
+    return replace(cut_result, reading=cut_reading(loaded, files))
 
 
 def _files_of(scenario: object) -> list[str | Path]:

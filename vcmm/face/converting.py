@@ -17,12 +17,12 @@ def convert_file(file: Path, machine: Path | None, target: Path) -> tuple[Conver
 
     name, centre = _machine_beside(machine, target)
     made = convert(file, Beside(name, centre))
-    found = _read_back(made, target)
-    wrong = {found.characteristics[i]: text for i, text in found.contradictory.items()}
+    read_back = _read_back(made, target)
+    wrong = {read_back.characteristics[i]: text for i, text in read_back.contradictory.items()}
     if wrong:
         made = convert(file, Beside(name, centre, wrong))
-        found = _read_back(made, target)
-    return made, found.problems
+        read_back = _read_back(made, target)
+    return made, read_back.problems
 
 
 @dataclass(frozen=True)

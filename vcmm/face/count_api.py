@@ -121,10 +121,10 @@ def routes(
     read = [file for file in files.values() if file is not None]
     loaded = load_measuring(scenario)
     data = read_route_data(loaded, **files) if read else None
-    asked = loaded.settings.asked(seed=seed, trials=trials)
-    found = by_routes(loaded, data, settings=asked, progress=progress)
+    asked = loaded.settings.with_changes(seed=seed, trials=trials)
+    routes_result = by_routes(loaded, data, settings=asked, progress=progress)
     own = [scenario] if isinstance(scenario, str | Path) else []
-    return replace(found, reading=readings.routes_reading(loaded, [*own, *read]))
+    return replace(routes_result, reading=readings.routes_reading(loaded, [*own, *read]))
 
 
 def certificate(
@@ -159,5 +159,5 @@ def certificate(
     """
     from vcmm.files.learned.certificate_comparison import certificate_worth
 
-    found = certificate_worth(Path(scenario), trials=trials, seed=seed, progress=progress)
-    return replace(found, reading=readings.certificate_reading(scenario))
+    worth = certificate_worth(Path(scenario), trials=trials, seed=seed, progress=progress)
+    return replace(worth, reading=readings.certificate_reading(scenario))

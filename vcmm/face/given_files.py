@@ -66,18 +66,18 @@ def given_points(
         )
     from vcmm.files.foreign.qif_points import TIP, read_qif_points
 
-    found = read_qif_points(path)
-    if found.tip_radius is None:
+    qif_points = read_qif_points(path)
+    if qif_points.tip_radius is None:
         if tip_centres:
             raise UsageError(
                 f"{path} says that its points are compensated for the tip; leave --tip-centres out"
             )
-        return found.parts, False, found.notes
-    other = [n for n, s in scenario.plan.styli.items() if abs(s.tip_radius - found.tip_radius) > TIP]
+        return qif_points.parts, False, qif_points.notes
+    other = [n for n, s in scenario.plan.styli.items() if abs(s.tip_radius - qif_points.tip_radius) > TIP]
     if other:
         raise DataError(
-            f"{path}: its points are centres of a tip of radius {found.tip_radius:.9g} mm, and the stylus "
+            f"{path}: its points are centres of a tip of radius {qif_points.tip_radius:.9g} mm, and the stylus "
             f'"{other[0]}" of the plan has {scenario.plan.styli[other[0]].tip_radius:.9g} mm; write '
-            f'tip_diameter = "{2 * found.tip_radius:.12g} mm"'
+            f'tip_diameter = "{2 * qif_points.tip_radius:.12g} mm"'
         )
-    return found.parts, True, found.notes
+    return qif_points.parts, True, qif_points.notes

@@ -104,8 +104,8 @@ def diagnose(
 
         given = None if machine is None else _machine(machine)
         recording, known = load_recording(recording, given, gaps=True)
-    found = find_causes(recording, known, seed=seed, extra_effects=extra_effects, progress=progress)
-    return replace(found, reading=machine_readings.diagnosis_reading(recording, known))
+    diagnosis = find_causes(recording, known, seed=seed, extra_effects=extra_effects, progress=progress)
+    return replace(diagnosis, reading=machine_readings.diagnosis_reading(recording, known))
 
 
 def calibrate(
@@ -151,7 +151,7 @@ def calibrate(
     """
     from vcmm.learn.calibration.job import calibrate as find_errors
 
-    found = find_errors(
+    calibration = find_errors(
         recordings,
         machine,
         certificates,
@@ -161,7 +161,7 @@ def calibrate(
         interpolation=interpolation,
         correlated=correlated,
     )
-    return replace(found, reading=machine_readings.calibration_reading())
+    return replace(calibration, reading=machine_readings.calibration_reading())
 
 
 def compensate(
@@ -230,7 +230,7 @@ def compensate(
     from vcmm.compensation.job import compensate as rewrite
     from vcmm.face.machine_of_setup import setup_and_machine
 
-    found = rewrite(
+    compensated_program = rewrite(
         program,
         *setup_and_machine(setup, machine),
         dialect=dialect,
@@ -246,7 +246,7 @@ def compensate(
         orientation=orientation,
         progress=progress,
     )
-    return replace(found, reading=machine_readings.compensation_reading(Path(program)))
+    return replace(compensated_program, reading=machine_readings.compensation_reading(Path(program)))
 
 
 def test(

@@ -93,8 +93,8 @@ def reaching(run: Run, logs: Mapping[str, Series]) -> tuple[dict[str, Series], G
             gone = f"{said}: the log is set aside, what depends on it is not testable"
             gaps = replace(gaps, notes=(*gaps.notes, gone))
             continue
-        held = Series(np.append(log.time, end), np.append(log.value, log.value[-1]))
-        out[name] = held
+        series = Series(np.append(log.time, end), np.append(log.value, log.value[-1]))
+        out[name] = series
         gaps = _with(gaps, name, beyond, f"{said}: {int(beyond.sum())} of {run.n} rows lie beyond it")
     return out, gaps
 

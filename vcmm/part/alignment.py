@@ -125,10 +125,10 @@ def datum_system(
     return _pose(pairs[0], first, directions[1:], pairs, start)
 
 
-def _add(directions: list[_Direction], one: _Direction) -> None:
+def _add(directions: list[_Direction], direction: _Direction) -> None:
     """The first direction, and the first that is not parallel to it."""
-    if not directions or (len(directions) == 1 and _sine(one, directions[0]) > PARALLEL):
-        directions.append(one)
+    if not directions or (len(directions) == 1 and _sine(direction, directions[0]) > PARALLEL):
+        directions.append(direction)
 
 
 def _sine(a: _Direction, b: _Direction) -> float:
@@ -147,18 +147,18 @@ def _upright(start: Pose | None) -> tuple[Array, Array]:
 
 
 def _restrain(
-    pair: _Pair, own: _Direction, directions: Sequence[_Direction], again: FitAgain | None
+    pair: _Pair, direction: _Direction, directions: Sequence[_Direction], again: FitAgain | None
 ) -> tuple[_Pair, _Direction]:
     """The datum with the orientation that the directions before it give, and its own direction then."""
     first, drawn = directions[0], unit(directions[0].nominal)
     w, about = unit(first.measured), None
-    along = float(own.nominal @ drawn)
+    along = float(direction.nominal @ drawn)
     if len(directions) == 2:
         seen, wanted = _triads(w, directions[1].measured), _triads(drawn, directions[1].nominal)
-        axis = np.einsum("...ji,...j->...i", seen, wanted @ own.nominal)
+        axis = np.einsum("...ji,...j->...i", seen, wanted @ direction.nominal)
     else:
         across = math.sqrt(max(1.0 - along * along, 0.0))
-        beside = own.measured - dot(own.measured, w)[..., None] * w
+        beside = direction.measured - dot(direction.measured, w)[..., None] * w
         axis = along * w + (across * unit(beside) if across > 1e-9 else 0.0)
         about = np.broadcast_to(w, axis.shape) if across > PARALLEL else None
     side = np.where(dot(pair.fitted.axis, axis) < 0.0, -1.0, 1.0)[..., None]
@@ -167,7 +167,7 @@ def _restrain(
         if again is None
         else again(pair.nominal.name, side * axis, about)
     )
-    return replace(pair, fitted=anew), _Direction(side * anew.axis, own.nominal)
+    return replace(pair, fitted=anew), _Direction(side * anew.axis, direction.nominal)
 
 
 def _turn_shape(shape: Shape, axis: Array, about: Array | None) -> Shape:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError, Environment
-from vcmm.core.pose import Array, dot, frozen, length
+from vcmm.core.pose import Array, dot, length, read_only_copy
 from vcmm.core.text import read_head
 
 FORMATS = (".stl", ".obj", ".ply")
@@ -31,7 +31,7 @@ class Mesh:
     def __post_init__(self) -> None:
         faces = np.array(self.faces, dtype=np.intp)
         faces.setflags(write=False)
-        object.__setattr__(self, "vertices", frozen(self.vertices))
+        object.__setattr__(self, "vertices", read_only_copy(self.vertices))
         object.__setattr__(self, "faces", faces)
         _check(self.vertices, self.faces)
 

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError
-from vcmm.core.pose import Array, Pose, dot, frozen, length, unit
+from vcmm.core.pose import Array, Pose, dot, length, read_only_copy, unit
 
 NEIGHBOURS = 6
 SAME_FACE = 0.7071  # cosine: a neighbour whose normal is turned by more than 45 deg lies round an edge and tells no curvature
@@ -37,8 +37,8 @@ class NominalPoints:
     def __post_init__(self) -> None:
         points, normals = (np.asarray(a, dtype=np.float64) for a in (self.points, self.normals))
         _check(points, normals)
-        object.__setattr__(self, "points", frozen(points))
-        object.__setattr__(self, "normals", frozen(unit(normals)))
+        object.__setattr__(self, "points", read_only_copy(points))
+        object.__setattr__(self, "normals", read_only_copy(unit(normals)))
 
     @cached_property
     def tree(self) -> object:

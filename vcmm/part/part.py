@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError, UsageError, choose_from, did_you_mean
-from vcmm.core.pose import Array, Pose, dot, frozen, length, triad, unit
+from vcmm.core.pose import Array, Pose, dot, length, read_only_copy, triad, unit
 from vcmm.part.characteristic import TYPES, Characteristic, members
 from vcmm.part.mesh import Mesh, load_mesh
 from vcmm.part.nominal import NominalPoints, distance_and_normal
@@ -108,15 +108,15 @@ class Feature:
 
     def __post_init__(self) -> None:
         for field in ("point", "axis", "sizes"):
-            object.__setattr__(self, field, frozen(getattr(self, field)))
+            object.__setattr__(self, field, read_only_copy(getattr(self, field)))
         object.__setattr__(self, "extent", tuple(float(value) for value in self.extent))
         if self.u is not None:
-            object.__setattr__(self, "u", frozen(self.u))
+            object.__setattr__(self, "u", read_only_copy(self.u))
         problems = list(_feature_problems(self))
         if problems:
             raise DataError(f'Feature "{self.name}": {problem}' for problem in problems)
         if KINDS[self.kind].direction:
-            object.__setattr__(self, "axis", frozen(unit(self.axis)))
+            object.__setattr__(self, "axis", read_only_copy(unit(self.axis)))
 
     @property
     def free(self) -> bool:

@@ -158,7 +158,7 @@ def test_only_forms_that_the_residuals_allow_cost_a_claim(squared):
     counted = belts.inverse(0, 2e-3, noise).counted
     held = [
         coverage(belts.inverse(0, 2e-3, noise).inverse, 0, one, 0.95, True)
-        for one in (*drawn.anew, *drawn.fixed(0.0))
+        for one in (*drawn.anew, *drawn.with_form(0.0))
     ]
     assert counted[0] == min(held)
 

@@ -37,7 +37,7 @@ def test_a_size_is_counted_by_the_door_of_users(tmp_path: Path) -> None:
     found = count_by_points(scenario, scenario.settings, 150)
     assert len(found) == len(KINDS)
     assert all(one.parts == 15 and one.claimed >= 13 for one in found)
-    assert sum(one.held for one in found) >= 0.93 * sum(one.claimed for one in found)
+    assert sum(one.covering for one in found) >= 0.93 * sum(one.claimed for one in found)
     assert min(one.width for one in found) > 3e-3
     assert "steps and edges" in found[-1].kind
 

@@ -38,7 +38,7 @@ def test_capsule_beside_a_cube_by_hand():
     # with 4 mm due it lacks 1 mm
     assert slack(CUBE, shaft, np.array([4.0]))[0] == pytest.approx(-1.0, abs=0.11)
     # swept by 3 mm towards the cube it touches: what it lacks of 0.5 mm is 0.5
-    swept = shaft.swept(np.zeros((1, 3)), np.array([[-3.0, 0.0, 0.0]]))
+    swept = shaft.swept_volume(np.zeros((1, 3)), np.array([[-3.0, 0.0, 0.0]]))
     assert slack(CUBE, swept, np.array([0.5]))[0] == pytest.approx(-0.5, abs=0.06)
 
 
@@ -69,7 +69,7 @@ def random_checks(n: int, seed: int) -> tuple[int, int, int]:
     end = start + rng.normal(size=(n, 3)) * 25.0
     move = rng.normal(size=(n, 3)) * 8.0 * rng.integers(0, 2, (n, 1))
     radius, need = rng.uniform(0.3, 3.0, n), rng.uniform(0.0, 3.0, n)
-    bodies = rods(start, end, radius).swept(np.zeros((n, 3)), move)
+    bodies = rods(start, end, radius).swept_volume(np.zeros((n, 3)), move)
     room = slack(analytic_solid(block(), 5.0), bodies, need)
     a, b = rng.uniform(0, 1, (2, n, 400, 1))
     ball = rng.normal(size=(n, 400, 3))
@@ -99,7 +99,7 @@ def test_half_diagonal_by_hand():
 
 def test_a_swept_body_by_hand():
     rod = rods(np.zeros((1, 3)), np.array([[0.0, 0.0, 10.0]]), np.array([1.0]))
-    swept = rod.swept(np.array([[1.0, 0, 0]]), np.array([[5.0, 0, 0]]))
+    swept = rod.swept_volume(np.array([[1.0, 0, 0]]), np.array([[5.0, 0, 0]]))
     assert swept.centre[0].tolist() == [3.0, 0.0, 5.0]
     assert swept.edges[0, 3].tolist() == [2.0, 0.0, 0.0]
     turned = rod.to_frame(np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]), np.array([0.0, 0.0, 7.0]))

@@ -140,7 +140,7 @@ def test_differences_by_hand():
 
 def test_the_best_lie_apart(tmp_path):
     ask = CountedObjective(found_boxes(plate(tmp_path))[0], Bowl())
-    ask.seen.append(
+    ask.history.append(
         (np.array([[0.5, 0.5], [0.52, 0.5], [0.9, 0.5], [0.1, 0.1]]), np.array([1.0, 1.1, 2.0, np.inf]))
     )
     assert [(v, u.tolist()) for v, u in ask.best(9)] == [(1.0, [0.5, 0.5]), (2.0, [0.9, 0.5])]

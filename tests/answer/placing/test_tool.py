@@ -50,7 +50,7 @@ def test_touches_by_hand():
     assert s.names == ("point 1 on face", "point 2 on face", "point 1 on rim")
     assert s.tip[:, 2].tolist() == [2.0, 2.0, 0.5]
     assert s.start[0] == pytest.approx([1.0 - 1.8, 0.0, 2.0 + 2.4])  # against the slant
-    assert s.left[0] == pytest.approx([1.0, 0.0, 5.0])  # along the normal
+    assert s.end[0] == pytest.approx([1.0, 0.0, 5.0])  # along the normal
     assert s.start[2] == pytest.approx([1.0, 0.0, 3.5])
     assert s.pairs().tolist() == [[0, 1]]
     assert s.ends.tolist() == [0, 1, 2]

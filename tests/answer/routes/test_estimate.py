@@ -69,7 +69,7 @@ def test_standards_by_hand() -> None:
     # two rings that differ by 4 standard uncertainties of their mean: chi^2 = 8 for 1 degree of freedom
     apart = [StandardReadings("ring", 50.0, 0.2e-3, np.array([50.0 + e])) for e in (-0.4e-3, 0.4e-3)]
     found = corrections(apart)
-    assert found.known == (False, True)
+    assert found.is_shown == (False, True)
     assert found.covariance[1, 1] == pytest.approx(8 * (0.1e-3) ** 2 / 2)
 
 

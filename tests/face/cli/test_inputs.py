@@ -110,7 +110,12 @@ def test_what_is_there_is_let_through(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_what_the_parser_refuses_is_left_to_it() -> None:
     """An unknown option, a value that is not there, a word too many, a word that is no job."""
-    for line in ("measure no.toml --sed 3", "measure --seed", "measure no.toml b.toml", "calibrate poses no"):
+    for line in (
+        "measure no.toml --sed 3",
+        "measure --seed",
+        "measure no.toml b.toml",
+        "calibrate poses no.toml",
+    ):
         check_inputs(line.split())
 
 

@@ -204,7 +204,7 @@ def test_uncertainty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         )  # fmt: skip
         assert repr(own) == f"<{c['name']}: {in_one_line(answer_of(own))}>"
     scenario = vcmm.load_scenario(file)
-    bench = Bench(scenario.with_(settings=scenario.settings.asked(trials=TRIALS)))
+    bench = Bench(scenario.with_(settings=scenario.settings.with_changes(trials=TRIALS)))
     assert bench.settle({})["characteristics"] == json.loads(json.dumps(found))
 
 

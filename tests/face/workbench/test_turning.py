@@ -31,7 +31,7 @@ def bench_of(path: Path) -> Bench:
 def test_a_saved_file_is_the_task_with_its_knobs_turned(tmp_path: Path) -> None:
     path = edited(tmp_path, ('name = "bridge CMM"', 'name = "bridge CMM"  # mine'))
     bench = bench_of(path)
-    saved = bench.saved(TURNED)
+    saved = bench.text_with_knobs(TURNED)
     assert saved["name"] == "plate-turned.toml"
     again = tmp_path / saved["name"]
     again.write_text(saved["toml"])
@@ -48,9 +48,9 @@ def test_a_saved_file_is_the_task_with_its_knobs_turned(tmp_path: Path) -> None:
     # opened again, its knobs stand where they were left, and saved again it says the same
     other = bench_of(again)
     assert other.state()["turned"] == {"room": 1.5, "styli": 1.2, "touches": 2.0, "spread": 0.5}
-    second = other.saved(other.state()["turned"])
+    second = other.text_with_knobs(other.state()["turned"])
     assert second == saved
-    plain = other.saved({})
+    plain = other.text_with_knobs({})
     assert "[knobs]" not in plain["toml"]
 
 
@@ -85,7 +85,7 @@ def test_wrong_knobs_of_a_file_are_told_with_their_line(tmp_path: Path, line: st
 
 def test_a_task_without_a_file_is_not_saved(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="not read from a file"):
-        Bench(load_scenario(edited(tmp_path))).saved({})
+        Bench(load_scenario(edited(tmp_path))).text_with_knobs({})
 
 
 @pytest.mark.thorough

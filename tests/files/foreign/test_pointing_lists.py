@@ -39,9 +39,9 @@ def test_a_star_by_hand(tmp_path):
     assert np.degrees(found.second) * 3600 == pytest.approx([1805.0])
     # the star stands in the meridian at declination -0.5 deg, latitude 39.0072: 50.4928 deg high; lifted by
     # 1.02' / tan(50.4928 + 10.3 / 55.6028 = 50.6780 deg) x 1010 / 1010 x 283 / 288 = 0.8212' = 49.27 arcsec
-    declination = np.degrees(np.arcsin(found.seen[0, 2]))
+    declination = np.degrees(np.arcsin(found.directions[0, 2]))
     assert (declination + 0.5) * 3600 == pytest.approx(49.27, abs=0.02)
-    assert found.seen[0, 1] == pytest.approx(0.0, abs=1e-12)
+    assert found.directions[0, 1] == pytest.approx(0.0, abs=1e-12)
     assert found.down == pytest.approx(
         [-np.cos(np.radians(39.00722)), 0.0, -np.sin(np.radians(39.00722))], abs=1e-6
     )
@@ -73,8 +73,8 @@ def test_offsets_of_an_altaz_head_by_hand(tmp_path):
     assert np.degrees(found.first) == pytest.approx([-90.0, 160.0])
     assert np.degrees(found.second) == pytest.approx([-30.0, -60.0])
     # east is -y; 36 arcsec further round from north to east at 30 degrees, 18 arcsec lower
-    assert found.seen[0] == pytest.approx(direction_of(np.radians([90.01]), np.radians([29.995]))[0])
-    assert found.seen[0, 1] < -0.8
+    assert found.directions[0] == pytest.approx(direction_of(np.radians([90.01]), np.radians([29.995]))[0])
+    assert found.directions[0, 1] < -0.8
     recording = load(tmp_path, table, "list.csv", "altaz")
     size = np.abs(recording.value.reshape(2, 2)) * 180 / np.pi * 3600
     assert size[1] == pytest.approx([0.0, 0.0], abs=1e-6)

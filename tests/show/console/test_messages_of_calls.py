@@ -34,7 +34,7 @@ def test_an_option_is_not_blamed_on_a_line_of_the_file(
         assert said.startswith("vcmm: 12 trials are too few")
         assert "plate.toml" not in said
     with pytest.raises(OptionError, match="12 trials"):
-        vcmm.load_scenario(file).settings.asked(trials=12)
+        vcmm.load_scenario(file).settings.with_changes(trials=12)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from vcmm.show.report.answers import (
     value_and_U,
 )
 from vcmm.show.report.notices import notice
-from vcmm.show.report.page import contents, linked, with_anchors
+from vcmm.show.report.page import contents, link_headings, with_anchors
 from vcmm.show.report.text import micro
 from vcmm.show.report.trade_words import contributor, what_to_change
 
@@ -109,8 +109,8 @@ def test_lines_lead_to_their_sections() -> None:
     block = answers_block(
         [AnswerLine("a", "1 mm", link="bore <1> (size)"), AnswerLine("b", "2 mm", link="nowhere")]
     )
-    assert '<a href="#bore-1-size">a</a>' in linked(block, found)
-    assert "data-to" not in linked(block, found)
+    assert '<a href="#bore-1-size">a</a>' in link_headings(block, found)
+    assert "data-to" not in link_headings(block, found)
     assert contents(found).count("<li>") == 3
     assert contents({"one": "one"}) == ""
 

@@ -12,7 +12,7 @@ from vcmm.show.tables.stated import kind_of_interval, meaning_of_U
 def test_every_kind_of_U_is_said():
     """[0, 1.78] µm beside U = 1.28 µm is no symmetric interval, and 1.28 not half of it."""
     plain = result(name="bore")
-    biased = result(name="length", truth=Additive(Linear(0.0, ()), 0.0, left=-1e-3))
+    biased = result(name="length", truth=Additive(Linear(0.0, ()), 0.0, bias=-1e-3))
     form = result(
         name="form", one_sided=True, interval=(0.0, 1.78e-3), half_width=1.28e-3,
         true_value=TrueValue(1e-3, (0.0, 1.78e-3), True),

@@ -37,7 +37,9 @@ def test_a_figure_may_have_been_two_standard_uncertainties_larger() -> None:
 
 def found(**named: object) -> MachineCertificate:
     findings = Findings(**named)  # type: ignore[arg-type]
-    return MachineCertificate(E0=LengthLimit(1.8e-3, 350), R0=1.5e-3, form=1.8e-3, size=1e-3, found=findings)
+    return MachineCertificate(
+        E0=LengthLimit(1.8e-3, 350), R0=1.5e-3, form=1.8e-3, size=1e-3, findings=findings
+    )
 
 
 def used(c: MachineCertificate) -> np.ndarray:

@@ -192,7 +192,7 @@ def test_turns_lose_drift_and_what_is_not_complete():
     q = np.radians(np.arange(0, 3.5 * 360, 10.0))
     value = NM * (3 * np.cos(2 * q) + 4 * q)
     found = turn_group("normal", "", q, value, 3)
-    assert (len(found.coefficients), found.dropped) == (3, 1)
+    assert (len(found.coefficients), found.incomplete) == (3, 1)
     assert found.coefficients.mean(axis=0) == pytest.approx(np.array([0, 3, 0]) * NM, abs=1e-12)
     with pytest.raises(UsageError, match="shows no scatter"):
         turn_group("normal", "", q[:36], value[:36], 3)

@@ -81,13 +81,13 @@ def _errors(model: LinearModel, machines: CertifiedMachines, seed: int) -> Array
     return np.concatenate(found)
 
 
-def _input_draws(one: Draws, machines: CertifiedMachines, rows: slice) -> Draws:
+def _input_draws(draws: Draws, machines: CertifiedMachines, rows: slice) -> Draws:
     """The draws of one Input, those of the certificate taken from the machines themselves."""
-    effect = one.influence.input.effect
+    effect = draws.influence.input.effect
     if effect == Scatter.name:
-        law = one.influence.input.law
+        law = draws.influence.input.law
         factor = machines.scatter[rows] / float(np.ravel(law.u)[0])
-        return Draws(one.influence, one.raw, one.departures * factor[:, None, None])
+        return Draws(draws.influence, draws.raw, draws.departures * factor[:, None, None])
     for kind, values in (
         (CalibrationModes, machines.modes),
         (TipForm, machines.form),
@@ -95,9 +95,9 @@ def _input_draws(one: Draws, machines: CertifiedMachines, rows: slice) -> Draws:
     ):
         if effect == kind.name:
             return Draws(
-                one.influence, one.raw, np.broadcast_to(values[rows][:, None, :], one.departures.shape)
+                draws.influence, draws.raw, np.broadcast_to(values[rows][:, None, :], draws.departures.shape)
             )
-    return one
+    return draws
 
 
 def smallest(found: Sequence[CoveredMachines]) -> float:

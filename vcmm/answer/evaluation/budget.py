@@ -41,12 +41,12 @@ def budget_line(
     )  # fmt: skip
 
 
-def _dof(world: World, one: Input, law: object) -> float:
+def _dof(world: World, quantity: Input, law: object) -> float:
     """Degrees of freedom of a law; of a qualification by touches those of the scatter that made it uncertain (JCGM 100, G.4)."""
-    if one.cause == REPEATABILITY:
-        scatter = [i.law for i in world.machine_of(one)[0].inputs if i.effect == Scatter.name]
+    if quantity.cause == REPEATABILITY:
+        scatter = [i.law for i in world.machine_of(quantity)[0].inputs if i.effect == Scatter.name]
         return min((float(getattr(found, "dof", np.inf)) for found in scatter), default=float("inf"))
-    return min(float(getattr(law, "dof", np.inf)), one.nu)
+    return min(float(getattr(law, "dof", np.inf)), quantity.nu)
 
 
 def product_line(world: World, first: Influence, second: Influence, u_i: float, u: float) -> BudgetLine:

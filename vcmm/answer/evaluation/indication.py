@@ -54,29 +54,29 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     )  # fmt: skip
 
 
-def _decision(result: CharacteristicResult, said: Statement, rule: str) -> Decision | None:
+def _decision(result: CharacteristicResult, statement: Statement, rule: str) -> Decision | None:
     if result.tolerance is None:
         return None
     if not result.coverage_shown:
         return no_decision(rule, result.why_not_shown)
-    if said.p_reach is not None and rule != GUARD_BAND:
-        return _with_bias(result, said, rule)
-    low, high = said.interval
+    if statement.p_reach is not None and rule != GUARD_BAND:
+        return _with_bias(result, statement, rule)
+    low, high = statement.interval
     where = (
-        (low + high) / 2 if rule == GUARD_BAND else said.estimate
+        (low + high) / 2 if rule == GUARD_BAND else statement.estimate
     )  # the guard band is that of the interval
     return decide(
-        where, result.tolerance, said.p_conform, u=result.u if math.isfinite(result.u) else None, U=(high - low) / 2,
+        where, result.tolerance, statement.p_conform, u=result.u if math.isfinite(result.u) else None, U=(high - low) / 2,
         rule=rule, one_sided=result.one_sided,
     )  # fmt: skip
 
 
-def _with_bias(result: CharacteristicResult, said: Statement, rule: str) -> Decision:
+def _with_bias(result: CharacteristicResult, statement: Statement, rule: str) -> Decision:
     """By U + |bias|, where a known bias is not corrected: nothing that a value off by the bias, either way, would decide otherwise."""
-    assert said.p_reach is not None
-    least, most = said.p_reach
+    assert statement.p_reach is not None
+    least, most = statement.p_reach
     u = result.u if math.isfinite(result.u) else None
     text = CONFORMS if least >= ACCEPT else REJECTED if most <= REJECT else UNDECIDED
     guard = None if u is None else NormalDist().inv_cdf(ACCEPT) * u + abs(result.bias)
     why = BIAS_IN_REACH if text == UNDECIDED else ""
-    return Decision(text, rule, said.p_conform, guard, why)
+    return Decision(text, rule, statement.p_conform, guard, why)

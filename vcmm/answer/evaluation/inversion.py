@@ -146,12 +146,12 @@ class Inversion:
     drawing: Drawing
     settings: Settings
     numbers: tuple[int, ...]
-    _expected: dict[Reach, set[int]] = field(default_factory=dict, repr=False)
+    _expected_pairs: dict[Reach, set[int]] = field(default_factory=dict, repr=False)
     _parts: dict[Reach, list[DrawnParts]] = field(default_factory=dict, repr=False)
     _inverses: dict[tuple[int, Reach, tuple[float, ...] | None], CountedInverse | NoInverse] = field(
         default_factory=dict, repr=False
     )
-    _fixed: dict[float, list[FixedParts]] = field(default_factory=dict, repr=False)
+    _form_parts: dict[float, list[FixedParts]] = field(default_factory=dict, repr=False)
 
     def column(self, i: int) -> int:
         """Where characteristic i of the task stands among those that parts are drawn for."""
@@ -190,7 +190,7 @@ class Inversion:
         """What will be asked for (characteristic, indicated value, residuals): parts of one reach are then evaluated for that alone."""
         for i, y, rest in asked:
             if i in self.numbers:
-                self._expected.setdefault(self.reach(i, y, rest), set()).add(i)
+                self._expected_pairs.setdefault(self.reach(i, y, rest), set()).add(i)
 
     def draw_parts(self, i: int, reach: Reach = (0, 0)) -> DrawnParts:
         """Parts drawn with forms up to MOST 2^reach[0] times the noise, and as far off as reach[1] says, with the values of
@@ -199,23 +199,23 @@ class Inversion:
         kept = self._parts.setdefault(reach, [])
         held = {n for one in kept for n in one.numbers}
         if i not in held:
-            numbers = sorted({i} | (self._expected.get(reach, set(self.numbers)) - held))
+            numbers = sorted({i} | (self._expected_pairs.get(reach, set(self.numbers)) - held))
             form, off = (MOST * 2.0**n for n in reach)
             kept.append(DrawnParts(self, tuple(numbers), Largest(form, off)))
         return next(one for one in kept if i in one.numbers)
 
-    def fixed(self, i: int, ratio: float) -> tuple[int, Sequence[Pairs]]:
+    def parts_with_form(self, i: int, ratio: float) -> tuple[int, Sequence[Pairs]]:
         """Where characteristic i stands in parts of which the form of all is so many times the noise, and these parts.
 
         They go no further for a rougher part: all reaches share them.
         """
-        kept = self._fixed.setdefault(ratio, [])
+        kept = self._form_parts.setdefault(ratio, [])
         found = next((one for one in kept if i in one[0]), None)
         if found is None:
             held = {n for one in kept for n in one[0]}
-            asked = set().union(*self._expected.values()) if self._expected else set(self.numbers)
+            asked = set().union(*self._expected_pairs.values()) if self._expected_pairs else set(self.numbers)
             numbers = tuple(sorted({i} | (asked - held)))
-            found = numbers, DrawnParts(self, numbers, ANY).fixed(ratio)
+            found = numbers, DrawnParts(self, numbers, ANY).with_form(ratio)
             kept.append(found)
         return found[0].index(i), found[1]
 
@@ -309,7 +309,7 @@ class DrawnParts:
         drawn = self._families("other", self.count, self.settings.seed + 2, (OTHER,), self.most)
         return [of_share[0] for of_share in drawn]
 
-    def fixed(self, ratio: float) -> Sequence[Pairs]:
+    def with_form(self, ratio: float) -> Sequence[Pairs]:
         """Of which the form of all is so many times the noise."""
         seed = self.settings.seed + 3 + FIXED_RATIOS.index(ratio)
         drawn = self._families(f"form {ratio:g}", self.count // len(KNOWN), seed, ratio=ratio)
@@ -319,7 +319,7 @@ class DrawnParts:
         """Whether parts whose form is so many times the noise leave residuals as small as were found (root mean square, mm) more often
         than EXCLUDED: otherwise the part is none of them, and how often they are held says nothing of it.
         """
-        column, parts = self.inversion.fixed(i, ratio)
+        column, parts = self.inversion.parts_with_form(i, ratio)
         found = np.concatenate([one.rest[:, column] for one in parts])
         return bool((found <= rest).mean() >= EXCLUDED)
 
@@ -371,7 +371,7 @@ def _count_coverage(
     at = FIXED_BLIND if blind else FIXED if seen is None else seen
     held = [coverage(inverse, k, one, p, not blind) for one in drawn.anew]
     for ratio in at:
-        column, parts = drawn.inversion.fixed(drawn.numbers[k], ratio)
+        column, parts = drawn.inversion.parts_with_form(drawn.numbers[k], ratio)
         held += [coverage(inverse, column, one, p, not blind) for one in parts]
     least, other = min(held), min(coverage(inverse, k, one, p, not blind) for one in drawn.other_families)
     return CountedInverse(inverse, (least, other), lambda: inverses_without(c, k, drawn.known_of_shares))

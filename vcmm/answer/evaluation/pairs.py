@@ -74,13 +74,13 @@ class Pairs:
 
 @dataclass(frozen=True, eq=False)
 class Machines:
-    """What drawn machines do to the touches `kept` of a model (None: all); drawn once for parts of every size and kind.
+    """What drawn machines do to the `touches` of a model (None: all); drawn once for parts of every size and kind.
 
     shares: the machines allowed, from the least to those of the model itself (`vcmm.answer.evaluation.bound_shares`).
     """
 
     model: LinearModel
-    kept: Ints | None = None
+    touches: Ints | None = None
     _draws: dict[tuple[int, int, int], Sequence[Array]] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -95,13 +95,13 @@ class Machines:
             self._draws[place] = [machine_part(one, *place) for one in parts]
         drawn = self._draws[place]
         found = drawn[0] if len(drawn) == 1 else at_share(drawn, share)
-        return found if self.kept is None else found[:, self.kept]
+        return found if self.touches is None else found[:, self.touches]
 
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
     """What pairs are drawn from: the measured and the dense model of the characteristics asked for, and per feature the noise left
-    over by a fit. kept: the touches of the whole task that they need.
+    over by a fit. touches: those of the whole task that they need.
     """
 
     measured: LinearModel
@@ -109,9 +109,9 @@ class Drawing:
     noise: Mapping[str, float]
     attitude: float  # mm: how far the machine moves a feature as a whole
     bound: bool  # whether limits are all that is known of some errors
-    left: Mapping[str, Array]
-    moved: frozenset[str]  # features whose place and direction are toleranced
-    kept: Ints
+    noise_left: Mapping[str, Array]
+    free_features: frozenset[str]  # features whose place and direction are toleranced
+    touches: Ints
     machines: Machines
 
     @property
@@ -140,7 +140,7 @@ class Drawing:
         names = measured.task.touches.rows
         return replace(
             self, measured=measured, surface=surface, noise={n: self.noise[n] for n in self.noise if n in names},
-            left={n: self.left[n] for n in names}, kept=self.kept[kept], machines=replace(self.machines, kept=kept),
+            noise_left={n: self.noise_left[n] for n in names}, touches=self.touches[kept], machines=replace(self.machines, touches=kept),
         )  # fmt: skip
 
     @cached_property
@@ -164,7 +164,7 @@ def prepare_drawing(task: Task, seed: int, numbers: Sequence[int]) -> Drawing:
     moved = {n for c in model.characteristics if gps.is_one_sided(c) and c.type not in gps.FORM for n in c.of}
     return Drawing(
         measured=model, surface=surface_model(model.task), bound=any(f.input.bound for f in model.influences), noise={n: _size(noise[:, r], left[n]) for n, r in t.rows.items()},
-        attitude=max(float(noise.std()), SMALLEST), left=left, moved=frozenset(moved), kept=kept,
+        attitude=max(float(noise.std()), SMALLEST), noise_left=left, free_features=frozenset(moved), touches=kept,
         machines=Machines(model),
     )  # fmt: skip
 
@@ -343,7 +343,7 @@ def _departures(
         (drawing.unit(name), drawing.away) if off is None else (drawing.noise[name], drawing.attitude)
     )
     drawn = [size * ratio * shape for shape in shapes]
-    if name in drawing.moved:
+    if name in drawing.free_features:
         far = away * _ratios(rng, count, most.off, fixed if off is None else off)
         way = rng.normal(size=(count, 6)) * far
         way[:, 3:] *= 2.0 / max(float(np.ptp(ground.sets[1], axis=0).max()), 1.0)
@@ -364,7 +364,7 @@ def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | No
 def _rest(drawing: Drawing, found: Array) -> Array:
     """(N, C) mm: what the fits of a characteristic's features leave, root mean square."""
     rows = drawing.task.touches.rows
-    square = {n: ((found[:, r] @ drawing.left[n]) ** 2).mean(axis=1) for n, r in rows.items()}
+    square = {n: ((found[:, r] @ drawing.noise_left[n]) ** 2).mean(axis=1) for n, r in rows.items()}
     columns = [
         np.sqrt(np.mean([square[n] for n in gps.needs(c) if n in square], axis=0))
         for c in drawing.task.part.characteristics
@@ -375,5 +375,5 @@ def _rest(drawing: Drawing, found: Array) -> Array:
 def rest_of(drawing: Drawing, points: Array) -> Array:
     """(C,) mm: the same of the measured points (n, 3) of the whole task."""
     t = drawing.task.touches
-    found = ((points[drawing.kept] - t.points) * t.normals).sum(axis=1)
+    found = ((points[drawing.touches] - t.points) * t.normals).sum(axis=1)
     return _rest(drawing, found[None])[0]

@@ -50,9 +50,9 @@ def form_influences(task: Task) -> tuple[Influence, ...]:
         height, law, what = _lobes(form, feature, points) if form.lobes else _shapes(form, feature, points)
         response = np.zeros((task.touches.run.n, 3, height.shape[1]))
         response[rows] = task.touches.run.normal[rows][:, :, None] * height[:, None, :]
-        one = Input(FORM, name, what, law, "part", "form stated in the scenario")
+        quantity = Input(FORM, name, what, law, "part", "form stated in the scenario")
         codes = np.zeros(task.touches.run.n, dtype=np.intp)
-        out.append(Influence(one, response, ("",), codes))
+        out.append(Influence(quantity, response, ("",), codes))
     return tuple(out)
 
 

@@ -161,7 +161,7 @@ class CharacteristicResult:
     @property
     def bias_in_U(self) -> float:
         """|bias|, mm or rad, where a known bias is left in the value and U holds it; else 0."""
-        return abs(self.truth.left) if isinstance(self.truth, Additive) else 0.0
+        return abs(self.truth.bias) if isinstance(self.truth, Additive) else 0.0
 
     @property
     def expanded(self) -> float:

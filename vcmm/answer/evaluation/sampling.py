@@ -155,14 +155,14 @@ class SampledJob:
     model: LinearModel
     terms: tuple[Term, ...]
     settings: Settings
-    needed: tuple[int, ...]
+    columns: tuple[int, ...]
     places: tuple[tuple[float, float], ...]
 
 
 def count(job: SampledJob, block: Block) -> list[PackedAccumulator]:
     """One block of a job, by any worker."""
     sampler = Sampler(job.model, job.terms, job.settings, lambda text, share: None)
-    return [pack(a) for a in sampler.tally(block, job.needed, job.places)]
+    return [pack(a) for a in sampler.tally(block, job.columns, job.places)]
 
 
 def _place(values: Array) -> tuple[float, float]:

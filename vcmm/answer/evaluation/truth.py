@@ -49,7 +49,7 @@ class Truth(Protocol):
 class Additive:
     """y = true value + error, whatever the true value: law is that of the indicated value for a part that reads `at`.
 
-    error: mean of the law beyond `at`, which laws of samples may have; shift: the known bias that is taken off. left: one that is
+    error: mean of the law beyond `at`, which laws of samples may have; shift: the known bias that is taken off. bias: one that is
     left in the value and enlarges U to U + |bias| in its place (JCGM 100:2008, F.2.4.5; ISO 15530-3:2011, 9).
     """
 
@@ -57,25 +57,25 @@ class Additive:
     at: float
     error: float = 0.0
     shift: float = 0.0
-    left: float = 0.0
+    bias: float = 0.0
 
     def state(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
-        said = _statement(self.of(y), y - self.shift - self.error, p, kind, limits)
-        return self._enlarged(said, y, limits) if self.left else said
+        statement = _statement(self.of(y), y - self.shift - self.error, p, kind, limits)
+        return self._with_bias_outside(statement, y, limits) if self.bias else statement
 
-    def _enlarged(self, said: Statement, y: float, limits: Limits | None) -> Statement:
+    def _with_bias_outside(self, statement: Statement, y: float, limits: Limits | None) -> Statement:
         """The interval reaches further by |bias| on both sides; the probability to conform is that of the true value, y - bias."""
-        low, high = said.interval
-        interval = (low - abs(self.left), high + abs(self.left))
+        low, high = statement.interval
+        interval = (low - abs(self.bias), high + abs(self.bias))
         if limits is None:
-            return replace(said, interval=interval)
+            return replace(statement, interval=interval)
         lower, true, upper = (self.of(y + d).probability(*limits) for d in self.ways())
-        reach = (min(lower, upper), max(lower, said.p_conform or 0.0, upper))
-        return replace(said, interval=interval, p_conform=true, p_reach=reach)
+        reach = (min(lower, upper), max(lower, statement.p_conform or 0.0, upper))
+        return replace(statement, interval=interval, p_conform=true, p_reach=reach)
 
     def ways(self) -> tuple[float, float, float]:
         """What is added to y where a bias is left in: least, for the true value, most."""
-        return -abs(self.left), -self.left, abs(self.left)
+        return -abs(self.bias), -self.bias, abs(self.bias)
 
     def of(self, y: float) -> Linear | Summary | WidenedLaw:
         """The law of the true value."""

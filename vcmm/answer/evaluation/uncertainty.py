@@ -145,7 +145,11 @@ class Evaluation:
                 self.sampler.progress(f"true values of {c.name}", i / len(all_of_them))
                 outcome = self._invert(i, summaries[i], inversion)
             else:
-                outcome = self._sample(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
+                outcome = (
+                    self._sample(i, summaries[i], alone[:, i])
+                    if i in summaries
+                    else self._closed_form_outcome(i)
+                )
             results.append(self._assemble(i, c, outcome, read))
         predicts = self.model.world.predicts
         warnings = tuple(w for r in results for w in warnings_of(r, predicts)) if read else ()
@@ -161,7 +165,7 @@ class Evaluation:
     def without_trials(self, i: int, inversion: Inversion | None) -> CharacteristicResult:
         """Result i by its closed form; with an inversion by what the machine adds, with neither interval nor decision."""
         outcome = (
-            self._closed(i)
+            self._closed_form_outcome(i)
             if inversion is None
             else self._invert(i, Linear(float(self.value[i]), ()), inversion)
         )
@@ -200,7 +204,7 @@ class Evaluation:
         """The terms acting on one characteristic: gain (1, L)."""
         return [replace(t, gain=(self.gradient[i] @ t.gain)[None]) for t in self.terms]
 
-    def _closed(self, i: int) -> _Outcome:
+    def _closed_form_outcome(self, i: int) -> _Outcome:
         terms = self._terms_on(i)
         linear = marginal(float(self.value[i]), terms, 0)
         lines = self._lines(terms, [float(closed_form_u([t])[0]) for t in terms], linear.u, True)
@@ -298,7 +302,7 @@ class Evaluation:
         )
         additive = Additive(law, float(self.value[i]), noise, shift)
         # of an extreme value the mean of the trials is to be expected, which noise enlarges
-        additive = replace(additive, left=self._bias_left_in(outcome, i, additive))
+        additive = replace(additive, bias=self._bias_left_in(outcome, i, additive))
         part = PredictedPart(law, float(self.value[i]) + (outcome.error if outcome.tangent else noise))
         why = "" if predicts else self._why_not_shown(c, outcome)
         why = why or _why_not_linear(outcome, self.settings)

@@ -134,7 +134,7 @@ BY_POINTS: Piece = (-1, 0)
 class CountingJob:
     """What a worker needs to count: the evaluated task, and how many parts of a kind."""
 
-    known: PreparedTask
+    task: PreparedTask
     parts: int
     scenario: Scenario | None = None
 
@@ -150,30 +150,34 @@ def audit_task(
 ) -> tuple[AuditResult, ...]:
     """scenario: whose points are evaluated, None: they are not."""
     report = progress or (lambda text, share: None)
-    known = PreparedTask(task, evaluate(task, settings, progress, read=False))
-    extreme = [i for i, c in enumerate(known.result.characteristics) if isinstance(c.truth, TrueValueByBelt)]
-    additive = [i for i in range(len(known.result.characteristics)) if i not in extreme]
+    prepared = PreparedTask(task, evaluate(task, settings, progress, read=False))
+    extreme = [
+        i for i, c in enumerate(prepared.result.characteristics) if isinstance(c.truth, TrueValueByBelt)
+    ]
+    additive = [i for i in range(len(prepared.result.characteristics)) if i not in extreme]
     exact: list[Piece] = blocks_of(parts, BLOCK) if additive else []
     kinds: list[Piece] = [(number, 0) for number in range(len(RATIOS) + 2)] if extreme else []
     door: list[Piece] = [BY_POINTS] if scenario is not None and not why_not_by_points(scenario) else []
     found = (sharing or Sharing()).all_of(
         key,
         piece,
-        CountingJob(known, parts, scenario),
+        CountingJob(prepared, parts, scenario),
         [*exact, *kinds, *door],
         partial(report, "drawn parts"),
     )
-    rows: dict[int, list[AuditResult]] = {i: [] for i in range(len(known.result.characteristics))}
+    rows: dict[int, list[AuditResult]] = {i: [] for i in range(len(prepared.result.characteristics))}
     if additive:
         indicated = np.concatenate([np.array(block) for block in found[: len(exact)]])
-        for i, row in _held_exactly(known, additive, indicated):
+        for i, row in _held_exactly(prepared, additive, indicated):
             rows[i].append(row)
     for counted in found[len(exact) : len(exact) + len(kinds)]:
         for i, row in zip(extreme, counted):
             rows[i].append(AuditResult(**row))
     for row in found[-1] if door else ():
-        one = HeldByPoints(**row)
-        rows[one.i].append(_by_points(known.result.characteristics[one.i], one))
+        held_by_points = HeldByPoints(**row)
+        rows[held_by_points.i].append(
+            _by_points(prepared.result.characteristics[held_by_points.i], held_by_points)
+        )
     return tuple(row for found in rows.values() for row in found)
 
 
@@ -182,14 +186,14 @@ def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
     first, count = asked
     if (first, count) == BY_POINTS:
         assert job.scenario is not None
-        settings = replace(job.scenario.settings, seed=job.known.result.seed)
+        settings = replace(job.scenario.settings, seed=job.task.result.seed)
         return [asdict(one) for one in count_by_points(job.scenario, settings, job.parts)]
-    model, inversion = job.known.result.model, job.known.inversion
+    model, inversion = job.task.result.model, job.task.inversion
     if count or inversion is None:
-        drawn = draw_inputs(model, job.known.result.seed + 1000, first, count)
+        drawn = draw_inputs(model, job.task.result.seed + 1000, first, count)
         return list(exact_values(model, drawn).tolist())
     kind, drawn_parts = _kind(inversion, first, job.parts)
-    results = job.known.result.characteristics
+    results = job.task.result.characteristics
     extreme = [i for i, c in enumerate(results) if isinstance(c.truth, TrueValueByBelt)]
     return [asdict(_count_held(results[i], inversion, i, drawn_parts, kind)) for i in extreme]
 
@@ -216,13 +220,17 @@ def fixed_form_in_words(bound: bool, ratio: float) -> str:
     )
 
 
-def _by_points(result: CharacteristicResult, one: HeldByPoints) -> AuditResult:
+def _by_points(result: CharacteristicResult, held_by_points: HeldByPoints) -> AuditResult:
     """What was claimed is counted; where nothing was, all are, without a verdict."""
-    other, p, counted = IN_WORDS[OTHER] in one.kind, result.p, one.claimed or one.parts
+    other, p, counted = (
+        IN_WORDS[OTHER] in held_by_points.kind,
+        result.p,
+        held_by_points.claimed or held_by_points.parts,
+    )
     return AuditResult(
-        name=result.name, unit=result.unit, kind=one.kind, target=p, attained=one.held / max(counted, 1),
-        parts=counted, width=one.width, claimed=one.claimed > 0, least=p - (0.95 - LEAST_OTHER) if other else p - BAND,
-        most=1.0, why="" if one.claimed else one.why,
+        name=result.name, unit=result.unit, kind=held_by_points.kind, target=p, attained=held_by_points.covering / max(counted, 1),
+        parts=counted, width=held_by_points.width, claimed=held_by_points.claimed > 0, least=p - (0.95 - LEAST_OTHER) if other else p - BAND,
+        most=1.0, why="" if held_by_points.claimed else held_by_points.why,
     )  # fmt: skip
 
 
@@ -270,13 +278,13 @@ def _width(inverse: Reading, k: int, drawn: Pairs, p: float) -> float:
 
 
 def _held_exactly(
-    known: PreparedTask, wanted: Sequence[int], indicated: Array
+    prepared: PreparedTask, wanted: Sequence[int], indicated: Array
 ) -> list[tuple[int, AuditResult]]:
     """Sizes, distances and angles: y of the exact engine (N, C), the interval at y, and the true value of the part."""
-    model = known.result.model
-    truth = model.at_estimates - np.array([r.bias for r in known.result.characteristics])
+    model = prepared.result.model
+    truth = model.at_estimates - np.array([r.bias for r in prepared.result.characteristics])
     return [
-        (i, _shift_interval(known.result.characteristics[i], indicated[:, i], float(truth[i])))
+        (i, _shift_interval(prepared.result.characteristics[i], indicated[:, i], float(truth[i])))
         for i in wanted
     ]
 

@@ -53,7 +53,7 @@ class HeldByPoints:
     kind: str
     parts: int
     claimed: int
-    held: int
+    covering: int
     width: float
     why: str
 
@@ -104,7 +104,7 @@ def _draw(
     names = _names(task)
     form, files = np.zeros(task.touches.run.n), []
     for n in range(count):
-        form[drawing.kept] = touched[n] + moved[n % len(shares)][n]
+        form[drawing.touches] = touched[n] + moved[n % len(shares)][n]
         points = measured_points(replace(task, form=form.copy()), known)
         where = tuple(f"drawn part {n}, point {k + 1}" for k in range(len(points)))
         styli = (
@@ -130,4 +130,4 @@ def _count(i: int, kind: str, found: Sequence[EvaluatedPart], true: Array) -> He
     held = sum(low <= t <= high for (low, high), t in spans)
     width = float(np.mean([high - low for (low, high), _ in spans])) if spans else 0.0
     why = next((r.why_not_shown for r, _ in there if r.why_not_shown), "") if not claimed else ""
-    return HeldByPoints(i, kind, parts=len(there), claimed=len(claimed), held=held, width=width, why=why)
+    return HeldByPoints(i, kind, parts=len(there), claimed=len(claimed), covering=held, width=width, why=why)

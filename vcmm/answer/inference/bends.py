@@ -75,7 +75,7 @@ def bend_ranges(
         return None
     everywhere, middles = (all_over(feature, points, ALONG, middles=m) for m in (False, True))
     here, there, mean = (_products(*coordinates(feature, p)) for p in (points, everywhere, middles))
-    kept = _told(here)
+    kept = _independent_columns(here)
     motions = 2 if feature.kind == "line" else 3
     if len(kept) <= motions or len(points) - len(kept) < LEFT or kept[:motions] != list(range(motions)):
         return None
@@ -100,7 +100,7 @@ def _products(u: Array, v: Array) -> Array:
     return np.stack([u**i * v**j for i, j in pairs if i == 0 or np.any(u)], axis=1)
 
 
-def _told(columns: Array) -> list[int]:
+def _independent_columns(columns: Array) -> list[int]:
     """Numbers of the columns that the points tell from those before them."""
     kept: list[int] = []
     base = np.zeros((len(columns), 0))

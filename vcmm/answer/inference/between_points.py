@@ -55,12 +55,12 @@ MOVES = 0.03  # an end that moves by more when the largest form is halved has no
 class Shape:
     """One kind of form at the points of one feature, its root mean square over the surface 1.
 
-    The form is a sum of c waves of amounts y, standard normal for a form of size 1. seen (k, n), strength (k,): what residuals (n,) tell
+    The form is a sum of c waves of amounts y, standard normal for a form of size 1. filter (k, n), strength (k,): what residuals (n,) tell
     of the first k amounts, in units of the noise, and how strongly; reach: per characteristic what each amount moves it by (c,).
     """
 
     words: str
-    seen: Array
+    filter: Array
     strength: Array
     reach: Mapping[int, Array]
 
@@ -75,7 +75,7 @@ class Shape:
         Before anything is seen sizes have the law of Jeffreys, root of the Fisher information: sizes that the points could not show
         count little, and above that all decades count alike.
         """
-        z, more = self.seen @ residuals, 1.0 + np.multiply.outer(grid**2, self.strength**2)
+        z, more = self.filter @ residuals, 1.0 + np.multiply.outer(grid**2, self.strength**2)
         share = 1.0 - 1.0 / more
         before = np.sqrt((share**2).sum(axis=1)) if len(z) else np.ones(len(grid))
         likelihood = 0.5 * (z**2 * share - np.log(more)).sum(axis=1)
@@ -83,7 +83,7 @@ class Shape:
 
     def amounts(self, residuals: Array, size: Array, normals: Array) -> Array:
         """(c, m) mm: drawn given the residuals, of forms of these sizes (m,); normals (c, m)."""
-        z, s = self.seen @ residuals, self.strength
+        z, s = self.filter @ residuals, self.strength
         more, k = 1.0 + np.multiply.outer(s**2, size**2), len(s)
         held = size**2 * (s * z)[:, None] / more + size / np.sqrt(more) * normals[:k]
         return np.concatenate([held, size * normals[k : self.waves]])
@@ -92,14 +92,14 @@ class Shape:
 @dataclass(frozen=True, eq=False)
 class Waves:
     """Waves of one feature: words and weights (c,) of every kind of form; what the fit leaves of them at the points (n, c), and all
-    over (N, c); basis (n, d): orthonormal, of what is left; met: per characteristic what each wave moves it by (c,).
+    over (N, c); basis (n, d): orthonormal, of what is left; effects: per characteristic what each wave moves it by (c,).
     """
 
     kinds: tuple[tuple[str, Array], ...]
-    left: Array
+    residuals: Array
     whole: Array
     basis: Array
-    met: Mapping[int, Array]
+    effects: Mapping[int, Array]
 
     @property
     def most(self) -> int:
@@ -109,7 +109,9 @@ class Waves:
     def shapes(self, whitening: Array) -> tuple[Shape, ...]:
         """As residuals show them whose noise this (d, d) makes independent."""
         seeing = whitening @ self.basis.T
-        return tuple(_shape(words, w, (self.left, self.whole), seeing, self.met) for words, w in self.kinds)
+        return tuple(
+            _shape(words, w, (self.residuals, self.whole), seeing, self.effects) for words, w in self.kinds
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,14 +123,14 @@ class FeatureForms:
     every: int
     waves: Waves
     noises: Noises
-    known: Array  # (n,) what of the known errors of the machine stands in the residuals
+    machine_share: Array  # (n,) what of the known errors of the machine stands in the residuals
     normals: Array  # (c, m) standard normal numbers, the same for every part
     _shapes: dict[Rung, tuple[Shape, ...]] = field(default_factory=dict, repr=False)
 
     @property
     def moves(self) -> tuple[int, ...]:
         """Numbers of the characteristics that this form moves."""
-        return tuple(self.waves.met)
+        return tuple(self.waves.effects)
 
     @property
     def noise(self) -> float:
@@ -194,7 +196,7 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     normals = np.random.default_rng(0).standard_normal((waves.most, DRAWS))
     known = error - moved @ (moved.T @ error)
     return FeatureForms(
-        name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), known=known,
+        name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), machine_share=known,
         normals=normals,
     )  # fmt: skip
 
@@ -304,7 +306,7 @@ def told_by(
 
     Of all noises that the machine may have the one that leaves most possible.
     """
-    residuals = residuals[:: forms.every] - forms.known
+    residuals = residuals[:: forms.every] - forms.machine_share
     moved: dict[int, tuple[Array, str]] = {i: (np.zeros(1), "") for i in floors}
     unseen: dict[int, dict[str, None]] = {i: {} for i in floors}
     for rungs in forms.noises.rungs(residuals, 1.0 / slim(p)):

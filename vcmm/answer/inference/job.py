@@ -185,14 +185,14 @@ class ReadPart:
     name: str
     measured: Array
     rest: Array | None = None
-    said: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     forms: Mapping[int, Sequence[FormTold]] | None = None
     doubts: Mapping[str, str] | None = None
     unseen: tuple[str, ...] = ()
     bends: Mapping[int, Array] | None = None
 
     @property
-    def found(self) -> list[tuple[int, float, float | None]]:
+    def readings(self) -> list[tuple[int, float, float | None]]:
         """Number, value and residuals of what was handed in."""
         rests = [None] * len(self.measured) if self.rest is None else [float(x) for x in self.rest]
         return [(i, float(y), rests[i]) for i, y in enumerate(self.measured) if np.isfinite(y)]
@@ -222,7 +222,7 @@ def evaluate_points(
         coarse = coarse_mesh(task, known.result.characteristics)
         part = ReadPart(
             one.part, measured, known.rest(points),
-            said=(*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repetition_remarks(one)),
+            remarks=(*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repetition_remarks(one)),
             forms=known.form_statements(task, fitted), doubts=doubts.reasons(task, known.result),
             unseen=known.memory_not_covered(task, rows), bends=known.bends(task, points, fitted),
         )  # fmt: skip
@@ -241,15 +241,15 @@ def evaluate_values(
     chosen, report = settings or scenario.settings, progress or (lambda text, share: None)
     measured = [absolute_values(scenario, values) for values in given]
     task = scenario.task()
-    known = PreparedTask(task, evaluate(task, chosen, progress, read=False))
+    prepared = PreparedTask(task, evaluate(task, chosen, progress, read=False))
     order = [c.name for c in scenario.part.characteristics]
     read = [
         (
-            known,
+            prepared,
             ReadPart(
                 v[0].part,
                 np.array([y.get(n, np.nan) for n in order]),
-                said=known.result.warnings,
+                remarks=prepared.result.warnings,
                 unseen=(NO_POINTS,),
             ),
         )
@@ -321,7 +321,7 @@ def _all_parts(
     """All parts are known before the first is judged: what is drawn for one then serves the others too."""
     for known, part in read:
         if known.inversion is not None:
-            known.inversion.expect(part.found)
+            known.inversion.expect(part.readings)
     out = []
     for n, (known, part) in enumerate(read):
         report(f"part {part.name}" if part.name else "true values", n / len(read))
@@ -332,11 +332,11 @@ def _all_parts(
 
 
 def _part(
-    scenario: Scenario, known: PreparedTask, part: ReadPart, settings: Settings, report: Progress
+    scenario: Scenario, prepared: PreparedTask, part: ReadPart, settings: Settings, report: Progress
 ) -> EvaluatedPart:
-    results, out = known.result.characteristics, []
-    for n, (i, y, own) in enumerate(part.found):
-        report(f"true value of {results[i].name}", n / len(part.found))
+    results, out = prepared.result.characteristics, []
+    for n, (i, y, own) in enumerate(part.readings):
+        report(f"true value of {results[i].name}", n / len(part.readings))
         one = without_claim(with_form(results[i], (part.forms or {}).get(i, ())), part.doubts)
         if part.forms is not None or isinstance(one.truth, TrueValueByBelt):
             one = replace(one, not_covered=(*one.not_covered, *part.unseen))
@@ -345,12 +345,12 @@ def _part(
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w
-        for w in (*remarks(scenario), *told, *part.said)
+        for w in (*remarks(scenario), *told, *part.remarks)
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not demonstrated" not in w  # said below of what was measured
     )
     return EvaluatedPart(
-        part.name, tuple(out), known.result, (*warnings, *_claims_missing(out, part.doubts or {}))
+        part.name, tuple(out), prepared.result, (*warnings, *_claims_missing(out, part.doubts or {}))
     )
 
 

@@ -55,7 +55,7 @@ STATED = Rung(None, None)
 class Noises:
     """Covariances (d, d) of what stands in the residuals along a base of d orthonormal waves, of n points."""
 
-    known: Array
+    machine: Array
     own: Array
     scatter: Array
     points: int
@@ -81,7 +81,7 @@ class Noises:
         if not self.scatter.any():
             return [NONE]
         half = 2 * _power(HALF * found)
-        most = found * math.sqrt(self.points / _quantile_of_chi_squared(excluded, len(self.known)))
+        most = found * math.sqrt(self.points / _quantile_of_chi_squared(excluded, len(self.machine)))
         return [
             *range(2 * _power(LEAST_NOISE * found), half, 2),
             *range(half, math.ceil(2 * math.log2(most)) + 1),
@@ -96,13 +96,13 @@ class Noises:
         return self._whitenings[rung]
 
     def _whitening(self, rung: Rung) -> tuple[Array, float]:
-        d = len(self.known)
+        d = len(self.machine)
         if rung.own is None or rung.white is None:
-            spread = self.known + self.own + self.scatter
+            spread = self.machine + self.own + self.scatter
         else:
             own, white = (0.0 if n == NONE else 2.0 ** (n / 2) for n in (rung.own, rung.white))
             spread = (
-                self.known + self.own * (own / max(_size(self.own), SMALLEST)) ** 2 + white**2 * np.eye(d)
+                self.machine + self.own * (own / max(_size(self.own), SMALLEST)) ** 2 + white**2 * np.eye(d)
             )
         spread = spread + SMALLEST**2 * np.eye(d)
         noise = float(np.sqrt(np.trace(spread) / d)) if d else SMALLEST

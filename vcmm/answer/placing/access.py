@@ -45,7 +45,7 @@ def room(tooling: Tooling, solid: Solid, rows: TouchSequence, rotation: Array) -
     every = np.arange(rows.n)
     slope = np.abs(np.einsum("ni,ni->n", rows.start - rows.tip, rows.normal))
     ways = [(rows.tip, rows.start)] + (
-        [(rows.tip, rows.left)] if not np.allclose(rows.start, rows.left) else []
+        [(rows.tip, rows.end)] if not np.allclose(rows.start, rows.end) else []
     )
     asked = [tooling.body(b, every, *way, rotation) for way in ways for b in range(len(NAMES))]
     graze, clamps = np.full(rows.n, -GRAZE), clamps_of(solid)
@@ -60,7 +60,7 @@ def room(tooling: Tooling, solid: Solid, rows: TouchSequence, rotation: Array) -
     pairs = rows.pairs()
     direct = np.zeros(0)
     if len(pairs):
-        direct = tooling.moving(solid, pairs[:, 0], rows.left[pairs[:, 0]], rows.start[pairs[:, 1]], rotation)
+        direct = tooling.moving(solid, pairs[:, 0], rows.end[pairs[:, 0]], rows.start[pairs[:, 1]], rotation)
     return Room(bodies, tip, direct, pairs)
 
 
@@ -79,7 +79,7 @@ def back_lacking(
     tooling: Tooling, solid: Solid, reach: Array, rows: TouchSequence, which: Ints, rotation: Array
 ) -> Array:
     """(k,) mm that the tool lacks while it draws back from the start and from the retract of touches."""
-    begin = np.concatenate([rows.start[which], rows.left[which]])
+    begin = np.concatenate([rows.start[which], rows.end[which]])
     both = np.concatenate([which, which])
     end = beyond(tooling, reach, rows, both, begin, rotation)
     return tooling.moving(solid, both, begin, end, rotation).reshape(2, -1).max(axis=0)
@@ -119,7 +119,7 @@ class TableRoom:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """Drawing back at m poses that see the part from one side; at one where something stands on the table. asked (k,): touches it starts from; pairs (j, 2): the blocked moves, ends among `asked`.
+    """Drawing back at m poses that see the part from one side; at one where something stands on the table. starts (k,): touches it starts from; pairs (j, 2): the blocked moves, ends among `starts`.
 
     poses: a batch (m,). zero (n, 3): the tip with all axes at zero. limits (2, 3): travels along x, y, z.
     """
@@ -127,7 +127,7 @@ class Way:
     tooling: Tooling
     rows: TouchSequence
     poses: Pose
-    asked: Ints
+    starts: Ints
     pairs: Ints
     zero: Array
     limits: Array
@@ -149,8 +149,8 @@ def moves_lacking(way: Way, reach: Array, of_part: Array, table: TableRoom | Non
 
 def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -> tuple[Array, Array]:
     """The same for drawing back beyond `reach` only. At a change of stylus the operator chooses the way: no travels there."""
-    rows, both = way.rows, np.concatenate([way.asked, way.asked])
-    begin = np.concatenate([rows.start[way.asked], rows.left[way.asked]])
+    rows, both = way.rows, np.concatenate([way.starts, way.starts])
+    begin = np.concatenate([rows.start[way.starts], rows.end[way.starts]])
     end = beyond(way.tooling, reach, rows, both, begin, way.poses.rotation[0].T)
     m = len(way.poses.shift)
     ends_at = way.poses.apply(np.broadcast_to(end, (m, *end.shape)))
@@ -158,10 +158,10 @@ def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -
     if table is not None:
         begins_at = way.poses.each()[0].apply(begin)
         lacks = way.tooling.moving(table.solid, both, begins_at, ends_at[0], np.eye(3))
-        back[way.asked] = np.maximum(back[way.asked], _worse(lacks))
+        back[way.starts] = np.maximum(back[way.starts], _worse(lacks))
         crossing = _crossing(way, ends_at[0], table.solid)
     travel = np.zeros((m, rows.n))
-    travel[:, way.asked] = _worse(_beyond_travels(way, both, ends_at))
+    travel[:, way.starts] = _worse(_beyond_travels(way, both, ends_at))
     a, b = way.pairs.T
     known = np.max([back[a], back[b], crossing], axis=0)
     over = np.maximum(known, np.maximum(travel[:, a], travel[:, b]))
@@ -177,8 +177,8 @@ def _worse(lacks: Array) -> Array:
 
 def _crossing(way: Way, end: Array, solid: Solid) -> Array:
     """(j,) mm that the whole tool lacks from above the retract of the first touch to above the start of the second."""
-    first, second = np.searchsorted(way.asked, way.pairs.T)
-    k = len(way.asked)
+    first, second = np.searchsorted(way.starts, way.pairs.T)
+    k = len(way.starts)
     return way.tooling.moving(solid, way.pairs[:, 0], end[k + first], end[second], np.eye(3))
 
 

@@ -112,7 +112,7 @@ class ClosedForm:
     @property
     def operator(self) -> Array:
         """(K, n): quantities per displacement of the touches that are looked at."""
-        kept = self.rows.kept
+        kept = self.rows.subset
         return self.model.operator if kept is None else self.model.operator[:, kept]
 
     def variances(self, six: Array, weights: Array) -> tuple[Array, Array]:
@@ -129,9 +129,9 @@ class ClosedForm:
         """`_along` at some poses (m, 6): (m n, k) per Input."""
         return list(self._along(self._carrier(self.rows.run(six))))
 
-    def _displacements(self, known: KnownInput, along: Array, m: int) -> Array:
+    def _displacements(self, known_input: KnownInput, along: Array, m: int) -> Array:
         """(m, n, r): displacement of each touch per independent unit draw."""
-        spread = known.spread(along.shape[1])
+        spread = known_input.spread(along.shape[1])
         moved = along * spread if spread.ndim == 1 else along @ spread
         return np.asarray(moved.reshape(m, self.rows.n, -1))
 
@@ -203,9 +203,9 @@ class AtPoses:
             total += self.touches.through(effect, effect.error_motion(run))
         return total.reshape(self.m, -1)
 
-    def _lanes(self, known: KnownInput, moved: Array, weights: Array) -> Array:
+    def _lanes(self, known_input: KnownInput, moved: Array, weights: Array) -> Array:
         """(m, C, lanes): change of q per independent unit draw."""
-        if known.copies == 1:
+        if known_input.copies == 1:
             return np.asarray(weights @ moved)
-        copies = [known.codes == c for c in range(known.copies)]
+        copies = [known_input.codes == c for c in range(known_input.copies)]
         return np.concatenate([weights[:, rows] @ moved[:, rows] for rows in copies], axis=2)

@@ -48,7 +48,7 @@ class Bodies:
         """In another frame: x -> rotation x + shift."""
         return Bodies(self.centre @ rotation.T + shift, self.edges @ rotation.T, self.radius, self.round)
 
-    def swept(self, start: Array, end: Array) -> Bodies:
+    def swept_volume(self, start: Array, end: Array) -> Bodies:
         """The volume passed by each body on the straight way from its place + start (n, 3) to its place + end."""
         edges = self.edges.copy()
         edges[:, 3] = 0.5 * (end - start)

@@ -78,7 +78,7 @@ def _static(check: Any, one: Pose) -> list[Hindrance]:
         text = f"the fixture does not allow this turn: {np.degrees(turn[0]):.4g} deg off"
         out.append(_of("fixture", text, "part", float(turn[0]), "rad"))
     if check.scenario.surroundings.table is not None:
-        sunk = float(check._sunk(one)[0])
+        sunk = float(check._depth_in_table(one)[0])
         out.append(_of("table", f"the part reaches {sunk:.4g} mm below the table; raise it", "part", sunk))
     return out
 
@@ -149,7 +149,9 @@ def _bodies_in_the_way(check: Any, pose: Pose, of_part: Any) -> dict[str, list[s
     carried = any(c.on == "part" for c in check.scenario.surroundings.clamps)
     if not carried or not any(a.any() for a in amounts.values()):
         return {body: ["the part"] * len(a) for body, a in amounts.items()}
-    alone = {name: {**r.bodies, "approach": r.tip} for name, r in check.met(pose.rotation).items()}
+    alone = {
+        name: {**r.bodies, "approach": r.tip} for name, r in check.rooms_by_obstacle(pose.rotation).items()
+    }
     return {
         body: [" and ".join(n for n, a in alone.items() if a[body][i] > 0.0) or "the part" for i in range(len(lack))]
         for body, lack in amounts.items()

@@ -61,7 +61,7 @@ def place(
     planned = scenario.placement or Placement()
     fixture = fixture or planned.fixture or default_fixture()
     objective = Uncertain.of(scenario, goal or planned.goal)
-    scenario.settings.asked(trials=trials, seed=seed)
+    scenario.settings.with_changes(trials=trials, seed=seed)
     seed = scenario.settings.seed if seed is None else seed
     travels, six = Travels(objective.closed.rows), six_of(scenario.pose)
     reach = None

@@ -111,7 +111,7 @@ class Feasibility:
             shift, turn = off_fixture(self.fixture, six)
             out[:, column("fixture")] = np.maximum(shift, turn * self._arm())
         if self.scenario.surroundings.table is not None:
-            out[:, column("table")] = self._sunk(pose)
+            out[:, column("table")] = self._depth_in_table(pose)
         return out
 
     def problems(self, pose: Pose) -> list[Hindrance]:
@@ -127,7 +127,7 @@ class Feasibility:
 
     def positions(self, pose: Pose) -> Array:
         """(m, 3n + 1, 3): axis positions wanted at touches, starts, retracts and above the first start; m poses."""
-        tips = np.concatenate([self.rows.tip, self.rows.start, self.rows.left, self.rows.start[:1]])
+        tips = np.concatenate([self.rows.tip, self.rows.start, self.rows.end, self.rows.start[:1]])
         wanted = pose.apply(np.broadcast_to(tips, (len(pose.shift), *tips.shape))) - np.concatenate(
             [self.zero, self.zero, self.zero, self.zero[:1]]
         )
@@ -156,7 +156,7 @@ class Feasibility:
     def _arm(self) -> float:
         return float(np.linalg.norm(self.corners - self.corners.mean(axis=0), axis=1).max())
 
-    def _sunk(self, pose: Pose) -> Array:
+    def _depth_in_table(self, pose: Pose) -> Array:
         table = self.scenario.surroundings.table
         lowest = pose.apply(np.broadcast_to(self.corners, (len(pose.shift), *self.corners.shape)))[
             ..., 2
@@ -186,7 +186,7 @@ class Feasibility:
             self._rooms[key] = room(self.tooling, self.solid, self.rows, rotation.T)
         return self._rooms[key]
 
-    def met(self, rotation: Array) -> dict[str, Room]:
+    def rooms_by_obstacle(self, rotation: Array) -> dict[str, Room]:
         """Room against the part alone and against each clamp that it carries, for saying which of them is in the way."""
         around = self.scenario.surroundings
         solids: dict[str, Solid] = {"the part": part_solid(self.scenario.part, around.wall)}
@@ -228,7 +228,7 @@ class Feasibility:
             r,
             tip=pose.apply(r.tip),
             start=pose.apply(r.start),
-            left=pose.apply(r.left),
+            end=pose.apply(r.end),
             normal=pose.turn(r.normal),
         )
 

@@ -33,7 +33,7 @@ class Rows:
     scenario: Scenario
     machine: Machine
     task: Task  # on a machine without errors and limits, at the present pose
-    kept: Ints | None = None  # touches that are looked at; None = all
+    subset: Ints | None = None  # touches that are looked at; None = all
 
     @classmethod
     def of(cls, scenario: Scenario) -> Rows:
@@ -54,16 +54,16 @@ class Rows:
     @cached_property
     def still(self) -> Run:
         """The touches that are looked at, at the present pose: labels and columns that do not move."""
-        return self.touches.run if self.kept is None else self.touches.run.take(self.kept)
+        return self.touches.run if self.subset is None else self.touches.run.take(self.subset)
 
     @property
     def n(self) -> int:
         """Touches that are looked at."""
         return self.still.n
 
-    def only(self, kept: Ints) -> Rows:
+    def only(self, subset: Ints) -> Rows:
         """The same plan, of which `run` makes some touches only."""
-        return replace(self, kept=kept)
+        return replace(self, subset=subset)
 
     @cached_property
     def zero(self) -> Array:
@@ -89,7 +89,7 @@ class Rows:
 
     def run(self, six: Array) -> Run:
         """The prepared Run of m n rows for poses (m, 6)."""
-        m, rows = len(six), slice(None) if self.kept is None else self.kept
+        m, rows = len(six), slice(None) if self.subset is None else self.subset
         t, pose, still = self.touches, pose_of(six), self.still
         tip = _move_points(pose, self.balls[rows])
         position, flat = tip - self.zero[rows], (m * self.n,)

@@ -33,8 +33,8 @@ class CountedObjective:
     box: PoseBox
     objective: Objective
     count: int = 0
-    reached: int = 0  # of these, poses that nothing keeps from being used
-    seen: list[tuple[Array, Array]] = field(default_factory=list)
+    feasible: int = 0  # of these, poses that nothing keeps from being used
+    history: list[tuple[Array, Array]] = field(default_factory=list)
 
     def __call__(self, unit: Array) -> Array:
         """(m, d) -> (m,); inf where the pose is not feasible."""
@@ -44,14 +44,14 @@ class CountedObjective:
         if ok.any():
             out[ok] = self.objective.values(six[ok])
         self.count += len(unit)
-        self.reached += int(ok.sum())
-        self.seen.append((unit, out))
+        self.feasible += int(ok.sum())
+        self.history.append((unit, out))
         return out
 
     def best(self, count: int, apart: float = 0.05) -> list[tuple[float, Array]]:
         """The best coordinates found so far that lie `apart` from one another."""
-        unit = np.concatenate([u for u, _ in self.seen])
-        value = np.concatenate([v for _, v in self.seen])
+        unit = np.concatenate([u for u, _ in self.history])
+        value = np.concatenate([v for _, v in self.history])
         lowest: list[tuple[float, Array]] = []
         for i in np.argsort(value, kind="stable"):
             if not np.isfinite(value[i]) or len(lowest) == count:
@@ -103,7 +103,7 @@ def search(
 
 def _nothing(asked: Sequence[CountedObjective]) -> ModelLimit:
     """Why no pose of the sample has a value."""
-    count, reached = sum(a.count for a in asked), sum(a.reached for a in asked)
+    count, reached = sum(a.count for a in asked), sum(a.feasible for a in asked)
     if not reached:
         return ModelLimit(
             f"none of the {count} poses that were tried can be used: fixture, travels and the other constraints leave a range that is "

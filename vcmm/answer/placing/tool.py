@@ -70,7 +70,7 @@ def at_touches(tool: Bodies, body: int, tips: Array, rotation: Array) -> Bodies:
 @dataclass(frozen=True, eq=False)
 class TouchSequence:
     """n touches in measuring order. tip (n, 3): centre of the tip at the touch; start: before the approach;
-    left: after the retract. stylus (n,): number among `styli`. names: "point 3 on bore".
+    end: after the retract. stylus (n,): number among `styli`. names: "point 3 on bore".
     """
 
     plan: Plan
@@ -78,7 +78,7 @@ class TouchSequence:
     tip: Array
     normal: Array
     start: Array
-    left: Array
+    end: Array
     radius: Array
     offset: Array
     stylus: Ints
@@ -117,7 +117,7 @@ def touch_sequence(plan: Plan) -> TouchSequence:
             count[step.feature] = count.get(step.feature, 0) + 1
             names.append(f"point {count[step.feature]} on {step.feature}")
     return TouchSequence(
-        plan=plan, styli=styli, tip=tip, normal=normal, start=tip - away * approach, left=tip + away * normal,
+        plan=plan, styli=styli, tip=tip, normal=normal, start=tip - away * approach, end=tip + away * normal,
         radius=radius, offset=offset, stylus=stylus, names=tuple(names),
     )  # fmt: skip
 
@@ -162,7 +162,7 @@ class Tooling:
         self, body: int, which: Ints, begin: Array, end: Array, rotation: Array
     ) -> tuple[Bodies, Array, Array]:
         """One body while the tip goes straight from begin (k, 3) to end (k, 3); what it must keep; how well it is known."""
-        bodies = self.place_body(body, which, begin, rotation).swept(np.zeros_like(begin), end - begin)
+        bodies = self.place_body(body, which, begin, rotation).swept_volume(np.zeros_like(begin), end - begin)
         return bodies, self.need(body)[which], np.full(len(which), FINE if body == 0 else COARSE)
 
     def ball(self, which: Ints, begin: Array, end: Array, need: Array) -> tuple[Bodies, Array, Array]:

@@ -69,11 +69,11 @@ def _draw_inputs(kept: Draws, anew: Draws, part: int, count: int) -> Draws:
     return Draws(anew.influence, kept.raw[rows], kept.departures[rows])
 
 
-def _trial(one: Input, part: int) -> int | None:
+def _trial(quantity: Input, part: int) -> int | None:
     """The trial in which an Input is kept; None where it is drawn anew."""
-    if one.effect == FORM or one.effect == PartExpansion.name:
+    if quantity.effect == FORM or quantity.effect == PartExpansion.name:
         return part
-    return None if one.is_channel or one.redraw not in SAME_EACH_TIME else 0
+    return None if quantity.is_channel or quantity.redraw not in SAME_EACH_TIME else 0
 
 
 def anew(one: Input) -> bool:

@@ -66,7 +66,7 @@ class RoutedCharacteristic:
     name: str
     unit: str
     reading: float
-    stated: bool  # the reading was handed in
+    is_handed_in: bool  # the reading was handed in
     truth: float | None
     routes: tuple[RouteEstimate, ...]
     agreements: tuple[RouteAgreement, ...]
@@ -126,14 +126,14 @@ def routes(
     known, seen = corrections(given.standards), hidden_machine.shows(task)
     found = []
     for i, c in enumerate(task.part.characteristics):
-        one = _Question(
+        question = _Question(
             c.name,
             gps.unit(c),
             float(nominal[i]),
             (float(seen[i, 0]), float(seen[i, 1])),
             modelled.get(c.name),
         )
-        found.append(_ask_routes(scenario, one, given, known, truth.get(c.name)))
+        found.append(_ask_routes(scenario, question, given, known, truth.get(c.name)))
     found = [c for c in found if c.routes]
     if not any(r.route != MODEL for c in found for r in c.routes):
         raise UsageError(
@@ -175,21 +175,23 @@ class _Question:
 
 
 def _ask_routes(
-    scenario: Scenario, one: _Question, data: RouteData, known: Corrections, truth: float | None
+    scenario: Scenario, question: _Question, data: RouteData, known: Corrections, truth: float | None
 ) -> RoutedCharacteristic:
-    y = data.readings.get(one.name)
-    reading = one.indicated if y is None else y
-    warmth, found = _warmth(scenario, one.shows[0]), []
-    if one.modelled is not None:
-        of = _of(one.modelled, one.name)
-        found.append(model_route(of, one.modelled.model, reading, scenario.settings.rule))
-    if one.name in data.repeats and one.name in data.calibrations:
-        warm = replace(warmth, temperature=data.temperatures.get(one.name, warmth.temperature))
-        found.append(calibrated_part(reading, data.repeats[one.name], data.calibrations[one.name], warm))
-    if one.name in data.positions and one.modelled is not None:
-        found.append(several_positions(data.positions[one.name], one.shows, known, warmth))
+    y = data.readings.get(question.name)
+    reading = question.indicated if y is None else y
+    warmth, found = _warmth(scenario, question.shows[0]), []
+    if question.modelled is not None:
+        of = _of(question.modelled, question.name)
+        found.append(model_route(of, question.modelled.model, reading, scenario.settings.rule))
+    if question.name in data.repeats and question.name in data.calibrations:
+        warm = replace(warmth, temperature=data.temperatures.get(question.name, warmth.temperature))
+        found.append(
+            calibrated_part(reading, data.repeats[question.name], data.calibrations[question.name], warm)
+        )
+    if question.name in data.positions and question.modelled is not None:
+        found.append(several_positions(data.positions[question.name], question.shows, known, warmth))
     return RoutedCharacteristic(
-        name=one.name, unit=one.unit, reading=reading, stated=y is not None, truth=truth, routes=tuple(found),
+        name=question.name, unit=question.unit, reading=reading, is_handed_in=y is not None, truth=truth, routes=tuple(found),
         agreements=agreements(found),
     )  # fmt: skip
 

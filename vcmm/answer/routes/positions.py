@@ -81,11 +81,11 @@ class StandardReadings:
 
 @dataclass(frozen=True, eq=False)
 class Corrections:
-    """(e_L, delta in mm) and their covariance (2, 2); known: which of the two the standards show; dof: of the worst standard."""
+    """(e_L, delta in mm) and their covariance (2, 2); is_shown: which of the two the standards show; dof: of the worst standard."""
 
     value: Array = field(default_factory=lambda: np.zeros(2))
     covariance: Array = field(default_factory=lambda: np.zeros((2, 2)))
-    known: tuple[bool, bool] = (False, False)
+    is_shown: tuple[bool, bool] = (False, False)
     dof: float = math.inf
 
 
@@ -134,7 +134,7 @@ def several_positions(
     remarks = [
         f"no {word} was measured: the error of {what} is in the value and not in U, so no E_n is given"
         for word, what, one, seen in zip(
-            ("standard of length", "ring or sphere"), ("the scale", "the tip"), c, known.known
+            ("standard of length", "ring or sphere"), ("the scale", "the tip"), c, known.is_shown
         )
         if not seen and abs(one) > 1e-6
     ]

@@ -26,29 +26,29 @@ Task = tuple[str, Scenario | str]  # file, and its scenario or what is wrong wit
 class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
     """The intervals of several tasks, each by itself. The result is a record for each: `file`, `rows`, `problem`, `ours`."""
 
-    named: tuple[Path, ...]
+    places: tuple[Path, ...]
     parts: int
     seed: int | None = None
     verb, schema = "audit", "vcmm.audit/1"
 
     @property
     def stem(self) -> str:
-        return self.named[0].stem
+        return self.places[0].stem
 
     def options(self) -> dict[str, Any]:
-        return {"scenarios": [str(s) for s in self.named], "parts": self.parts, "seed": self.seed}
+        return {"scenarios": [str(s) for s in self.places], "parts": self.parts, "seed": self.seed}
 
     def inputs(self) -> list[Path]:
-        return files_of(scenarios_in(self.named))
+        return files_of(scenarios_in(self.places))
 
     @classmethod
     def of_shards(cls, options: dict[str, Any], sharing: Sharing) -> AuditSeveralJob:
-        named = tuple(Path(s) for s in options["scenarios"])
-        return cls(named, options["parts"], options["seed"], sharing=sharing)
+        places = tuple(Path(s) for s in options["scenarios"])
+        return cls(places, options["parts"], options["seed"], sharing=sharing)
 
     def load(self) -> list[Task]:
         """All files are read here, so that workers on other computers need none of them."""
-        return [_load(file) for file in scenarios_in(self.named)]
+        return [_load(file) for file in scenarios_in(self.places)]
 
     def run(self, loaded: list[Task], report: Progress) -> list[dict[str, Any]]:
         options = {"parts": self.parts, "seed": self.seed}
@@ -63,7 +63,7 @@ class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
 
     def record(self, loaded: list[Task], result: list[dict[str, Any]]) -> Record:
         names = [r["file"] for r in result]
-        body = {"tasks": tasks_json(_rows(result), names, _refused(result))}
+        body = {"tasks": tasks_json(_rows(result), names, _refusals(result))}
         return Record(body, files_of([Path(name) for name in names]), self.seed)
 
     def texts(
@@ -79,7 +79,7 @@ class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
 
     def show(self, loaded: list[Task], result: list[dict[str, Any]]) -> None:
         show_table(tasks_table(_rows(result)))
-        for file, why in _refused(result).items():
+        for file, why in _refusals(result).items():
             say(f"note: {file}: {why}")
 
 
@@ -87,7 +87,7 @@ def _rows(result: list[dict[str, Any]]) -> list[OfTask]:
     return [OfTask(r["file"], AuditResult(**one)) for r in result for one in r["rows"]]
 
 
-def _refused(result: list[dict[str, Any]]) -> dict[str, str]:
+def _refusals(result: list[dict[str, Any]]) -> dict[str, str]:
     return {r["file"]: r["problem"] for r in result if r["problem"]}
 
 

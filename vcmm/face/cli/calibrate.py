@@ -99,8 +99,8 @@ def calibrate_command(
     if special is not None:
         return run_job(special, Flags(json))
     names = errors.replace(",", " ").split()
-    asked = CalibrationOptions(names, interpolation, _growth(growth, months, machine))
-    return run_job(CalibrateJob(wanted, asked, residual, report), Flags(json))
+    calibration_options = CalibrationOptions(names, interpolation, _growth(growth, months, machine))
+    return run_job(CalibrateJob(wanted, calibration_options, residual, report), Flags(json))
 
 
 def _special(wanted: CalibrationFiles, given: dict[str, Any], compare: bool) -> Job[Any, Any] | None:
@@ -169,7 +169,7 @@ def _growth(text: str | None, months: float, machine: Path | None) -> float:
 class Calibrated(NamedTuple):
     """What was found, and what the machine file that was written predicts of the recordings of --test."""
 
-    found: Calibration
+    calibration: Calibration
     tests: list[IndependentTest]
 
 
@@ -177,38 +177,38 @@ class Calibrated(NamedTuple):
 class CalibrateJob(Job[CalibrationInput, Calibrated]):
     """A calibration. The machine files are written in the course of it: what they predict is asked of them as they were written."""
 
-    wanted: CalibrationFiles
-    asked: CalibrationOptions
+    request: CalibrationFiles
+    options: CalibrationOptions
     residual: Path | None
     report: Path | None
     schema = "vcmm.calibration/1"
 
     def check(self) -> None:
         """Raises UsageError where the interpolation is none, Environment where a file cannot be written."""
-        interpolation_of(self.asked.interpolation)
-        for target in (self.wanted.out, self.residual):
+        interpolation_of(self.options.interpolation)
+        for target in (self.request.out, self.residual):
             if target is not None:
                 output_folder(target.parent)
 
     def load(self) -> CalibrationInput:
-        return self.wanted.load()
+        return self.request.load()
 
     def run(self, loaded: CalibrationInput, report: Progress) -> Calibrated:
         found = calibrate(
             loaded.recordings,
             loaded.machine,
             loaded.certificates,
-            self.asked.only,
+            self.options.only,
             report,
-            interpolation=interpolation_of(self.asked.interpolation),
-            growth=self.asked.growth,
+            interpolation=interpolation_of(self.options.interpolation),
+            growth=self.options.growth,
             correlated=loaded.correlated,
         )
         self._write(found)
-        return Calibrated(found, self.wanted.tests())
+        return Calibrated(found, self.request.tests())
 
     def _write(self, found: Calibration) -> None:
-        out, known, files = self.wanted.out, self.wanted.machine, [f.name for f in self.wanted.files]
+        out, known, files = self.request.out, self.request.machine, [f.name for f in self.request.files]
         texts = {}
         if out is not None:
             texts[out] = machine_texts(found, out, files, known)
@@ -220,8 +220,10 @@ class CalibrateJob(Job[CalibrationInput, Calibrated]):
             say(f"wrote {target}, {target.stem}_errors.csv, {target.stem}_covariance.csv")
 
     def record(self, loaded: CalibrationInput, result: Calibrated) -> Record:
-        body = calibration_json(result.found, self.wanted.out) | {"tests": records(TESTS, result.tests)}
-        return Record(body, self.wanted.read(), warnings=result.found.warnings)
+        body = calibration_json(result.calibration, self.request.out) | {
+            "tests": records(TESTS, result.tests)
+        }
+        return Record(body, self.request.read(), warnings=result.calibration.warnings)
 
     def export(self, loaded: CalibrationInput, result: Calibrated, content: dict[str, Any]) -> None:
         """The page of --report."""
@@ -229,13 +231,13 @@ class CalibrateJob(Job[CalibrationInput, Calibrated]):
             return
         from vcmm.show.pages.calibration import calibration_page
 
-        machine = _calibrated_machine(result.found, self.wanted)
+        machine = _calibrated_machine(result.calibration, self.request)
         figures = [] if machine is None else without_rounding(predict_figures(machine, "230-2"))[0]
-        write_text(self.report, calibration_page(result.found, figures, self.wanted.read()))
+        write_text(self.report, calibration_page(result.calibration, figures, self.request.read()))
         say(f"wrote {self.report}")
 
     def show(self, loaded: CalibrationInput, result: Calibrated) -> None:
-        _show(result.found)
+        _show(result.calibration)
         if result.tests:
             show_table(independent_tests(result.tests))
 

@@ -16,12 +16,12 @@ from vcmm.show.tables.table import records
 class InterpolationsJob(Job[CalibrationInput, list[PredictedPositions]]):
     """Every interpolation fitted and scored."""
 
-    wanted: CalibrationFiles
+    request: CalibrationFiles
     only: list[str]
     schema = "vcmm.interpolations/1"
 
     def load(self) -> CalibrationInput:
-        return self.wanted.load()
+        return self.request.load()
 
     def run(self, loaded: CalibrationInput, report: Progress) -> list[PredictedPositions]:
         return compare_interpolations(
@@ -29,7 +29,7 @@ class InterpolationsJob(Job[CalibrationInput, list[PredictedPositions]]):
         )
 
     def record(self, loaded: CalibrationInput, result: list[PredictedPositions]) -> Record:
-        return Record({"interpolations": records(HELD_OUT, result)}, self.wanted.read(), 0)
+        return Record({"interpolations": records(HELD_OUT, result)}, self.request.read(), 0)
 
     def show(self, loaded: CalibrationInput, result: list[PredictedPositions]) -> None:
         show_table(interpolations(result))

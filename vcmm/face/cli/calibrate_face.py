@@ -123,7 +123,7 @@ def _data(scan: Path) -> Path:
     return scan.parent / str(read_toml(scan).data["data"])
 
 
-def _correction(found: FaceMap, program: FaceProgram) -> CompensatedProgram | None:
+def _correction(face_map: FaceMap, program: FaceProgram) -> CompensatedProgram | None:
     """The corrected program; None where none was named."""
     if program.path is None:
         if program.setup is not None or program.lines:
@@ -135,7 +135,7 @@ def _correction(found: FaceMap, program: FaceProgram) -> CompensatedProgram | No
     return correct_face(
         program.path,
         program.setup,
-        found,
+        face_map,
         lines=_lines(program.lines),
         tolerance=largest,
         decimals=program.decimals,

@@ -31,36 +31,36 @@ class Nodes(NamedTuple):
 class NodesJob(Job[CalibrationInput, Nodes]):
     """The nodes of one recording multilaterated; the machine file is written where --out names one."""
 
-    wanted: CalibrationFiles
+    request: CalibrationFiles
     schema = "vcmm.nodes/1"
 
     def check(self) -> None:
-        if len(self.wanted.files) != 1:
+        if len(self.request.files) != 1:
             raise UsageError(
-                f"--nodes takes one recording with all stations, not {len(self.wanted.files)}; put their rows into one file, told apart by setup"
+                f"--nodes takes one recording with all stations, not {len(self.request.files)}; put their rows into one file, told apart by setup"
             )
 
     def load(self) -> CalibrationInput:
-        return self.wanted.load()
+        return self.request.load()
 
     def run(self, loaded: CalibrationInput, report: Progress) -> Nodes:
         found = node_scatter(loaded.recordings[0], loaded.machine)
-        if self.wanted.out is not None:
+        if self.request.out is not None:
             check_nodes(found, loaded.machine)
         return Nodes(found, fit_process(found))
 
     def record(self, loaded: CalibrationInput, result: Nodes) -> Record:
-        return Record(node_body(result.scatter, result.fit, self.wanted.out), self.wanted.read())
+        return Record(node_body(result.scatter, result.fit, self.request.out), self.request.read())
 
     def export(self, loaded: CalibrationInput, result: Nodes, content: dict[str, Any]) -> None:
         """The machine file."""
-        out = self.wanted.out
+        out = self.request.out
         if out is None:
             return
         output_folder(out.parent)
-        names = [f.name for f in self.wanted.files]
+        names = [f.name for f in self.request.files]
         write_text(
-            out, node_text(result.scatter, loaded.machine, self.wanted.machine, out, names, result.fit)
+            out, node_text(result.scatter, loaded.machine, self.request.machine, out, names, result.fit)
         )
         say(f"wrote {out}")
         if any(i.effect == Scatter.name for i in loaded.machine.inputs):

@@ -36,7 +36,7 @@ class Survey(NamedTuple):
     """The set-ups of a plan, the machine that they are planned for, and the one that is measured."""
 
     setups: Setups
-    planned: Machine
+    machine: Machine
     truth: Machine
 
 
@@ -51,7 +51,7 @@ class SimulateJob(Job[Survey, list[Row]]):
     seed: int
     schema = "vcmm.simulated/1"
 
-    def named(self) -> tuple[Path, Path]:
+    def machine_and_folder(self) -> tuple[Path, Path]:
         """Machine file and folder. Raises UsageError where one of them is missing."""
         if self.machine is None or self.out is None:
             raise UsageError(
@@ -61,10 +61,10 @@ class SimulateJob(Job[Survey, list[Row]]):
         return self.machine, self.out
 
     def check(self) -> None:
-        self.named()
+        self.machine_and_folder()
 
     def load(self) -> Survey:
-        machine, out = self.named()
+        machine, out = self.machine_and_folder()
         setups, planned, _ = load_design(self.plan)
         truth = load_machine(machine)
         _check_same(planned, truth, self.plan, machine)
@@ -72,15 +72,15 @@ class SimulateJob(Job[Survey, list[Row]]):
         return Survey(setups, planned, truth)
 
     def run(self, loaded: Survey, report: Progress) -> list[Row]:
-        return _all_or_nothing(loaded, self.named()[1], self.seed)
+        return _all_or_nothing(loaded, self.machine_and_folder()[1], self.seed)
 
     def record(self, loaded: Survey, result: list[Row]) -> Record:
-        machine, out = self.named()
+        machine, out = self.machine_and_folder()
         body = {"machine": str(out / BARE), "recordings": result}
         return Record(body, [*sources(self.plan), *sources(machine)], self.seed)
 
     def show(self, loaded: Survey, result: list[Row]) -> None:
-        _, out = self.named()
+        _, out = self.machine_and_folder()
         for row in result:
             print(f"{row['file']}: {row['instrument']}, {row['observations']} readings")
         say(f"next: vcmm calibrate {out}/*.toml --machine {out / BARE} --out machine.toml")

@@ -29,8 +29,8 @@ from vcmm.task.response.recording import Recording
 class ThermalInput(NamedTuple):
     """Recordings and machine as of a calibration, and the recordings of --test."""
 
-    given: CalibrationInput
-    asked: list[Recording]
+    calibration: CalibrationInput
+    tests: list[Recording]
 
 
 class ThermalTerms(NamedTuple):
@@ -45,23 +45,23 @@ class ThermalTerms(NamedTuple):
 class ThermalJob(Job[ThermalInput, ThermalTerms]):
     """The terms fitted and written: what the file predicts is asked of it as it was written."""
 
-    wanted: CalibrationFiles
+    request: CalibrationFiles
     sensors: list[str]
     report: Path | None = None
     schema = "vcmm.thermal/1"
 
     def load(self) -> ThermalInput:
-        given = self.wanted.load()
-        for file in (self.wanted.out, self.report):
+        given = self.request.load()
+        for file in (self.request.out, self.report):
             if file is not None:
                 output_folder(file.parent)
-        asked = [load_recording(path, given.machine)[0] for path in self.wanted.test]
+        asked = [load_recording(path, given.machine)[0] for path in self.request.test]
         for one in asked:
             warm_readings(one, given.machine)  # refused before anything is written
         return ThermalInput(given, asked)
 
     def run(self, loaded: ThermalInput, report: Progress) -> ThermalTerms:
-        given, wanted = loaded.given, self.wanted
+        given, wanted = loaded.calibration, self.request
         if wanted.machine is None:
             raise UsageError("--thermal adds to a machine file; name it with --machine machine.toml")
         found = thermal_model(given.recordings, given.machine, self.sensors)
@@ -75,18 +75,18 @@ class ThermalJob(Job[ThermalInput, ThermalTerms]):
                 self.report, thermal_page(found, given.machine, term_rows(found, written_terms(found)))
             )
             say(f"wrote {self.report}")
-        return ThermalTerms(found, wanted.tests(), _nets(loaded.asked, given, list(found.trained)))
+        return ThermalTerms(found, wanted.tests(), _nets(loaded.tests, given, list(found.trained)))
 
     def record(self, loaded: ThermalInput, result: ThermalTerms) -> Record:
         found, tests, nets = result
-        rows, out = term_rows(found, written_terms(found)), self.wanted.out
+        rows, out = term_rows(found, written_terms(found)), self.request.out
         body = {
             "machine": None if out is None else str(out),
             "terms": records(TERMS, rows),
             **_figures(found),
         }
         body |= {"tests": [t | {"net_rms": n} for t, n in zip(records(TESTS, tests), nets)]}
-        return Record(body, self.wanted.read())
+        return Record(body, self.request.read())
 
     def show(self, loaded: ThermalInput, result: ThermalTerms) -> None:
         found, tests, nets = result

@@ -155,9 +155,9 @@ def _describe_machine(machine: Machine) -> list[Row]:
     return rows
 
 
-def _law(one: Input) -> str:
-    name = str(getattr(one.law, "name", type(one.law).__name__))
-    if not np.isfinite(one.law.u).all():
+def _law(quantity: Input) -> str:
+    name = str(getattr(quantity.law, "name", type(quantity.law).__name__))
+    if not np.isfinite(quantity.law.u).all():
         name += " (u is infinite for nu <= 2; the coverage interval is given)"
     return name
 
@@ -196,15 +196,15 @@ def _tool_rows(setup: Setup) -> list[Row]:
 def _reversal_rows(file: Path) -> list[Row]:
     from vcmm.files.own.reversal import load_reversal
 
-    found = load_reversal(file)
-    rows = [["reversal", f"{found.kind}, {found.error} of axis {found.axis}"]]
+    reversal_file = load_reversal(file)
+    rows = [["reversal", f"{reversal_file.kind}, {reversal_file.error} of axis {reversal_file.axis}"]]
     rows += [
-        [f"turns {g.setup} {g.probe}".rstrip(), f"{len(g.coefficients)} whole, {g.dropped} left out"]
-        for g in found.groups
+        [f"turns {g.setup} {g.probe}".rstrip(), f"{len(g.coefficients)} whole, {g.incomplete} left out"]
+        for g in reversal_file.groups
     ]
     return rows + [
         [f"scan {s.setup}", f"{len(s.place)} readings, {s.place.min():g} to {s.place.max():g} mm"]
-        for s in found.scans
+        for s in reversal_file.scans
     ]
 
 

@@ -78,7 +78,7 @@ def cut_command(
     """
     sharing, back = (
         sharing_of(workers, cluster, shard),
-        MeasuredBack.asked(measured, frame == "machine", u_point),
+        MeasuredBack.from_options(measured, frame == "machine", u_point),
     )
     other = _inspection_program(inspect, tolerance, back is not None or sharing.share is not None)
     job = CutJob(
@@ -106,7 +106,7 @@ class MeasuredBack(NamedTuple):
     u_point: str
 
     @classmethod
-    def asked(cls, file: Path | None, in_machine: bool, u_point: str) -> MeasuredBack | None:
+    def from_options(cls, file: Path | None, in_machine: bool, u_point: str) -> MeasuredBack | None:
         """None where no part came back. UsageError: --u-point without one."""
         if file is not None:
             return cls(file, in_machine, u_point)
@@ -149,11 +149,11 @@ class CutJob(SharedJob[CutTask, CutPart]):
     def stem(self) -> str:
         return self.scenario.stem
 
-    def asked(self) -> dict[str, Any]:
+    def count_options(self) -> dict[str, Any]:
         return {"trials": self.trials, "seed": self.seed, "engine": self.engine}
 
     def options(self) -> dict[str, Any]:
-        return {"scenario": str(self.scenario), **self.asked()}
+        return {"scenario": str(self.scenario), **self.count_options()}
 
     def inputs(self) -> list[Path]:
         return sources(self.scenario)
@@ -179,7 +179,7 @@ class CutJob(SharedJob[CutTask, CutPart]):
 
     def run(self, loaded: CutTask, report: Progress) -> CutPart:
         with about(self.scenario, "cut"):
-            result = cut(loaded.scenario, **self.asked(), progress=report, sharing=self.sharing)
+            result = cut(loaded.scenario, **self.count_options(), progress=report, sharing=self.sharing)
         code = decision_code(result.characteristics, self.require)  # before a recording is written
         back = self.measured
         if back is None or loaded.points is None:

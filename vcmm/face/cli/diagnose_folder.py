@@ -40,11 +40,11 @@ class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
     def stem(self) -> str:
         return self.scenario.name
 
-    def asked(self) -> dict[str, Any]:
+    def count_options(self) -> dict[str, Any]:
         return {"seed": self.seed, "machine": str(self.machine) if self.machine else None}
 
     def options(self) -> dict[str, Any]:
-        return {"scenario": str(self.scenario), **self.asked()}
+        return {"scenario": str(self.scenario), **self.count_options()}
 
     def inputs(self) -> list[Path]:
         return self.files_of(recordings_in(self.scenario))
@@ -68,7 +68,7 @@ class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
         report(f"0 of {count} recordings", 0.0)
         records = diagnosed_folder(
             FolderJob(self.scenario, self.seed, self.machine), loaded,
-            key_of("diagnose", self.asked(), self.files_of(loaded)), self.sharing,
+            key_of("diagnose", self.count_options(), self.files_of(loaded)), self.sharing,
             lambda share: report(f"{round(share * count)} of {count} recordings", share),
         )  # fmt: skip
         return DiagnosedFolder(in_time(records), changes(records))

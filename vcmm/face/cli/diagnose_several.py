@@ -45,7 +45,7 @@ class Recordings(NamedTuple):
 class DiagnosedTogether(NamedTuple):
     """As of one recording: what was found, the machine file with what is common, the report, what failed after the names were found."""
 
-    found: Several
+    findings: Several
     improved: dict[str, str]
     page: str
     attempt: Attempt
@@ -89,7 +89,7 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
         return DiagnosedTogether(found, improved, page, attempt)
 
     def record(self, loaded: Recordings, result: DiagnosedTogether) -> Record:
-        found = result.found
+        found = result.findings
         inputs = [p for f in self.recordings for p in sources(f)] + ([self.machine] if self.machine else [])
         body = _body(found, self.folder if result.improved else None)
         warnings = (*found.together.warnings, *left_out(found))
@@ -104,8 +104,8 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
         write_report(self.report, result.page)
 
     def show(self, loaded: Recordings, result: DiagnosedTogether) -> None:
-        show_diagnosis(result.found.together)
-        _show_each(result.found)
+        show_diagnosis(result.findings.together)
+        _show_each(result.findings)
 
     def notes(self, loaded: Recordings, result: DiagnosedTogether) -> Iterator[str]:
         return report_sentences(self.report, result.page)

@@ -54,7 +54,7 @@ class EvaluateCompareJob(Job[CutAndMeasured, EvaluatedBesideCut]):
 
     scenario: Path
     cut: Path | None
-    given: GivenMeasurement
+    measurement: GivenMeasurement
     trials: int | None
     seed: int | None
     further: Path | None
@@ -64,12 +64,15 @@ class EvaluateCompareJob(Job[CutAndMeasured, EvaluatedBesideCut]):
 
     def check(self) -> None:
         """UsageError for what a comparison has no use for."""
-        for flag, given in (("--values", self.given.values), ("--tip-centres", self.given.tip_centres)):
+        for flag, given in (
+            ("--values", self.measurement.values),
+            ("--tip-centres", self.measurement.tip_centres),
+        ):
             if given:
                 raise UsageError(
                     f"--compare takes measured points on the surface, --points points.csv; leave {flag} out"
                 )
-        if self.given.points is None:
+        if self.measurement.points is None:
             raise UsageError("--compare needs the measured points; add --points points.csv")
         if self.further:
             raise UsageError(
@@ -78,18 +81,18 @@ class EvaluateCompareJob(Job[CutAndMeasured, EvaluatedBesideCut]):
 
     def load(self) -> CutAndMeasured:
         file, cut, measuring = _both(self.scenario, self.cut)
-        return CutAndMeasured(file, cut, measuring, measured_points(self.given.file, ""))
+        return CutAndMeasured(file, cut, measuring, measured_points(self.measurement.file, ""))
 
     def run(self, loaded: CutAndMeasured, report: Progress) -> EvaluatedBesideCut:
-        given = self.given
+        measurement = self.measurement
         parts: tuple[EvaluatedPart, ...] = ()
         if loaded.measuring is not None:
             with about(self.scenario):
                 parts = tuple(evaluate(
-                    loaded.measuring, points=given.points, frame=given.frame or "part", trials=self.trials, seed=self.seed, progress=report,
+                    loaded.measuring, points=measurement.points, frame=measurement.frame or "part", trials=self.trials, seed=self.seed, progress=report,
                 ))  # fmt: skip
-        folder = self.folder or given.file.parent
-        in_machine = given.frame == "machine"
+        folder = self.folder or measurement.file.parent
+        in_machine = measurement.frame == "machine"
         back = came_back(
             loaded.file, loaded.cut, loaded.points, in_machine=in_machine, seed=self.seed, folder=folder, report=report
         )  # fmt: skip
@@ -101,7 +104,7 @@ class EvaluateCompareJob(Job[CutAndMeasured, EvaluatedBesideCut]):
         parts, back, _ = result
         body = evaluate_json(parts) if parts else {"characteristics": []}
         named = [*sources(self.scenario), *(sources(self.cut) if self.cut else ())]
-        files = dict.fromkeys([*named, loaded.cut.program, self.given.file])
+        files = dict.fromkeys([*named, loaded.cut.program, self.measurement.file])
         seed = parts[0].uncertainty.seed if parts else loaded.cut.settings.seed
         return Record(body | back.json, [*files], seed, back.warnings)
 

@@ -38,26 +38,28 @@ def _inputs(words: Sequence[str]) -> list[tuple[str, str]]:
         return []
     options, rest = command
     try:
-        return [(text, option.reads) for option, text in _given(options, rest) if option.reads]
+        return [(text, option.reads) for option, text in _values_of(options, rest) if option.reads]
     except LookupError:
         return []
 
 
 def _command(words: Sequence[str]) -> tuple[list[HelpOption], list[str]] | None:
-    """The options of `VERB` or `VERB JOB`, and the words behind it; None where the source is not at hand."""
+    """The options of `VERB` or `VERB JOB`, and the words behind it; None where there is no such job or no source."""
     verb, rest = words[0], list(words[1:])
     try:
         if rest and (jobs := HERE / f"{verb}_jobs.py").is_file():
             tree = ast.parse(jobs.read_text(encoding="utf-8"))
             if any(isinstance(n, ast.FunctionDef) and n.name == f"{rest[0]}_command" for n in tree.body):
                 return options_of(tree, f"{rest[0]}_command"), rest[1:]
+            if not rest[0].startswith("-") and not Path(rest[0]).suffix:
+                return None  # a mistyped job: the verb names the nearest
         tree = ast.parse((HERE / f"{verb}.py").read_text(encoding="utf-8"))
         return options_of(tree, f"{verb}_command"), rest
     except (OSError, StopIteration):
         return None
 
 
-def _given(options: Sequence[HelpOption], words: Sequence[str]) -> Iterator[tuple[HelpOption, str]]:
+def _values_of(options: Sequence[HelpOption], words: Sequence[str]) -> Iterator[tuple[HelpOption, str]]:
     """(option, value) in the order of the line. Raises LookupError for a word that no option takes, or a value that is missing or no plain number."""
     by_name = {o.name: o for o in options if not o.is_word} | {o.off: o for o in options if o.off}
     places = [o for o in options if o.is_word]

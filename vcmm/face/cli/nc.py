@@ -83,7 +83,7 @@ class UnderstoodProgram(NamedTuple):
 
     read: Program
     path: Toolpath | None
-    written: list[Path]
+    files: list[Path]
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class NcJob(Job["Setup | None", UnderstoodProgram]):
     program: Path
     dialect: str | None
     setup: Path | None
-    loaded: Setup | None
+    given_setup: Setup | None
     strict: bool
     moves: bool
     time: bool
@@ -104,7 +104,7 @@ class NcJob(Job["Setup | None", UnderstoodProgram]):
     schema = "vcmm.nc/1"
 
     def load(self) -> Setup | None:
-        return self.loaded
+        return self.given_setup
 
     def run(self, loaded: Setup | None, report: Progress) -> UnderstoodProgram:
         read = understand_program(self.program, self.dialect, loaded, self.strict)
@@ -147,7 +147,7 @@ class NcJob(Job["Setup | None", UnderstoodProgram]):
         _show(self.program, read, summary(read.moves, loaded), self.moves, result.path)
         if result.path is not None:
             _show_time(result.path)
-        for path in result.written:
+        for path in result.files:
             say(f"wrote {path}")
 
 

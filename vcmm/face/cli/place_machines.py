@@ -39,15 +39,15 @@ class CandidateMachines(NamedTuple):
 class Ranked(NamedTuple):
     """Machine file -> what became of it; order: those that can take the part, the best first."""
 
-    found: dict[str, Row]
+    rows: dict[str, Row]
     order: list[str]
 
     @property
     def best(self) -> Row:
-        return self.found[self.order[0]]
+        return self.rows[self.order[0]]
 
     def table(self) -> ResultTable[RankedMachine]:
-        return ranking(self.order, self.found)
+        return ranking(self.order, self.rows)
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
     """One document: that of the best machine, and the ranking. Machines that cannot take the part are named."""
 
     scenario: Path
-    named: tuple[Path, ...]
+    machine_files: tuple[Path, ...]
     search: Options
     verb, schema = "place", "vcmm.place/1"
 
@@ -64,19 +64,23 @@ class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
         return self.scenario.stem
 
     def options(self) -> dict[str, Any]:
-        return {"scenario": str(self.scenario), "machines": [str(m) for m in self.named], **self.search}
+        return {
+            "scenario": str(self.scenario),
+            "machines": [str(m) for m in self.machine_files],
+            **self.search,
+        }
 
     def inputs(self) -> list[Path]:
-        return _read(self.scenario, machines_in(self.named))
+        return _read(self.scenario, machines_in(self.machine_files))
 
     @classmethod
     def of_shards(cls, options: dict[str, Any], sharing: Sharing) -> PlaceMachinesJob:
         search = {k: v for k, v in options.items() if k not in ("scenario", "machines")}
-        named = tuple(Path(m) for m in options["machines"])
-        return cls(Path(options["scenario"]), named, search, sharing=sharing)
+        machine_files = tuple(Path(m) for m in options["machines"])
+        return cls(Path(options["scenario"]), machine_files, search, sharing=sharing)
 
     def load(self) -> CandidateMachines:
-        machines = machines_in(self.named)
+        machines = machines_in(self.machine_files)
         return CandidateMachines(machines, _load_tasks(self.scenario, machines))
 
     def run(self, loaded: CandidateMachines, report: Progress) -> Ranked:
@@ -96,7 +100,7 @@ class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
     def record(self, loaded: CandidateMachines, result: Ranked) -> Record:
         table, best = result.table(), result.best
         documented = [
-            row | ({"why": result.found[row["machine"]]["refused"]} if row["machine"] not in result.order else {})
+            row | ({"why": result.rows[row["machine"]]["refused"]} if row["machine"] not in result.order else {})
             for row in records(table.columns, table.rows)
         ]  # fmt: skip
         body = best["content"] | {"machine": result.order[0], "machines": documented}
@@ -114,9 +118,9 @@ class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
         return f"wrote {folder}/report.html, place.json, placed.toml for {Path(result.order[0])}"
 
     def show(self, loaded: CandidateMachines, result: Ranked) -> None:
-        show_answers(machine_answers(result.order, result.found))
+        show_answers(machine_answers(result.order, result.rows))
         show_table(result.table())
-        for machine, row in result.found.items():
+        for machine, row in result.rows.items():
             if row["refused"]:
                 say(f"note: {machine}: {row['refused']}")
 

@@ -60,13 +60,13 @@ def rerun_command(
 class Rerun(NamedTuple):
     """What the pack says, and the numbers that are others now."""
 
-    said: dict[str, Any]
-    changed: list[ComparedNumber]
+    record: dict[str, Any]
+    differences: list[ComparedNumber]
 
     @property
     def largest(self) -> float:
         """Relative."""
-        return max((c.relative for c in self.changed), default=0.0)
+        return max((c.relative for c in self.differences), default=0.0)
 
     @property
     def is_same(self) -> bool:
@@ -91,12 +91,12 @@ class RerunJob(Job[Path, Rerun]):
         return Rerun(said, list(differences(said["document"], found)))
 
     def record(self, loaded: Path, result: Rerun) -> Record:
-        said = result.said
+        said = result.record
         body = {
-            "command": said["command"], "same": result.is_same, "identical": not result.changed,
+            "command": said["command"], "same": result.is_same, "identical": not result.differences,
             "largest_relative_difference": result.largest,
             "version_then": said["version"], "libraries_then": said["libraries"],
-            "differences": [{"key": c.key, "was": c.was, "found": c.found} for c in result.changed[:100]],
+            "differences": [{"key": c.key, "was": c.was, "found": c.now} for c in result.differences[:100]],
         }  # fmt: skip
         return Record(body, [loaded], said.get("seed"))
 
@@ -108,19 +108,19 @@ class RerunJob(Job[Path, Rerun]):
 
     def show(self, loaded: Path, result: Rerun) -> None:
         """What the pack says of itself is somebody else's text: control characters are spelled out."""
-        said = result.said
+        said = result.record
         print(f"vcmm {visible_text(_command_of(said))}")
         print(
             f"made with vcmm {visible_text(brief(said['version']))}, run again with {__version__}; {len(said['files'])} files, all unchanged"
         )
-        if not result.changed:
+        if not result.differences:
             print("every number is the same, to the last bit")
         elif result.is_same:
             print(f"every number is the same within {result.largest:.1e}")
         else:
             print("the numbers are not the same:")
-            for one in result.changed[:10]:
-                was, found = (visible_text(brief(str(v))) for v in (one.was, one.found))
+            for one in result.differences[:10]:
+                was, found = (visible_text(brief(str(v))) for v in (one.was, one.now))
                 print(f"  {visible_text(brief(one.key, 200))}: {was} then, {found} now")
         covered = [str(i["influence"]) for i in said["influences"] if i["status"] != "not covered"]
         print(f"influences covered: {visible_text(brief(', '.join(covered), 2000))}")

@@ -91,19 +91,19 @@ class RoutesJob(Job[RoutedTask, RoutesResult]):
     def place(self) -> tuple[Path, str]:
         return self.scenario, ""
 
-    def _given(self) -> list[Path]:
+    def _input_files(self) -> list[Path]:
         return [f for f in self.files.values() if f is not None]
 
     def load(self) -> RoutedTask:
         scenario = load_scenario(self.scenario)
-        return RoutedTask(scenario, read_route_data(scenario, **self.files) if self._given() else None)
+        return RoutedTask(scenario, read_route_data(scenario, **self.files) if self._input_files() else None)
 
     def run(self, loaded: RoutedTask, report: Progress) -> RoutesResult:
-        settings = loaded.scenario.settings.asked(**self.changes)
+        settings = loaded.scenario.settings.with_changes(**self.changes)
         return routes(loaded.scenario, loaded.data, settings=settings, progress=report)
 
     def record(self, loaded: RoutedTask, result: RoutesResult) -> Record:
-        files = [*sources(self.scenario), *self._given()]
+        files = [*sources(self.scenario), *self._input_files()]
         return Record(routes_json(result), files, result.seed, result.remarks)
 
     def pack(self, loaded: RoutedTask) -> Pack:

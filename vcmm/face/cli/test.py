@@ -63,11 +63,11 @@ def test_command(
 
 
 class Figures(NamedTuple):
-    """The figures of a test; drawn: the errors of the machine are drawn from its certificate."""
+    """The figures of a test; from_certificate: the errors of the machine are drawn from its certificate."""
 
     figures: Any
     warnings: list[str]
-    drawn: bool
+    from_certificate: bool
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class AcceptanceJob(Job[tuple[Path, ...], Figures]):
 
     def exit_code(self, loaded: tuple[Path, ...], result: Figures) -> int:
         failed = any(f.p_pass is not None and f.p_pass < 0.5 for f in result.figures)
-        return int(failed and not result.drawn)
+        return int(failed and not result.from_certificate)
 
     def show(self, loaded: tuple[Path, ...], result: Figures) -> None:
         if self.iso != "230-7":  # whose table is no longer than an answer

@@ -110,11 +110,11 @@ class UncertaintyJob(SharedJob[Scenario, UncertaintyResult]):
     def stem(self) -> str:
         return self.scenario.stem
 
-    def asked(self) -> dict[str, Any]:
+    def count_options(self) -> dict[str, Any]:
         return {"trials": self.trials, "seed": self.seed, "engine": self.engine, "digits": self.digits}
 
     def options(self) -> dict[str, Any]:
-        return {"scenario": str(self.scenario), **self.asked()}
+        return {"scenario": str(self.scenario), **self.count_options()}
 
     def inputs(self) -> list[Path]:
         return sources(self.scenario)
@@ -135,13 +135,13 @@ class UncertaintyJob(SharedJob[Scenario, UncertaintyResult]):
         return load_scenario(self.scenario)
 
     def run(self, loaded: Scenario, report: Progress) -> UncertaintyResult:
-        return uncertainty(loaded, **self.asked(), progress=report, sharing=self.sharing)
+        return uncertainty(loaded, **self.count_options(), progress=report, sharing=self.sharing)
 
     def record(self, loaded: Scenario, result: UncertaintyResult) -> Record:
         return Record(uncertainty_json(result), sources(self.scenario), result.seed, result.warnings)
 
     def pack(self, loaded: Scenario) -> Pack:
-        given = {k: v for k, v in self.asked().items() if (k, v) != ("engine", "auto")}
+        given = {k: v for k, v in self.count_options().items() if (k, v) != ("engine", "auto")}
         return Pack("uncertainty", self.scenario, given, loaded.task())
 
     def texts(

@@ -65,10 +65,10 @@ def correct_face(
     return compensate(program, work.setup, machine, surface=surface, tolerance=tolerance, **given)  # type: ignore[arg-type]
 
 
-def _extent(found: FaceMap) -> tuple[Array, Array]:
+def _extent(face_map: FaceMap) -> tuple[Array, Array]:
     """Lowest and highest x, y of the part that the scan reached, mm."""
-    if found.scan.spiral:
-        far = np.full(2, float(np.abs(found.scan.x).max()))
+    if face_map.scan.spiral:
+        far = np.full(2, float(np.abs(face_map.scan.x).max()))
         return -far, far
-    places = np.column_stack([found.scan.x, found.scan.across])
+    places = np.column_stack([face_map.scan.x, face_map.scan.across])
     return places.min(axis=0), places.max(axis=0)

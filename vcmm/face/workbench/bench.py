@@ -124,11 +124,16 @@ def _diagnose(files: Mapping[str, bytes], folder: Path, _: Scenario | None, prog
     head = _only(files, b"recording/", 'one recording (.toml with vcmm = "recording/1") and its tables')
     recording, machine = load_recording(folder / head)
     progress("diagnosing", 0.0)
-    found = diagnose(recording, machine)
+    diagnosis = diagnose(recording, machine)
     progress("drawing the report", 0.9)
-    answers = [{"effect": a.effect, "where": a.where, "probability": a.probability} for a in found.answer]
-    report = diagnosis_page(recording, machine, found)
-    return {"verdict": found.verdict, "said": list(sentences(found)), "answer": answers, "report": report}
+    answers = [{"effect": a.effect, "where": a.where, "probability": a.probability} for a in diagnosis.answer]
+    report = diagnosis_page(recording, machine, diagnosis)
+    return {
+        "verdict": diagnosis.verdict,
+        "said": list(sentences(diagnosis)),
+        "answer": answers,
+        "report": report,
+    }
 
 
 def _calibrate(files: Mapping[str, bytes], folder: Path, _: Scenario | None, progress: Progress) -> Answer:
@@ -142,10 +147,13 @@ def _calibrate(files: Mapping[str, bytes], folder: Path, _: Scenario | None, pro
     heads = [folder / n for n in _of_kind(files, b"recording/")]
     recordings = [load_recording(path, known)[0] for path in heads]
     stated = {r.name: load_certificate(path, r) for path, r in zip(heads, recordings)}
-    found = calibrate(recordings, known, {n: c for n, c in stated.items() if c is not None}, progress=progress)  # fmt: skip
-    missing = [c.text for c in found.identified.combinations]
-    said = [f"{len(found.identified.names)} errors identified from {len(recordings)} recordings.", *missing]
-    return {"said": [*said, *found.warnings], "report": calibration_page(found)}
+    calibration = calibrate(recordings, known, {n: c for n, c in stated.items() if c is not None}, progress=progress)  # fmt: skip
+    missing = [c.text for c in calibration.identified.combinations]
+    said = [
+        f"{len(calibration.identified.names)} errors identified from {len(recordings)} recordings.",
+        *missing,
+    ]
+    return {"said": [*said, *calibration.warnings], "report": calibration_page(calibration)}
 
 
 def _evaluate(
@@ -179,9 +187,9 @@ def _cut(files: Mapping[str, bytes], folder: Path, _: Scenario | None, progress:
     if len(heads) != 1:
         raise UsageError(f"drop one scenario with [cut] and all its files; {len(heads)} are among them")
     scenario = load_cut(folder / heads[0])
-    found = cut(scenario, progress=progress)
-    said = [f"{c.name}: {answer(c)}" for c in found.characteristics]
-    return {"said": [*said, *found.warnings], "report": cut_page(scenario, found)}
+    cut_result = cut(scenario, progress=progress)
+    said = [f"{c.name}: {answer(c)}" for c in cut_result.characteristics]
+    return {"said": [*said, *cut_result.warnings], "report": cut_page(scenario, cut_result)}
 
 
 _JOBS: dict[str, Any] = {"diagnose": _diagnose, "calibrate": _calibrate, "evaluate": _evaluate, "cut": _cut}
@@ -263,7 +271,7 @@ class Bench:
         self._ask(page)
         return {"cancelled": True}
 
-    def saved(self, values: Mapping[str, Any]) -> dict[str, Any]:
+    def text_with_knobs(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The scenario file with the knobs at `values`, to be kept in the folder of the one that was opened."""
         if self.source is None:
             raise UsageError(

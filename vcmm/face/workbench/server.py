@@ -221,7 +221,7 @@ class Handler(BaseHTTPRequestHandler):
         return self.server.bench.sweep(body["knobs"], str(body["knob"]), _page(body))
 
     def _save(self, body: Mapping[str, Any]) -> dict[str, Any]:
-        return self.server.bench.saved(body["knobs"])
+        return self.server.bench.text_with_knobs(body["knobs"])
 
     def _progress(self, body: Mapping[str, Any]) -> dict[str, Any]:
         return self.server.bench.progress(_page(body))

@@ -84,10 +84,10 @@ def _qif(path: str | Path, around: Beside) -> ConvertedFiles:
     root = read_qif(path).root
     if root.one("Features/FeatureItems") is not None:
         return _part("QIF part", read_qif_part(path), around)
-    found = read_qif_machine(path)
-    texts = machine_files(found, Path(path).name)
-    counts = {"errors": sum(len(c) for c in found.curves.values()) + len(found.squareness)}
-    return ConvertedFiles("QIF machine", texts, found.notes, counts, "machine.toml")
+    qif_machine = read_qif_machine(path)
+    texts = machine_files(qif_machine, Path(path).name)
+    counts = {"errors": sum(len(c) for c in qif_machine.curves.values()) + len(qif_machine.squareness)}
+    return ConvertedFiles("QIF machine", texts, qif_machine.notes, counts, "machine.toml")
 
 
 def _part(kind: str, whole: DrawnPart, around: Beside) -> ConvertedFiles:

@@ -135,11 +135,11 @@ def _list(held: Node, section: str, name: str) -> list[Quantity]:
     for i, (number, word) in enumerate(zip(numbers, words)):
         unit, factor = _unit(units, word)
         wide = None if U is None else factor * U[i]
-        one = Quantity(
+        quantity = Quantity(
             section=section, name=f"{name} {i + 1}", value=factor * float(number), unit=unit, U=wide,
             k=None if k is None else k[i], at=held.at,
         )  # fmt: skip
-        out.append(one)
+        out.append(quantity)
     return out
 
 

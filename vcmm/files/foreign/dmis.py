@@ -48,16 +48,16 @@ class DmisStatement:
 class _Program:
     """What was read so far."""
 
-    drawn: DrawnPart
+    part: DrawnPart
     mm: float = 0.0  # of one unit of length; 0: not stated yet
     rad: float = math.pi / 180.0
     tolerances: dict[str, ToleranceStatement] = field(default_factory=dict)
     datums: dict[str, str] = field(default_factory=dict)
     touches: dict[str, list[list[float]]] = field(default_factory=dict)
     measuring: str = ""
-    asked: list[tuple[str, list[str], list[str]]] = field(default_factory=list)
+    requests: list[tuple[str, list[str], list[str]]] = field(default_factory=list)
     others: dict[str, int] = field(default_factory=dict)
-    stated: set[str] = field(default_factory=set)  # features whose extent the program states
+    features_with_extent: set[str] = field(default_factory=set)  # features whose extent the program states
 
 
 def read_dmis(path: str | Path) -> DrawnPart:
@@ -66,40 +66,40 @@ def read_dmis(path: str | Path) -> DrawnPart:
     program = _Program(DrawnPart(path.name, path.stem))
     for statement in _statements(path):
         _take(program, statement)
-    if not program.drawn.features:
+    if not program.part.features:
         raise DataError(
             f"{path}:1: no F(name)=FEAT/... statement is in this file; DMIS programs with nominals are read"
         )
     if program.others:
         said = ", ".join(f"{k} ({n})" for k, n in sorted(program.others.items()))
-        program.drawn.notes.append(f"statements that say nothing of the part: {said}")
+        program.part.notes.append(f"statements that say nothing of the part: {said}")
     for name, rows in program.touches.items():
-        program.drawn.targets[name] = np.array(rows)
-        if name not in program.stated:
-            _span_feature(program.drawn, name, np.array(rows))
+        program.part.targets[name] = np.array(rows)
+        if name not in program.features_with_extent:
+            _span_feature(program.part, name, np.array(rows))
     _note_assumptions(program)
-    for at, features, tolerances in program.asked:
+    for at, features, tolerances in program.requests:
         for tolerance in tolerances:
-            tables_of(program.drawn, program.tolerances[tolerance], features, (at, program.datums))
+            tables_of(program.part, program.tolerances[tolerance], features, (at, program.datums))
     _note_unused(program)
-    return program.drawn
+    return program.part
 
 
 def _note_assumptions(program: _Program) -> None:
     """A note for every extent that neither a statement nor touches tell."""
-    for name, table in program.drawn.features.items():
+    for name, table in program.part.features.items():
         open_ended = table["type"] in ("plane", "line", "cylinder", "cone")
-        if open_ended and name not in program.stated and name not in program.touches:
-            program.drawn.notes.append(
+        if open_ended and name not in program.features_with_extent and name not in program.touches:
+            program.part.notes.append(
                 f"F({name}): the program states no extent; {mm(DEFAULT_EXTENT)} is assumed, correct it"
             )
 
 
 def _note_unused(program: _Program) -> None:
-    used = {t for _, _, tolerances in program.asked for t in tolerances}
+    used = {t for _, _, tolerances in program.requests for t in tolerances}
     for name, one in program.tolerances.items():
         if name not in used:
-            program.drawn.notes.append(f"{one.at}: T({name}) is not asked for by OUTPUT or EVAL: left out")
+            program.part.notes.append(f"{one.at}: T({name}) is not asked for by OUTPUT or EVAL: left out")
 
 
 def _statements(path: Path) -> list[DmisStatement]:
@@ -169,12 +169,12 @@ def _feature(program: _Program, s: DmisStatement) -> None:
     name, kind = s.label[1], s.words[0].upper() if s.words else ""
     maker = FEATURES.get(kind)
     if maker is None:
-        program.drawn.notes.append(f"{s.at}: FEAT/{kind} {name}: no such feature here, left out")
+        program.part.notes.append(f"{s.at}: FEAT/{kind} {name}: no such feature here, left out")
         return
-    if name in program.drawn.features:
+    if name in program.part.features:
         raise DataError(f"{s.at}: F({name}) is defined twice")
     try:
-        program.drawn.features[name] = maker(program, s)
+        program.part.features[name] = maker(program, s)
     except (IndexError, ValueError) as error:
         raise DataError(
             f"{s.at}: F({name})=FEAT/{kind} is not complete ({error}); the form is {FORMS[kind]}"
@@ -225,7 +225,7 @@ def _line(p: _Program, s: DmisStatement) -> dict[str, Any]:
     way = [b - a for a, b in zip(x[:3], x[3:6])] if bounded else x[3:6]
     long = p.mm * float(np.linalg.norm(way)) if bounded else DEFAULT_EXTENT
     if bounded:
-        p.stated.add(s.label[1])
+        p.features_with_extent.add(s.label[1])
     out = {
         "type": "line",
         "point": mm(*(p.mm * v for v in x[:3])),
@@ -244,7 +244,7 @@ def _cylinder(p: _Program, s: DmisStatement) -> dict[str, Any]:
     x = _numbers(s, "CART", 7)
     long = p.mm * x[7] if len(x) > 7 else DEFAULT_EXTENT
     if len(x) > 7:
-        p.stated.add(s.label[1])
+        p.features_with_extent.add(s.label[1])
     return _circle(p, s) | {"type": "cylinder", "length": mm(long)}
 
 
@@ -282,7 +282,7 @@ def _tolerance(program: _Program, s: DmisStatement) -> None:
         raise DataError(f"{s.at}: a tolerance needs its name: T(name)=TOL/...")
     kind = s.words[0].upper() if s.words else ""
     if kind not in TOLERANCES:
-        program.drawn.notes.append(f"{s.at}: TOL/{kind} {s.label[1]}: no such characteristic here, left out where it is asked for")  # fmt: skip
+        program.part.notes.append(f"{s.at}: TOL/{kind} {s.label[1]}: no such characteristic here, left out where it is asked for")  # fmt: skip
     program.tolerances[s.label[1]] = ToleranceStatement(s.at, s.label[1], kind, s.words[1:], program.mm or 1.0, program.rad)  # fmt: skip
 
 
@@ -296,7 +296,7 @@ def _datum(program: _Program, s: DmisStatement) -> None:
 
 def _measure(program: _Program, s: DmisStatement) -> None:
     name = _names("F", s)
-    if len(name) != 1 or name[0] not in program.drawn.features:
+    if len(name) != 1 or name[0] not in program.part.features:
         program.measuring = ""
         return
     program.measuring = name[0]
@@ -305,7 +305,7 @@ def _measure(program: _Program, s: DmisStatement) -> None:
 def _touch(program: _Program, s: DmisStatement) -> None:
     if not program.measuring:
         return
-    feature = program.drawn.features[program.measuring]
+    feature = program.part.features[program.measuring]
     try:
         x = _numbers(s, "CART", 3)
         if len(x) < 6:
@@ -329,7 +329,7 @@ def _output(program: _Program, s: DmisStatement) -> None:
     if unknown:
         raise DataError(f"{s.at}: the tolerance T({unknown[0]}) is not defined before")
     if known:
-        program.asked.append((s.at, features, known))
+        program.requests.append((s.at, features, known))
 
 
 def _names(kinds: str, s: DmisStatement) -> list[str]:

@@ -65,15 +65,15 @@ def handed_over(document: Mapping[str, Any]) -> dict[str, list[HandedValue]]:
 def _value(c: Mapping[str, Any]) -> HandedValue:
     unit = "mm" if "nominal_mm" in c else "rad"
 
-    def got(key: str) -> Any:
+    def value_of(key: str) -> Any:
         return c.get(f"{key}_{unit}")
 
-    measured = got("measured")
+    measured = value_of("measured")
     shown = bool(c.get("coverage_shown", True))
     return HandedValue(
-        name=c["name"], type=c["type"], unit=unit, nominal=got("nominal"),
-        measured=got("value") if measured is None else measured, bias=got("bias") or 0.0, u=got("u"), U=got("U"),
-        k=c.get("k"), p=c["p"], interval=_pair(got("interval")) if shown else None, tolerance=_pair(got("tolerance")),
+        name=c["name"], type=c["type"], unit=unit, nominal=value_of("nominal"),
+        measured=value_of("value") if measured is None else measured, bias=value_of("bias") or 0.0, u=value_of("u"), U=value_of("U"),
+        k=c.get("k"), p=c["p"], interval=_pair(value_of("interval")) if shown else None, tolerance=_pair(value_of("tolerance")),
         decision=c.get("decision") or "", why="" if shown else str(c.get("why_not_shown") or "coverage is not demonstrated"),
     )  # fmt: skip
 

@@ -45,11 +45,11 @@ ROW, HEAD = 14, 8  # numbers of a star; of the line of conditions
 
 @dataclass(frozen=True, eq=False)
 class Pointings:
-    """n sightings. first, second (n,) rad: readings of the axes; seen (n, 3) unit; down (3,); columns and labels of the rows."""
+    """n sightings. first, second (n,) rad: readings of the axes; directions (n, 3) unit; down (3,); columns and labels of the rows."""
 
     first: Array
     second: Array
-    seen: Array
+    directions: Array
     down: Array
     columns: dict[str, Array]
     labels: dict[str, np.ndarray]
@@ -66,7 +66,7 @@ def recording_of_pointings(found: Pointings, machine: Machine, measuring: bool) 
         )
     n = len(found.first)
     position = {a: np.zeros(n) for a in machine.chain.letters} | {axes[0]: found.first, axes[1]: found.second}
-    columns = {**found.columns, **{name: found.seen[:, i] for i, name in enumerate(POINTING_COLUMNS)}}
+    columns = {**found.columns, **{name: found.directions[:, i] for i, name in enumerate(POINTING_COLUMNS)}}
     run = with_down(
         Run(position, np.tile([LONG, 0.0, 0.0], (n, 1)), columns, found.labels), machine, found.down
     )
@@ -143,7 +143,7 @@ def _stars(
     star = refract(direction_of(sidereal - ra, dec), latitude, conditions[6], conditions[7])
     first = np.mod(np.pi - sidereal + read_ra, 2 * np.pi) - np.pi
     down = np.array([-np.cos(latitude), 0.0, -np.sin(latitude)])
-    return Pointings(first, -read_dec, seen=star, down=down, columns={}, labels={}, lines=lines)
+    return Pointings(first, -read_dec, directions=star, down=down, columns={}, labels={}, lines=lines)
 
 
 def _numbers(line: str) -> list[float]:
@@ -215,7 +215,7 @@ def read_altaz(path: str | Path) -> Pointings:
     return Pointings(
         first,
         -read[1],
-        seen=direction_of(*true),
+        directions=direction_of(*true),
         down=np.array([0.0, 0.0, -1.0]),
         columns=columns,
         labels=labels,

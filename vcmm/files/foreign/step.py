@@ -34,7 +34,7 @@ def read_step(path: str | Path) -> DrawnPart:
     """Raises DataError (no STEP file, no faces that vcmm has, broken tolerances), Environment (Open CASCADE is missing)."""
     text = read_part21(path)
     read = read_faces(text.path)
-    faces, left = _number_faces(text, read.found, read.kinds), read.left
+    faces, left = _number_faces(text, read.faces, read.kinds), read.others
     drawn = DrawnPart(Path(path).name, _name(text))
     names, part_of = _add_features(drawn, faces)
     if not names:

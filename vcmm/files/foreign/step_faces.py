@@ -65,9 +65,9 @@ class SurfaceFace:
 class StepFaces:
     """Faces with a surface that vcmm has, lengths in mm; kinds of all in their order; how many others there are by kind."""
 
-    found: list[SurfaceFace]
+    faces: list[SurfaceFace]
     kinds: list[str]
-    left: Counter[str]
+    others: Counter[str]
 
 
 def read_faces(path: Path) -> StepFaces:

@@ -34,12 +34,12 @@ NEEDED, LETTERS = "FXYZ", "FXYZIJKABCST"
 
 @dataclass(frozen=True, eq=False)
 class TouchLog:
-    """features (n,) numbers as text; values: letter -> (n,) as printed (0 where a line leaves it out); lines (n,); stated: letters that stand anywhere."""
+    """features (n,) numbers as text; values: letter -> (n,) as printed (0 where a line leaves it out); lines (n,); letters: those that occur in any line."""
 
     features: np.ndarray
     values: dict[str, Array]
     lines: np.ndarray
-    stated: frozenset[str]
+    letters: frozenset[str]
 
 
 def read_touch_log(path: str | Path) -> TouchLog:

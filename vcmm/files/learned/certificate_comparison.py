@@ -77,7 +77,7 @@ def certificate_worth(
     scenario, certificate = load_scenario(path), _drawn_from(path)
     machine = load_machine_of(path)  # without the part's effects
     changes: dict[str, Any] = {k: v for k, v in (("trials", trials), ("seed", seed)) if v is not None}
-    settings = scenario.settings.asked(certify=CHECK_TRIALS, **changes)
+    settings = scenario.settings.with_changes(certify=CHECK_TRIALS, **changes)
     steps = _facts(table)
     whole = len(PRIORS) + len(steps) + 1
     by_prior, by_fact = [], []
@@ -91,7 +91,7 @@ def certificate_worth(
     limits = {k: v for k, v in table.items() if k != "measured"}
     at_limit = load_scenario(path, certificate={**limits, "prior": "limit"})
     result = _uncertainty(at_limit, settings)
-    covered = covered_at_limit(at_limit.machine, replace(certificate, found=Findings()), result)
+    covered = covered_at_limit(at_limit.machine, replace(certificate, findings=Findings()), result)
     figures = [
         f for test in ("10360-2", "230-2") if certificate.limits(test)
         for f in predict_figures(machine, test, certificate.limits(test), settings.seed, 400)

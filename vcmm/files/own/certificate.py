@@ -38,7 +38,7 @@ def certificate_from(table: CertificateTable) -> MachineCertificate:
     findings = findings_in(table.measured or {}, found)
     if found:
         raise TableProblems(found)
-    return MachineCertificate(**values, positioning=positioning, prior=table.prior, found=findings)  # type: ignore[arg-type]
+    return MachineCertificate(**values, positioning=positioning, prior=table.prior, findings=findings)  # type: ignore[arg-type]
 
 
 def _positioning(table: dict[str, str], found: list[tuple[str, str]]) -> dict[tuple[str, str], float]:

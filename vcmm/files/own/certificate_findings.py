@@ -51,10 +51,10 @@ def _take(key: str, stated: object, values: dict[str, Any]) -> None:
     name = "largest" if key == "E0_largest" else FIGURES[key]
     if name in values:
         raise UsageError(f'measured: "{key}" is stated twice, by two of its names; keep one')
-    found = _figure(key, stated)
-    if found.error < 0:
+    finding = _figure(key, stated)
+    if finding.error < 0:
         raise UsageError(f"measured {key} is never negative")
-    values[name] = found
+    values[name] = finding
 
 
 def _share(stated: object) -> LimitShare | None:

@@ -147,7 +147,7 @@ def _check_document(document: Document, problems: Problems) -> CutScenario | Non
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
         u_width={int(n): t.u_width for n, t in model.cut.tools.items() if t.u_width}, work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
-        found_since=found, record={**machine.record, **model.record.stated},
+        found_since=found, record={**machine.record, **model.record.entries},
     )  # fmt: skip
 
 

@@ -105,7 +105,7 @@ def _checked_machine(
             state=errors.state if errors else "residual", load_limit=model.load_limit,
             compensation=tuple(errors.compensation) if errors else (), large_errors=model.large_errors,
             remarks=(*_of_scales(model), *repeatability_remarks(model, tables_in(data, "inputs"))),
-            record=model.record.stated,
+            record=model.record.entries,
         ),
     )  # fmt: skip
     if bare is not None and model.certificate is not None:

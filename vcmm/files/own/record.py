@@ -23,6 +23,6 @@ class RecordTable(Table):
     remarks: str = ""
 
     @property
-    def stated(self) -> dict[str, str]:
+    def entries(self) -> dict[str, str]:
         """What is not empty."""
         return {k: v for k, v in self.model_dump().items() if v}

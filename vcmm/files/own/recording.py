@@ -114,7 +114,7 @@ def _check_document(
     if recording is None or machine is None or logs is None or problems.found:
         return None
     name, data = model.name or document.path.stem, folder / model.data
-    record = ({"date": model.date} if model.date else {}) | model.record.stated
+    record = ({"date": model.date} if model.date else {}) | model.record.entries
     recording = replace(
         recording, name=name, nuisance=model.nuisance or recording.nuisance, noise=noise, record=record
     )

@@ -102,12 +102,12 @@ def _read_klipper(model: RecordingFile, path: Path, machine: Machine, problems: 
     _check_kind(model, "displacement")
     if not model.measuring:
         raise UsageError('a switch that stands still is a reference: write observed = "indicated - true"')
-    found = read_klipper(path, model.counter.step if model.counter else None)
+    homings = read_klipper(path, model.counter.step if model.counter else None)
     line = model.line or LineTable()
     at = problems.attempt(
         ("line",), lambda: other_positions(line, machine.chain.letters, ()) if line.at else {}
     )
-    return None if at is None else recording_of_homings(found, machine, at, np.array(line.offset))
+    return None if at is None else recording_of_homings(homings, machine, at, np.array(line.offset))
 
 
 def _check_kind(model: RecordingFile, due: str) -> None:

@@ -63,9 +63,11 @@ def recording_texts(
     return texts
 
 
-def _same(one: Series, other: Series | None) -> bool:
+def _same(series: Series, other: Series | None) -> bool:
     return (
-        other is not None and np.array_equal(one.time, other.time) and np.array_equal(one.value, other.value)
+        other is not None
+        and np.array_equal(series.time, other.time)
+        and np.array_equal(series.value, other.value)
     )
 
 

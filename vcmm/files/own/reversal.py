@@ -137,13 +137,13 @@ def _read(
     value = run.columns[column] * (1e-6 if angle else 1e-3)
     u = noise_law(model.noise, angle).u if model.noise is not None else None
     sense = 1.0 if words.sense == "+" else -1.0
-    found = ReversalFile(name=name, kind=words.test, error=words.error, axis=axis, sense=sense, u=u)
+    reversal_file = ReversalFile(name=name, kind=words.test, error=words.error, axis=axis, sense=sense, u=u)
     if words.test in ALONG_LINE:
         lever = HALF_TURN.get(words.error, ("", -1.0))[1]
         tilt = quantity(words.axis_tilt, "angle", "axis_tilt", "0.1 urad")
-        return replace(found, scans=_scans(run, axis, value), lever=lever, axis_tilt=tilt)
+        return replace(reversal_file, scans=_scans(run, axis, value), lever=lever, axis_tilt=tilt)
     groups = _groups(run, axis, value, words.harmonics, u)
-    return replace(found, test=_turning(words, sense), groups=groups)
+    return replace(reversal_file, test=_turning(words, sense), groups=groups)
 
 
 def _turning(words: ReversalTable, sense: float) -> ReversalTest:

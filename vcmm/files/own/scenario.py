@@ -180,7 +180,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         name=model.name or document.path.stem, machine=machine, part=part.part, plan=plan, pose=pose_from(model.pose),
         constants=columns_of(temperatures) | sensors, inputs=inputs, forms=part.forms, qualifications=qualifications,
         settings=settings, places={n: pose_from(t) for n, t in model.places.items()}, placement=placement,
-        surroundings=around, record={**machine.record, **model.record.stated},
+        surroundings=around, record={**machine.record, **model.record.entries},
     )  # fmt: skip
 
 

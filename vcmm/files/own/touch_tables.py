@@ -75,39 +75,39 @@ def surfaces_of(table: TouchesTable) -> dict[str, TouchedSurface]:
 def read_touches(table: TouchesTable, path: Path, machine: Machine) -> Recording:
     """The log as touches along their normals. Raises DataError and UsageError with lines, TableProblems with the key."""
     surfaces = surfaces_of(table)
-    found = read_touch_log(path)
+    touch_log = read_touch_log(path)
     _check_head(table, machine)
-    absent = [a for a in "ABC" if a in found.stated and a not in machine.chain.letters]
+    absent = [a for a in "ABC" if a in touch_log.letters and a not in machine.chain.letters]
     if absent:
         raise UsageError(
             f"the log turns {' '.join(absent)}, which the machine {machine.chain.structure} does not have"
         )
     try:
         return recording_of_touches(
-            machine, _run(table, found, machine), surfaces, table.tip_diameter / 2, found.lines
+            machine, _run(table, touch_log, machine), surfaces, table.tip_diameter / 2, touch_log.lines
         )
     except UsageError as error:
         raise UsageError(f"{path}: {error}") from None
 
 
-def _run(table: TouchesTable, found: TouchLog, machine: Machine) -> Run:
+def _run(table: TouchesTable, touch_log: TouchLog, machine: Machine) -> Run:
     """Positions of the axes: the middle of the ball, less its offset, plus the zero."""
-    place = np.stack([found.values[c] for c in "XYZ"], axis=1)
+    place = np.stack([touch_log.values[c] for c in "XYZ"], axis=1)
     if table.log == "surface":
-        way = _ways(found)
+        way = _ways(touch_log)
         place = place - way * table.tip_diameter / 2
     offset = np.array(table.offset)
     tip = place + np.array(table.zero)
     n = len(tip)
     turned = {
-        a: np.radians(found.values.get(a[0], np.zeros(n))) for a in machine.chain.letters if is_rotary(a)
+        a: np.radians(touch_log.values.get(a[0], np.zeros(n))) for a in machine.chain.letters if is_rotary(a)
     }
     linear = _linear_axes(machine, turned, offset, tip, leads=table.head == "tip")
     position = {a: turned[a] if a in turned else linear[a] for a in machine.chain.letters}
-    columns = {"time_s": found.values["T"]} if "T" in found.stated else {}
-    if "S" in found.stated and np.any(found.values["S"]):
-        columns[SPINDLE] = np.radians(found.values["S"])
-    return Run(position, np.tile(offset, (n, 1)), columns, {"feature": found.features})
+    columns = {"time_s": touch_log.values["T"]} if "T" in touch_log.letters else {}
+    if "S" in touch_log.letters and np.any(touch_log.values["S"]):
+        columns[SPINDLE] = np.radians(touch_log.values["S"])
+    return Run(position, np.tile(offset, (n, 1)), columns, {"feature": touch_log.features})
 
 
 def _check_head(table: TouchesTable, machine: Machine) -> None:
@@ -134,12 +134,12 @@ def _linear_axes(
     return linear_positions(machine, Run(position, np.tile(offset, (n, 1))), tip)
 
 
-def _ways(found: TouchLog) -> Array:
+def _ways(touch_log: TouchLog) -> Array:
     """(n, 3): unit way of the probe. Raises UsageError where a line leaves it out."""
-    way = np.stack([found.values[c] for c in "IJK"], axis=1)
+    way = np.stack([touch_log.values[c] for c in "IJK"], axis=1)
     size = np.linalg.norm(way, axis=1)
     if (size == 0).any():
-        line = int(found.lines[int(np.flatnonzero(size == 0)[0])])
+        line = int(touch_log.lines[int(np.flatnonzero(size == 0)[0])])
         raise UsageError(
             f'line {line}: the way of the probe I J K is missing, along which the control took the ball off; add it, or write log = "centre"'
         )

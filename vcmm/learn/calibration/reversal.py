@@ -184,7 +184,7 @@ def _turns(group: TurnGroup) -> dict[str, object]:
         "setup": group.setup,
         "probe": group.probe,
         "turns": len(group.coefficients),
-        "dropped": group.dropped,
+        "dropped": group.incomplete,
     }
 
 

@@ -114,8 +114,8 @@ def associate(
     check_convergence(element, done | lost, f"{kind} by criterion {criterion}")
     shaped = [a.reshape((*batch, *a.shape[1:])) for a in columns]
     point, axis, sizes, residuals, normals = shaped[:5]
-    found = FittedElement(kind, point, axis, sizes, residuals, normals)
-    return Association(found, shaped[5], shaped[6] if judged else None)
+    fitted_element = FittedElement(kind, point, axis, sizes, residuals, normals)
+    return Association(fitted_element, shaped[5], shaped[6] if judged else None)
 
 
 def check_criterion(kind: str, criterion: str, inside: bool = False) -> None:
@@ -165,8 +165,8 @@ class _Ask(NamedTuple):
     element: Element
     criterion: str
     inside: bool
-    held: bool  # the axis is given
-    judged: bool
+    has_axis: bool  # the axis is given
+    checks_uniqueness: bool
 
 
 def _chunk(ask: _Ask, points: Array, base: FittedElement) -> tuple[Array | Mask, ...]:
@@ -179,12 +179,12 @@ def _chunk(ask: _Ask, points: Array, base: FittedElement) -> tuple[Array | Mask,
     sizes = np.zeros((len(data), 1)) if line else base.sizes / unit
     axis = base.axis if element.has_axis else np.tile([0.0, 0.0, 1.0], (len(data), 1))
     goal = _goal(element.kind, criterion, ask.inside)
-    problem = ContactProblem(shape, free_pose(shape, ask.held), goal)
+    problem = ContactProblem(shape, free_pose(shape, ask.has_axis), goal)
     point = (base.point - centroid) / scale
     if criterion == "X":  # off the saddle between two opposite points
         point = point + NUDGE * np.ptp(base.residuals, axis=-1, keepdims=True) / scale * ASIDE
     found: SettledState = settle(problem, data, State(point, axis, sizes))
-    unique = is_unique(problem, data, found) if ask.judged else found.done
+    unique = is_unique(problem, data, found) if ask.checks_uniqueness else found.is_done
     state = found.state
     if not (goal.sized or line):
         state = state._replace(sizes=state.sizes + goal.sign * found.level[:, None])
@@ -195,5 +195,5 @@ def _chunk(ask: _Ask, points: Array, base: FittedElement) -> tuple[Array | Mask,
     shown = state.axis if element.has_axis else np.zeros_like(state.axis)
     point = state.point * scale + centroid
     return (
-        point, shown, state.sizes * unit, residuals * scale, normals, found.contacts, unique, found.done, found.lost
+        point, shown, state.sizes * unit, residuals * scale, normals, found.contacts, unique, found.is_done, found.lost
     )  # fmt: skip

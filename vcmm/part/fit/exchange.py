@@ -94,7 +94,7 @@ class ContactProblem:
 
 
 class SettledState(NamedTuple):
-    """State; level (B,), 0 for a tangent element; masks of contacts (B, n), lost and done (B,).
+    """State; level (B,), 0 for a tangent element; masks of contacts (B, n), lost and is_done (B,).
 
     lost: the first step ran away, the points do not surround the element.
     """
@@ -103,7 +103,7 @@ class SettledState(NamedTuple):
     level: Array
     contacts: Mask
     lost: Mask
-    done: Mask
+    is_done: Mask
 
 
 class _Step(NamedTuple):

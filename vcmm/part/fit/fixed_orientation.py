@@ -69,8 +69,8 @@ def hold_axis(
     start = _broadcast(start, batch)
     if criterion == "G":
         return gauss(base.kind, points, start, fixed_axis=axis)
-    found = associate(base.kind, criterion, points, start, fixed_axis=axis, inside=inside, judged=False)
-    return found.element
+    association = associate(base.kind, criterion, points, start, fixed_axis=axis, inside=inside, judged=False)
+    return association.element
 
 
 def normal_matrix(fitted: FittedElement, points: Array) -> Array:
@@ -136,12 +136,15 @@ def _easiest(free: Array, axis: Array, about: Array, rest: Array) -> Array:
     return axis
 
 
-def _broadcast(one: FittedElement, batch: tuple[int, ...]) -> FittedElement:
-    if one.point.shape[:-1] == batch:
-        return one
-    shaped = (np.broadcast_to(a, (*batch, a.shape[-1])) for a in (one.point, one.axis, one.sizes))
+def _broadcast(fitted_element: FittedElement, batch: tuple[int, ...]) -> FittedElement:
+    if fitted_element.point.shape[:-1] == batch:
+        return fitted_element
+    shaped = (
+        np.broadcast_to(a, (*batch, a.shape[-1]))
+        for a in (fitted_element.point, fitted_element.axis, fitted_element.sizes)
+    )
     point, axis, sizes = shaped
-    return replace(one, point=point, axis=axis, sizes=sizes)
+    return replace(fitted_element, point=point, axis=axis, sizes=sizes)
 
 
 @dataclass(frozen=True)
@@ -179,7 +182,7 @@ def _turning(
     """The element that turns about one direction, by its points (..., n, 3)."""
     element = element_of(base.kind)
     batch, n = points.shape[:-2], points.shape[-2]
-    one = _broadcast(base, batch)
+    fitted_element = _broadcast(base, batch)
     flat = points.reshape(-1, n, 3)
     axes, ways = (np.broadcast_to(a, (*batch, 3)).reshape(-1, 3) for a in (axis, about))
     frame = frames(ways)
@@ -189,9 +192,9 @@ def _turning(
     turn = lambda v: np.einsum("bij,bj->bi", frame, v)  # noqa: E731
     back = lambda v: np.einsum("bji,bj->bi", frame, v)  # noqa: E731
     begin = State(
-        turn((one.point.reshape(-1, 3) - centroid) / scale),
+        turn((fitted_element.point.reshape(-1, 3) - centroid) / scale),
         turn(axes),
-        one.sizes.reshape(len(flat), -1) / unit,
+        fitted_element.sizes.reshape(len(flat), -1) / unit,
     )
     cosine = float(np.sum(axes[0] * ways[0]))
     free = tuple(j for j in element.pose if j not in (RX, RY))
@@ -204,10 +207,10 @@ def _turning(
         if criterion == "X":  # off the saddle between two opposite points, as in vcmm.part.fit.criteria
             form = np.ptp(problem.at(data, middle).d, axis=-1)[:, None]
             middle = middle._replace(point=middle.point + NUDGE * form * turn(np.tile(ASIDE, (len(flat), 1))))
-        found = settle(problem, data, middle)
-        state, done = found.state, found.done | found.lost
+        settled_state = settle(problem, data, middle)
+        state, done = settled_state.state, settled_state.is_done | settled_state.lost
         if not goal.sized:
-            state = state._replace(sizes=state.sizes + goal.sign * found.level[:, None])
+            state = state._replace(sizes=state.sizes + goal.sign * settled_state.level[:, None])
     check_convergence(element, done, f"{base.kind} as a secondary datum")
     local, own = to_local(data, state)
     residuals, normals = signed_residuals(rows_of(element, local, state.sizes), own, local[:, 0].shape)

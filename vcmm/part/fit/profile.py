@@ -48,9 +48,13 @@ def profile_line(
     state, contacts = State(zero, tilted, np.empty((len(data), 0))), np.zeros((len(data), n), dtype=bool)
     unique = np.ones(len(data), dtype=bool)
     if criterion != "G":
-        found = settle(problem, data, state)
-        check_convergence(problem.element, found.done, f"line by criterion {criterion}")
-        state, contacts, unique = found.state, found.contacts, is_unique(problem, data, found)
+        settled_state = settle(problem, data, state)
+        check_convergence(problem.element, settled_state.is_done, f"line by criterion {criterion}")
+        state, contacts, unique = (
+            settled_state.state,
+            settled_state.contacts,
+            is_unique(problem, data, settled_state),
+        )
     residuals = np.einsum("bi,bin->bn", state.axis, data - state.point[..., None]) * scale
     along = np.stack([state.axis[:, 2], np.zeros(len(data)), -state.axis[:, 0]], axis=-1)
     foot = (state.point * scale + centroid) + local.mean(axis=1) * [0.0, 1.0, 0.0]

@@ -37,9 +37,11 @@ def is_unique(problem: ContactProblem, data: Array, found: SettledState) -> Mask
     return np.asarray(perfect | (out < 1.0 / loose))
 
 
-def _held_by_curvature(problem: ContactProblem, at: Local, found: SettledState, metric: Array) -> Mask:
+def _held_by_curvature(
+    problem: ContactProblem, at: Local, settled_state: SettledState, metric: Array
+) -> Mask:
     """Circumscribed: a problem that curves upwards, held where the contacts' own motions determine the pose."""
-    touching = found.contacts[:, None].astype(np.float64)
+    touching = settled_state.contacts[:, None].astype(np.float64)
     rows = [at.jac * touching, *(row * touching for row in _crosswise(problem, at))]
     held = sum((row @ row.swapaxes(-1, -2) for row in rows), np.zeros(1))
     factor = np.linalg.inv(np.linalg.cholesky(metric + 1e-12 * np.eye(len(problem.free))))

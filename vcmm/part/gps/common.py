@@ -37,8 +37,8 @@ def with_common(
         drawn[name] = _drawing_feature(c, name, nominal)
         if fitted is not None and all(m in fitted for m in members):
             letter = letters.get(name, "G")
-            one = _common_element(nominal, [by_criterion(m, fitted[m], letter) for m in members])
-            found[name] = replace(one, also={letter: one})
+            fitted_element = _common_element(nominal, [by_criterion(m, fitted[m], letter) for m in members])
+            found[name] = replace(fitted_element, also={letter: fitted_element})
     return drawn, found
 
 

@@ -94,10 +94,13 @@ def always_kept(c: Characteristic, features: Mapping[str, Feature]) -> bool:
     free = left_free(c, features)
     if not len(free) or not c.datums:
         return False
-    one = nominal_element(features[c.of[0]])
-    drawn, rows, _ = departures(c, one)
+    measured_element = nominal_element(features[c.of[0]])
+    drawn, rows, _ = departures(c, measured_element)
     moved = np.concatenate(
-        [rows_for(drawn, np.broadcast_to(r, drawn.shape), centre(one.feature), 100.0) for r in rows]
+        [
+            rows_for(drawn, np.broadcast_to(r, drawn.shape), centre(measured_element.feature), 100.0)
+            for r in rows
+        ]
     )
     return int(np.linalg.matrix_rank(moved @ free.T, tol=MOVES)) == len(moved)
 

@@ -36,10 +36,10 @@ class RoundPoints:
 
 @dataclass(frozen=True, eq=False)
 class PlacedAxis:
-    """Where the centre, or both ends of the axis, lie (k, 2) mm about the drawn place; paid: what size adds to the zone (ISO 2692)."""
+    """Where the centre, or both ends of the axis, lie (k, 2) mm about the drawn place; size_bonus: what size adds to the zone (ISO 2692)."""
 
     off: Array
-    paid: float
+    size_bonus: float
 
 
 def zone_points(

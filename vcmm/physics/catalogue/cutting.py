@@ -93,7 +93,7 @@ class ToolRunout(_Cutting, ChoosesColumns):
         if self.harmonic < 0:
             raise UsageError("tool_runout: harmonic must be 0 (constant) or the number of waves per turn")
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (*self.needs, "spindle_angle_rad") if self.harmonic else self.needs
 
     def error_motion(self, run: Run) -> Array:

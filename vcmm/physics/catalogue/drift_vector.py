@@ -177,7 +177,7 @@ class ThermalVector(_Vector, ChoosesColumns):
         if self.tau < 0:
             raise UsageError(f"{self.id}: tau = {self.tau:g} s is negative; a lag is zero or positive")
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:

@@ -114,7 +114,7 @@ class StructuralVibration(Effect, ChoosesColumns):
     def link(self) -> str:
         return self.axis
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return ("time_s", self._log) if self.follows else declared_columns(self)
 
     @property

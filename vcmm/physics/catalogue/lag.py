@@ -51,7 +51,7 @@ class ServoLag(Effect, ChoosesColumns):
     def link(self) -> str:
         return self.axis
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (f"speed_{self.axis}_{'mm' if self.axis in 'XYZ' else 'rad'}_s",)
 
     def error_motion(self, run: Run) -> Array:

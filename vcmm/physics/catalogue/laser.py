@@ -132,7 +132,7 @@ class AirIndex(_Laser, ChoosesColumns):
         0, "lengths from 0 = the origin, 1 = the first row of every set-up", quiet=True, forms=(0, 1)
     )
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (*self.needs, *COUNTED) if self.zero else self.needs
 
     def error_motion(self, run: Run) -> Array:

@@ -103,7 +103,7 @@ class LearnedResidual(Effect, WithResponse, Tabulated, ChoosesColumns):
                 f'{self.id}: levels = "{self.levels}" is no row of numbers such as "18 20 22"'
             ) from None
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (self.column,) if self.column else ()
 
     def known_range(self) -> tuple[KnownRange, ...]:

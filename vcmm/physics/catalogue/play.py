@@ -23,7 +23,7 @@ def _backlash_ramp_shows_in(effect: BacklashRamp, run: Run) -> bool:
 
 def _bends(effect: BacklashRamp | PlayOperator, run: Run) -> bool:
     """Does the ramp end within the ways of the rows?"""
-    if effect.required()[1] not in run.columns:
+    if effect.required_columns()[1] not in run.columns:
         return True
     return bends(run, effect.axis, 1.0 - np.minimum(effect.way(run) / effect.distance, 1.0))
 
@@ -66,14 +66,14 @@ class BacklashRamp(Effect, ChoosesColumns):
     def link(self) -> str:
         return self.axis
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         """Rotary axes count the distance since reversal in rad."""
         columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
     def way(self, run: Run) -> Array:
         """Distance since the last reversal (n,)."""
-        return run.column(self.required()[1])
+        return run.column(self.required_columns()[1])
 
     def error_motion(self, run: Run) -> Array:
         sense, since = share_taken_up(run, self.axis), self.way(run)
@@ -83,8 +83,8 @@ class BacklashRamp(Effect, ChoosesColumns):
 
 def _play_operator_shows_in(effect: PlayOperator, run: Run) -> bool:
     """The axis turns round within the rows, and some of them stand on the way after it."""
-    since = run.columns.get(effect.required()[1])
-    sense = run.columns.get(effect.required()[0])
+    since = run.columns.get(effect.required_columns()[1])
+    sense = run.columns.get(effect.required_columns()[0])
     if since is None or sense is None or not len(since):
         return False
     way = effect.way(run)
@@ -130,14 +130,14 @@ class PlayOperator(Effect, ChoosesColumns):
     def link(self) -> str:
         return self.axis
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         """Rotary axes count the distance since reversal in rad."""
         columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
     def way(self, run: Run) -> Array:
         """Distance since the last reversal within the rows (n,), infinite before the first one."""
-        since, turned = run.column(self.required()[1]), run.columns.get(f"turned_{self.axis}")
+        since, turned = run.column(self.required_columns()[1]), run.columns.get(f"turned_{self.axis}")
         return since if turned is None else np.where(turned > 0, since, np.inf)
 
     def error_motion(self, run: Run) -> Array:

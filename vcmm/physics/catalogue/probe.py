@@ -47,7 +47,7 @@ class PreTravel(_Probe, SeenByQualification):
 
     spheres: Any = field(default_factory=dict, kw_only=True, metadata={"internal": True})
 
-    def qualified(self, spheres: Mapping[str, Any]) -> PreTravel:
+    def after_qualification(self, spheres: Mapping[str, Any]) -> PreTravel:
         mine = {name: s for name, s in spheres.items() if self.stylus in ("", name)}
         return replace(self, spheres=mine)
 

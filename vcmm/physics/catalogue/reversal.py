@@ -39,7 +39,7 @@ class _Reversal(Effect, ChoosesColumns):
     def link(self) -> str:
         return self.axis
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         """Rotary axes count the distance since reversal in rad."""
         columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
@@ -99,9 +99,9 @@ class LostMotion(_Reversal):
 
 def _bends(effect: Hysteresis | ReversalSpike, run: Run) -> bool:
     """Does the course after a reversal bend within the ways of the rows?"""
-    if effect.required()[1] not in run.columns:
+    if effect.required_columns()[1] not in run.columns:
         return True
-    return bends(run, effect.axis, effect.left(run))
+    return bends(run, effect.axis, effect.remaining_share(run))
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,12 +137,12 @@ class Hysteresis(_Reversal):
     def __post_init__(self) -> None:
         _check_distance(self, self.distance)
 
-    def left(self, run: Run) -> Array:
+    def remaining_share(self, run: Run) -> Array:
         """Share (n,) of the loop that is not yet gone through."""
         return np.exp(-self._since(run) / self.distance)
 
     def error_motion(self, run: Run) -> Array:
-        loop = 1 - 2 * self.left(run)
+        loop = 1 - 2 * self.remaining_share(run)
         return motion(run, **{self.axis: -self.amplitude * run.column(f"sense_{self.axis}") * loop})
 
 
@@ -177,10 +177,12 @@ class ReversalSpike(_Reversal):
         if self.shape not in ("exponential", "gamma"):
             raise UsageError(f'{self.id}: shape = "{self.shape}" must be "exponential" or "gamma"')
 
-    def left(self, run: Run) -> Array:
+    def remaining_share(self, run: Run) -> Array:
         """The pulse (n,)."""
         x = self._since(run) / self.distance
         return np.exp(-x) if self.shape == "exponential" else x * np.exp(1 - x)
 
     def error_motion(self, run: Run) -> Array:
-        return motion(run, **{self.axis: -self.height * run.column(f"sense_{self.axis}") * self.left(run)})
+        return motion(
+            run, **{self.axis: -self.height * run.column(f"sense_{self.axis}") * self.remaining_share(run)}
+        )

@@ -165,7 +165,7 @@ class ComponentTable(_Component, WithResponse, Tabulated):
             out[np.arange(run.n), self.column, nodes[:, corner]] += weights[:, corner]
         return out
 
-    def projected(self, name: str, run: Run, weights: Array) -> Array:
+    def projection(self, name: str, run: Run, weights: Array) -> Array:
         positions = [_inside(self.component, a, run.q(a), g) for a, g in zip(self.arguments, self.grids)]
         shares, nodes = multilinear(positions, self.grids)
         out = np.zeros((run.n, np.asarray(self.values).size))
@@ -224,7 +224,7 @@ class ComponentSpline(_Component, WithResponse, Tabulated):
         out[:, self.column, :] = weights
         return out
 
-    def projected(self, name: str, run: Run, weights: Array) -> Array:
+    def projection(self, name: str, run: Run, weights: Array) -> Array:
         return np.asarray(self._weights(run) * weights[:, self.column, None])
 
     def _weights(self, run: Run) -> Array:
@@ -298,7 +298,7 @@ class ComponentWarming(_Component, ChoosesColumns):
         if self.tau < 0:
             raise UsageError(f"{self.id}: tau = {self.tau:g} s is negative; a lag is zero or positive")
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:
@@ -382,7 +382,7 @@ class CalibrationModes(Effect, WithResponse):
         out[:, self.column, :] = shapes
         return out
 
-    def projected(self, name: str, run: Run, weights: Array) -> Array:
+    def projection(self, name: str, run: Run, weights: Array) -> Array:
         return np.asarray(self._shapes(run) * weights[:, self.column, None])
 
     def _shapes(self, run: Run) -> Array:

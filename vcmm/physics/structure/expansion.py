@@ -59,7 +59,7 @@ class ScaleExpansion(Effect, ChoosesColumns):
     def link(self) -> str:
         return self.axis
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (f"temp_scale_{self.axis.lower()}_C",)
 
     def error_motion(self, run: Run) -> Array:

@@ -186,7 +186,7 @@ class ResidualField(Effect, WithResponse, Tabulated):
         out[:, 2, :, 2] = vertical
         return out.reshape(run.n, 6, -1)
 
-    def projected(self, name: str, run: Run, weights: Array) -> Array:
+    def projection(self, name: str, run: Run, weights: Array) -> Array:
         if name == "random":
             return np.asarray(np.einsum("ni,nik->nk", weights[:, :3], self._random(run)))
         lateral, vertical = self._weights(run.tip)
@@ -300,7 +300,7 @@ class CorrelatedField(Effect, WithResponse, Tabulated):
             out[:, i, :, i] = deviation[:, i, None] * weights
         return out.reshape(run.n, 6, -1)
 
-    def projected(self, name: str, run: Run, weights: Array) -> Array:
+    def projection(self, name: str, run: Run, weights: Array) -> Array:
         shares, deviation = self._weights(run.tip)
         out = shares[:, :, None] * (weights[:, :3] * deviation)[:, None, :]
         return np.asarray(out.reshape(run.n, -1))

@@ -59,7 +59,7 @@ class SpindleGrowth(Effect, ChoosesColumns):
     def link(self) -> str:
         return "tool"
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (*self.needs, "spindle_rpm") if self.follows else self.needs
 
     def error_motion(self, run: Run) -> Array:

@@ -57,7 +57,7 @@ class ThermalDrift(Effect, ChoosesColumns):
     def link(self) -> str:
         return "tip"
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:
@@ -110,7 +110,7 @@ class ThermalDriftTwoLags(Effect, ChoosesColumns):
     def link(self) -> str:
         return "tip"
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:

@@ -79,7 +79,7 @@ class TipForm(Effect, WithResponse):
         out[:, :3] = run.normal[:, :, None] * height[:, None, :]
         return out
 
-    def projected(self, name: str, run: Run, weights: Array) -> Array:
+    def projection(self, name: str, run: Run, weights: Array) -> Array:
         """The harmonics once, and not twice for each of their steps: a search of places asks at hundreds of poses."""
         seen = (weights[:, :3] * run.normal).sum(axis=1) * run.label_mask("stylus", self.stylus)
         return seen[:, None] * harmonics(run.normal, SIZES[len(self.coefficients)])

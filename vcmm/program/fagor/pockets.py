@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 from vcmm.program.clearing import PathPiece, circle, rectangle, shift_pieces
 from vcmm.program.cutter import CycleCutter, equal_depths
-from vcmm.program.cycle_tables import Cycle, Values, cycle
+from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
 from vcmm.program.drilling import Hole, depths_of
 from vcmm.program.recorder import Recorder
 from vcmm.program.setup import Tool
@@ -30,7 +30,7 @@ ROWS: dict[str, Cycle[str]] = {
 def mill(r: Recorder, hole: Hole, code: str, given: dict[str, float]) -> None:
     """One pocket where the tool stands at the reference plane. given: the words of its block."""
     row = ROWS[code]
-    v = row.read([given.get(p.name) for p in row.parameters], r.unit, 1.0)
+    v = row.read(given, in_units(r.unit, 1.0))
     cutter, who = CycleCutter(r), f"G{code} of Fagor"
     r.tool_data = r.setup.tools.get(r.tool, Tool(r.tool))
     radius = cutter.radius(who)

@@ -45,7 +45,7 @@ def cut(
 ) -> CutResult:
     """Machine a part virtually. Raises DataError for a program that cannot be read, UsageError and ModelLimit."""
     report = progress or (lambda text, share: None)
-    settings = scenario.settings.asked(seed=seed, trials=trials, engine=engine)
+    settings = scenario.settings.with_changes(seed=seed, trials=trials, engine=engine)
     report("reading the program", 0.0)
     job = set_up(scenario)
     report("cutting (compiles on first use)", 0.0)

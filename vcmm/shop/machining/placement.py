@@ -171,7 +171,7 @@ def place_cut(
 ) -> PlacedCut:  # fmt: skip
     """The shift of part and work offset with the smallest deviations. Raises ModelLimit where the program never fits."""
     report = progress or (lambda text, share: None)
-    scenario.settings.asked(trials=trials, seed=seed)  # refused before the search, not after it
+    scenario.settings.with_changes(trials=trials, seed=seed)  # refused before the search, not after it
     seed = scenario.settings.seed if seed is None else seed
     report("reading and cutting the program", 0.0)
     job = set_up(scenario)

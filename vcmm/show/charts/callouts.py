@@ -94,14 +94,14 @@ def left_and_right(across: Sequence[float]) -> tuple[list[int], list[int]]:
     return sorted(order[:half]), sorted(order[half:])
 
 
-def shortened(name: str) -> str:
+def short_name(name: str) -> str:
     """A name as a label has room for it."""
     return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
 
 
-def _label(drawn: Any, one: Callout, spots: Array, at: tuple[float, float]) -> None:
+def _label(drawn: Any, callout: Callout, spots: Array, at: tuple[float, float]) -> None:
     """The leader from the middle of the spots, a line between two spots, and the words."""
-    colour = LIGHT[one.colour]
+    colour = LIGHT[callout.colour]
     middle = spots.mean(axis=0)
     if len(spots) > 1:
         drawn.plot(spots[:, 0], spots[:, 1], color=colour, linewidth=1.2, marker="o", markersize=3)
@@ -109,6 +109,6 @@ def _label(drawn: Any, one: Callout, spots: Array, at: tuple[float, float]) -> N
     drawn.plot([middle[0], at[0] - 0.05 * side, at[0] - 0.015 * side], [middle[1], at[1], at[1]], color=colour, linewidth=0.9)  # fmt: skip
     drawn.plot(*middle, marker="o", markersize=4, color=colour)
     where = "left" if side > 0 else "right"
-    verdict = f": {one.verdict}" if one.verdict else ""
-    drawn.text(*at, plain_label(shortened(one.name)), ha=where, va="bottom", fontsize=TICK, color=MUTED)
-    drawn.text(*at, plain_label(one.text + verdict), ha=where, va="top", fontsize=TICK, color=INK if one.colour == "muted" else colour)  # fmt: skip
+    verdict = f": {callout.verdict}" if callout.verdict else ""
+    drawn.text(*at, plain_label(short_name(callout.name)), ha=where, va="bottom", fontsize=TICK, color=MUTED)
+    drawn.text(*at, plain_label(callout.text + verdict), ha=where, va="top", fontsize=TICK, color=INK if callout.colour == "muted" else colour)  # fmt: skip

@@ -86,25 +86,35 @@ def curve(
     return plain(add_legend(drawn), title, x_label, y_label)
 
 
-def _draw(drawn: Axes, data: tuple[Array, ...], one: PlotSeries, colour: str) -> None:
-    name = plain_label(one.name) or None
+def _draw(drawn: Axes, data: tuple[Array, ...], plot_series: PlotSeries, colour: str) -> None:
+    name = plain_label(plot_series.name) or None
     if len(data) == 4:
         drawn.fill_between(data[0], data[2], data[3], color=colour, alpha=0.18, linewidth=0.0)
-    dot = one.marker if isinstance(one.marker, str) else "o" if one.marker or not one.line else ""
-    style = ("--" if one.dashed else "-") if one.line else "none"
+    dot = (
+        plot_series.marker
+        if isinstance(plot_series.marker, str)
+        else "o"
+        if plot_series.marker or not plot_series.line
+        else ""
+    )
+    style = ("--" if plot_series.dashed else "-") if plot_series.line else "none"
     drawn.plot(
         data[0], data[1], linestyle=style, marker=dot, color=colour, linewidth=1.3, markersize=3.4, label=name
     )
 
 
-def _check_series(one: PlotSeries) -> tuple[Array, ...]:
+def _check_series(plot_series: PlotSeries) -> tuple[Array, ...]:
     """(x, y) or (x, y, low, high), all of one length, infinities turned into gaps."""
-    given = (one.x, one.y) if one.low is None or one.high is None else (one.x, one.y, one.low, one.high)
+    given = (
+        (plot_series.x, plot_series.y)
+        if plot_series.low is None or plot_series.high is None
+        else (plot_series.x, plot_series.y, plot_series.low, plot_series.high)
+    )
     parts = [np.atleast_1d(np.asarray(v, dtype=np.float64)) for v in given]
     if len({p.shape for p in parts}) != 1 or parts[0].ndim != 1:
         shapes = ", ".join(str(p.shape) for p in parts)
         raise DataError(
-            f'Curve "{one.name}" has x, y, low, high of shapes {shapes}: give arrays of one length.'
+            f'Curve "{plot_series.name}" has x, y, low, high of shapes {shapes}: give arrays of one length.'
         )
     return tuple(np.where(np.isfinite(p), p, np.nan) for p in parts)
 
@@ -114,8 +124,8 @@ def band(
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:  # fmt: skip
     """value (n,) over nodes (n,) with the 95 % band value +- 1.96 u, all in `unit`."""
-    one = PlotSeries(nodes, value, "± 1.96 u", value - 1.96 * u, value + 1.96 * u)
-    return curve([one], x_label=label, y_label=unit, title=title, ax=ax)
+    plot_series = PlotSeries(nodes, value, "± 1.96 u", value - 1.96 * u, value + 1.96 * u)
+    return curve([plot_series], x_label=label, y_label=unit, title=title, ax=ax)
 
 
 def readings(

@@ -46,14 +46,14 @@ class ComparedNumber:
 
     key: str
     was: Any
-    found: Any
+    now: Any
 
     @property
     def relative(self) -> float:
         """Relative difference; infinite where one of the two is no finite number."""
-        if not (_is_finite(self.was) and _is_finite(self.found)):
+        if not (_is_finite(self.was) and _is_finite(self.now)):
             return math.inf
-        return abs(self.was - self.found) / max(abs(self.was), abs(self.found), 1e-12)
+        return abs(self.was - self.now) / max(abs(self.was), abs(self.now), 1e-12)
 
 
 def _is_finite(value: Any) -> bool:

@@ -111,7 +111,7 @@ def zone_picture(model: LinearModel, c: Characteristic) -> list[str]:
         return [draw.on_page(draw.flatness_zone, shown.along, 1e3 * shown.residual, zone, title=title)]
     if isinstance(shown, PlacedAxis):
         title = f"{c.name}: as indicated, in the zone"
-        return [draw.on_page(draw.position_zone, 1e3 * shown.off, zone, 1e3 * shown.paid, title=title)]
+        return [draw.on_page(draw.position_zone, 1e3 * shown.off, zone, 1e3 * shown.size_bonus, title=title)]
     return [] if shown is None else [_round(c, shown)]
 
 

@@ -222,11 +222,11 @@ def touch_sources(task: Task, influences: Sequence[Influence]) -> list[str]:
     return out
 
 
-def _spread(one: Influence) -> Array | None:
+def _spread(influence: Influence) -> Array | None:
     """(n, 3, k) mm: one standard uncertainty of each independent element; None where it has none."""
-    law, factor = one.input.spread(one.response.shape[2])
+    law, factor = influence.input.spread(influence.response.shape[2])
     u = np.asarray(law.u)
-    return np.asarray((one.response @ factor) * u) if np.isfinite(u).all() else None
+    return np.asarray((influence.response @ factor) * u) if np.isfinite(u).all() else None
 
 
 def magnification(points: Array, covariances: Array) -> float:

@@ -24,7 +24,7 @@ def volume_slices(machine: Machine) -> list[SceneMesh | SceneBox]:
     places, errors = _grid(machine)
     middle = NODES // 2
     sheets = [(np.take(places, middle, axis=i), np.take(errors, middle, axis=i)) for i in range(3)]
-    vertices, faces, values = _joined([(p, np.linalg.norm(e, axis=-1)) for p, e in sheets])
+    vertices, faces, values = _join_sheets([(p, np.linalg.norm(e, axis=-1)) for p, e in sheets])
     mesh = SceneMesh(vertices, faces, values=1e3 * values, unit=UNIT, edges=False, cull=False, name="slices")
     return [SceneBox(places[0, 0, 0], places[-1, -1, -1], "#7a8793", 0.0, name="travels"), mesh]
 
@@ -36,7 +36,7 @@ def volume_hull(machine: Machine) -> list[SceneMesh | Lines | SceneBox]:
     bent = places + factor * errors
     size = np.linalg.norm(errors, axis=-1)
     sides = [(np.take(bent, end, axis=i), np.take(size, end, axis=i)) for i in range(3) for end in (0, -1)]
-    vertices, faces, values = _joined(sides)
+    vertices, faces, values = _join_sheets(sides)
     name = f"bent, {factor:,.0f} ×"
     mesh = SceneMesh(vertices, faces, values=1e3 * values, unit=UNIT, edges=False, cull=False, name=name)
     return [SceneBox(places[0, 0, 0], places[-1, -1, -1], "#7a8793", 0.0, name="nominal"), mesh]
@@ -62,7 +62,7 @@ def _grid(machine: Machine) -> tuple[Array, Array]:
     return places[order].reshape(shape), error_map.tip_error[order].reshape(shape)
 
 
-def _joined(sheets: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
+def _join_sheets(sheets: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
     """Vertices (v, 3), triangles (f, 3), values (f,) of sheets of places (n, m, 3), values (n, m); both triangles of a square have its mean."""
     vertices, faces, values, first = [], [], [], 0
     for places, value in sheets:

@@ -45,7 +45,7 @@ def with_anchors(body: str) -> tuple[str, dict[str, str]]:
     found: dict[str, str] = {}
     taken: set[str] = set()
 
-    def anchored(match: re.Match[str]) -> str:
+    def heading_with_anchor(match: re.Match[str]) -> str:
         title = html.unescape(re.sub(r"<[^>]+>", "", match[1]))
         plain = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "section"
         name = next(n for n in _number_headings(plain) if n not in taken)
@@ -53,14 +53,14 @@ def with_anchors(body: str) -> tuple[str, dict[str, str]]:
         found.setdefault(title, name)
         return f'<h2 id="{name}">{match[1]}</h2>'
 
-    return _HEADING.sub(anchored, body), found
+    return _HEADING.sub(heading_with_anchor, body), found
 
 
 def _number_headings(plain: str) -> list[str]:
     return [plain, *(f"{plain}-{k}" for k in range(2, 1000))]
 
 
-def linked(block: str, found: Mapping[str, str]) -> str:
+def link_headings(block: str, found: Mapping[str, str]) -> str:
     """Links to headings by their words; where the page has no such section the words stand alone."""
 
     def one(match: re.Match[str]) -> str:
@@ -131,7 +131,7 @@ def page(
     `blocks` are HTML strings made by this package; texts are escaped here.
     """
     body, found = with_anchors("\n".join(blocks))
-    first = linked(answers_block(answers), found) + facts_list(facts) + contents(found)
+    first = link_headings(answers_block(answers), found) + facts_list(facts) + contents(found)
     script = scripts() if "data-scene" in body else ""
     style = css_variables() + "\n" + asset("style.css")
     below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""

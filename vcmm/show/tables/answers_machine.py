@@ -99,19 +99,19 @@ def _pair_line(name: str, row: Mapping[str, Any]) -> AnswerLine:
     )
 
 
-def _identified_line(found: Calibration) -> AnswerLine:
-    left = found.identified.briefly()
+def _identified_line(calibration: Calibration) -> AnswerLine:
+    left = calibration.identified.briefly()
     verdict = "everything is identified" if not left else "not everything is identified"
-    rest = f"condition {found.identified.condition:.3g}"
+    rest = f"condition {calibration.identified.condition:.3g}"
     return AnswerLine(
         "Identified",
-        f"{len(found.identified.names)} errors",
+        f"{len(calibration.identified.names)} errors",
         coverage=rest,
         verdict=verdict,
         kind="good" if not left else "warning",
         because=left[0] if left else "",
         link="Not identified",
-        numbers={"identified": len(found.identified.names), "not_identified": len(left)},
+        numbers={"identified": len(calibration.identified.names), "not_identified": len(left)},
         labels=("", "", ""),
     )
 

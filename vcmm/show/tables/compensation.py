@@ -99,8 +99,8 @@ def shifts_json(result: RewritingSummary) -> dict[str, list[float]]:
     return {name: [float(v) for v in shift] for name, shift in result.shifts.items()}
 
 
-def _component(what: str, axis: int, found: CorrectedPoints, row: int) -> float:
-    return float(getattr(found, what)[row, axis])
+def _component(what: str, axis: int, corrected_points: CorrectedPoints, row: int) -> float:
+    return float(getattr(corrected_points, what)[row, axis])
 
 
 def points_csv(found: CorrectedPoints) -> str:

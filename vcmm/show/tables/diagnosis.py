@@ -102,7 +102,7 @@ class FoldRow:
     name: str
     before: str
     after: str
-    left: str
+    energy_left: str
     gain: str
 
 
@@ -110,7 +110,7 @@ FOLDS: tuple[Column[FoldRow], ...] = (
     Column("fold", lambda f: f.name),
     Column("rms before", lambda f: f.before, NUMBER_TEXT),
     Column("rms after", lambda f: f.after, NUMBER_TEXT),
-    Column("effect energy left", lambda f: f.left, NUMBER_TEXT),
+    Column("effect energy left", lambda f: f.energy_left, NUMBER_TEXT),
     Column("log score gain", lambda f: f.gain, NUMBER_TEXT),
 )
 

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 class NodeRow:
     """One node of a result."""
 
-    found: NodeScatter
+    scatter: NodeScatter
     number: int
 
     def three(self, name: str) -> list[float]:
         """x, y, z of a quantity of the node, um."""
-        return [float(v) * 1e3 for v in getattr(self.found, name)[self.number]]
+        return [float(v) * 1e3 for v in getattr(self.scatter, name)[self.number]]
 
 
 def _three(name: str) -> Callable[[NodeRow], str]:
@@ -34,7 +34,7 @@ def _three(name: str) -> Callable[[NodeRow], str]:
 
 
 def _node(row: NodeRow) -> str:
-    return " ".join(f"{v:g}" for v in row.found.place[row.number])
+    return " ".join(f"{v:g}" for v in row.scatter.place[row.number])
 
 
 def _key(name: str) -> Column[NodeRow]:
@@ -47,11 +47,11 @@ NODE_COLUMNS: tuple[Column[NodeRow], ...] = (
     Column("d / µm", _three("d"), NUMBER_TEXT),
     Column("instrument's share / µm", _three("instrument"), NUMBER_TEXT),
     Column("one approach / µm", _three("single"), NUMBER_TEXT),
-    Column("least p of the law", lambda row: float(row.found.test[row.number].min()), fixed(3)),
-    entry("place_mm", lambda row: row.found.place[row.number].tolist()),
+    Column("least p of the law", lambda row: float(row.scatter.test[row.number].min()), fixed(3)),
+    entry("place_mm", lambda row: row.scatter.place[row.number].tolist()),
     *(_key(name) for name in ("deviation", "deviation_u", "d", "instrument", "changing", "single")),
-    entry("approaches", lambda row: int(row.found.dof[row.number]) + 1),
-    entry("p_of_the_law", lambda row: row.found.test[row.number].tolist()),
+    entry("approaches", lambda row: int(row.scatter.dof[row.number]) + 1),
+    entry("p_of_the_law", lambda row: row.scatter.test[row.number].tolist()),
 )
 
 

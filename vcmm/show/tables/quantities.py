@@ -109,10 +109,10 @@ def fixed(decimals: int, unit: str = "", scale: float = 1.0, signed: bool = Fals
     sign, word = "+" if signed else "", f" {unit}" if unit else ""
     word = word.replace(" um", " µm").replace(" urad", " µrad")
 
-    def written(value: Any, word: str) -> str:
+    def text_of(value: Any, word: str) -> str:
         return DASH if _missing(value) else f"{value * scale:{sign}z.{decimals}f}{word}"
 
-    return Writing(lambda value, unit: written(value, word), lambda value, unit: written(value, word))
+    return Writing(lambda value, unit: text_of(value, word), lambda value, unit: text_of(value, word))
 
 
 def percent(decimals: int, signed: bool = False) -> Writing:

@@ -91,7 +91,7 @@ AGREEMENTS: tuple[Column[AgreementRow], ...] = (
 CHARACTERISTICS: tuple[Column[RoutedCharacteristic], ...] = (
     entry("name", lambda c: c.name),
     entry("reading_{unit}", lambda c: c.reading),
-    entry("reading_given", lambda c: c.stated),
+    entry("reading_given", lambda c: c.is_handed_in),
     entry("true_{unit}", lambda c: c.truth),
     entry("routes", lambda c: records(ROUTES, _route_rows([c]))),
     entry("agreements", lambda c: records(AGREEMENTS, _pair_rows([c]))),

@@ -84,28 +84,28 @@ POSITIONING = ("A", "E", "R", "B", "M")
 
 @dataclass(frozen=True)
 class LengthLimit:
-    """A limit that may grow with the length: fixed mm + length / per, cap mm at most, both sides (mm from mm)."""
+    """A limit that may grow with the length: constant mm + length / per, cap mm at most, both sides (mm from mm)."""
 
-    fixed: float
+    constant: float
     per: float = float("inf")
     cap: float = float("inf")
 
     def __call__(self, length: float) -> float:
-        return min(self.fixed + 1e-3 * length / self.per, self.cap)
+        return min(self.constant + 1e-3 * length / self.per, self.cap)
 
     def at(self, lengths: Array) -> Array:
         """(n,) mm for lengths (n,) mm."""
-        return np.minimum(self.fixed + 1e-3 * lengths / self.per, self.cap)
+        return np.minimum(self.constant + 1e-3 * lengths / self.per, self.cap)
 
     @property
     def corner(self) -> float:
         """Length in mm at which the cap is reached; 0 where there is none."""
-        return 1e3 * (self.cap - self.fixed) * self.per if self.cap < float("inf") else 0.0
+        return 1e3 * (self.cap - self.constant) * self.per if self.cap < float("inf") else 0.0
 
     def __str__(self) -> str:
         grows = f" + L/{self.per:g}" if self.per < float("inf") else ""
         cap = f" <= {self.cap * 1e3:g} um" if self.cap < float("inf") else ""
-        return f"{self.fixed * 1e3:g} um{grows}{cap}"
+        return f"{self.constant * 1e3:g} um{grows}{cap}"
 
 
 def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> LengthLimit:
@@ -115,31 +115,31 @@ def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> Le
             f'{name} = {text} must be a text with its unit; write for example {name} = "{example}"'
         )
     grows, cap = with_cap(text)
-    found = LengthLimit(*parts_of(grows, name, example), cap=short_limit(cap, name) if cap else float("inf"))
-    if not (found.fixed >= 0 and found.per > 0) or (found.fixed == 0 and found.per == float("inf")):
+    limit = LengthLimit(*parts_of(grows, name, example), cap=short_limit(cap, name) if cap else float("inf"))
+    if not (limit.constant >= 0 and limit.per > 0) or (limit.constant == 0 and limit.per == float("inf")):
         raise UsageError(f'{name} = "{text}": a limit is positive; write for example {name} = "{example}"')
-    if cap and (found.per == float("inf") or found.cap <= found.fixed):
+    if cap and (limit.per == float("inf") or limit.cap <= limit.constant):
         raise UsageError(
             f'{name} = "{text}": a cap bounds a limit that grows and begins below it; write for example {name} = "1.9 um + L/300 <= 4 um"'
         )
-    return found
+    return limit
 
 
 def smallest_limit(e0: LengthLimit, form: float | None) -> float:
     """The limit in mm that scatter keeps where R0 is not stated: E0 of the shortest length (of 100 mm where E0 begins at
     zero), or the form of the test sphere where that is smaller."""
-    shortest = e0.fixed or e0(100.0)
+    shortest = e0.constant or e0(100.0)
     return shortest if form is None else min(shortest, form)
 
 
 def short_limit(text: object, name: str) -> float:
     """A limit that is one length, mm."""
-    found = length_limit(text, name, "1.9 um")
-    if found.per != float("inf"):
+    limit = length_limit(text, name, "1.9 um")
+    if limit.per != float("inf"):
         raise UsageError(
             f'{name} = "{text}" does not grow with a length; write for example {name} = "1.8 um"'
         )
-    return found.fixed
+    return limit.constant
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class MachineCertificate:
     size: float | None = None
     positioning: Mapping[tuple[str, str], float] = field(default_factory=dict)
     prior: str = "limit"
-    found: Findings = field(default_factory=Findings)
+    findings: Findings = field(default_factory=Findings)
 
     def __post_init__(self) -> None:
         if self.prior not in PRIORS:
@@ -177,7 +177,7 @@ class MachineCertificate:
                 "E150_MPE is less than half of E0_MPE: an offset stylus measures no better; check the two limits"
             )
 
-        over_the_limit(self.found, self.E0, {"R0": self.R0, "P_Form": self.form, "P_Size": self.size})
+        over_the_limit(self.findings, self.E0, {"R0": self.R0, "P_Form": self.form, "P_Size": self.size})
 
     def positioning_limit(self, figure: str, axis: str) -> float | None:
         return self.positioning.get((figure, axis), self.positioning.get((figure, "")))
@@ -207,5 +207,7 @@ class MachineCertificate:
             if x is not None
         ]
         parts += [f"{f}{' ' + a if a else ''} {x * 1e3:g} um" for (f, a), x in self.positioning.items()]
-        found = self.found.words()
-        return f"certificate: {', '.join(parts)}; prior {self.prior}" + (f"; found {found}" if found else "")
+        findings = self.findings.words()
+        return f"certificate: {', '.join(parts)}; prior {self.prior}" + (
+            f"; found {findings}" if findings else ""
+        )

@@ -69,10 +69,10 @@ def _shares(c: MachineCertificate, seed: int, stream: int, count: int) -> Array:
     return shares_of(np.random.default_rng([seed, stream, 1]), c.prior, 1.0)[:count]
 
 
-def _draw_finding(one: Finding, seed: int, stream: int, count: int) -> Array:
+def _draw_finding(finding: Finding, seed: int, stream: int, count: int) -> Array:
     """(count,) mm: a finding with its uncertainty, never below 0."""
     rng = np.random.default_rng([seed, FINDING, stream])
-    return np.maximum(one.error + one.u * rng.normal(size=count), 0.0)
+    return np.maximum(finding.error + finding.u * rng.normal(size=count), 0.0)
 
 
 def _by_lengths(machine: Machine, c: MachineCertificate, e0: LengthLimit, modes: Array, seed: int) -> Array:
@@ -87,15 +87,15 @@ def _by_lengths(machine: Machine, c: MachineCertificate, e0: LengthLimit, modes:
     limit = np.concatenate(limits)
     used = (np.abs(modes @ np.concatenate(shown).T) / limit).max(axis=1)
     scale = _shares(c, seed, GEOMETRY, len(modes)) / np.maximum(used, 1e-15)
-    if c.found.largest is not None:
-        _check_largest(c.found.largest, float(e0.at(lengths).max()))
+    if c.findings.largest is not None:
+        _check_largest(c.findings.largest, float(e0.at(lengths).max()))
         most = np.abs(modes @ shown[0].T).max(axis=1)
         scale = np.minimum(
-            scale, _draw_finding(c.found.largest, seed, GEOMETRY, len(modes)) / np.maximum(most, 1e-15)
+            scale, _draw_finding(c.findings.largest, seed, GEOMETRY, len(modes)) / np.maximum(most, 1e-15)
         )
-    if c.found.worst is not None:
-        scale = np.minimum(scale, _by_found_share(c.found.worst, modes @ shown[0].T, e0.at(lengths), seed))
-    if c.found.lengths:
+    if c.findings.worst is not None:
+        scale = np.minimum(scale, _by_found_share(c.findings.worst, modes @ shown[0].T, e0.at(lengths), seed))
+    if c.findings.lengths:
         scale = np.minimum(scale, _by_found_lengths(c, e0, modes @ shown[0].T, lengths, seed))
     return np.asarray(scale)
 
@@ -133,7 +133,7 @@ def _by_found_lengths(
         [np.zeros((len(errors), len(ends), 1)), errors.reshape(len(errors), -1, steps)], axis=2
     )
     rows, seen, found = np.arange(len(errors)), np.zeros(len(errors)), np.zeros(len(errors))
-    for length, one in c.found.lengths:
+    for length, one in c.findings.lengths:
         fit = np.flatnonzero(ends >= length)
         line = rng.choice(fit if len(fit) else [int(np.argmax(ends))], len(errors))
         place = np.minimum(length / ends[line], 1.0) * steps
@@ -164,11 +164,11 @@ def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Ar
     """(m,) mm standard deviation of a touch."""
     _, lengths = length_run(machine, seven_lines(machine))
     rng = np.random.default_rng([seed, SCATTER])
-    if c.found.R0 is not None:
-        return _scatter_as_found(c.found.R0, len(share), len(lengths), seed)
+    if c.findings.R0 is not None:
+        return _scatter_as_found(c.findings.R0, len(share), len(lengths), seed)
     repeat = c.R0 if c.R0 is not None else smallest_limit(e0, c.form)
     scatter = share * repeat / expected_range(rng, len(lengths))
-    for sphere in (c.form, c.found.form.highest if c.found.form else None):
+    for sphere in (c.form, c.findings.form.highest if c.findings.form else None):
         if sphere is not None:  # scatter alone shows as form of the test sphere
             scatter = np.minimum(scatter, sphere / expected_form())
     noise = np.sqrt(2.0) * np.abs(rng.normal(size=(TRIALS_TRIED, len(lengths), REPEATS))).max(axis=2)
@@ -178,14 +178,14 @@ def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Ar
             "no machine keeps these limits together: scatter (R0_MPL) alone exceeds E0_MPE; check the units of the certificate"
         )
     limit = e0.at(lengths)
-    if c.found.largest is not None:
-        limit = np.minimum(limit, c.found.largest.highest)
-    if c.found.worst is not None:
-        limit = np.minimum(limit, c.found.worst.highest(e0.at(lengths)))
+    if c.findings.largest is not None:
+        limit = np.minimum(limit, c.findings.largest.highest)
+    if c.findings.worst is not None:
+        limit = np.minimum(limit, c.findings.worst.highest(e0.at(lengths)))
     return np.minimum(scatter, 1.0 / (noise / limit).max(axis=1).mean())
 
 
-def _scatter_as_found(found: Finding, count: int, lengths: int, seed: int) -> Array:
+def _scatter_as_found(finding: Finding, count: int, lengths: int, seed: int) -> Array:
     """(count,) mm: the range found over the range of as many repeats of unit scatter, drawn for every machine: all that
     scatters in such a range is the range itself (a pivot).
     """
@@ -193,19 +193,19 @@ def _scatter_as_found(found: Finding, count: int, lengths: int, seed: int) -> Ar
     unit = np.array(
         [np.ptp(np.sqrt(2.0) * rng.normal(size=(lengths, REPEATS)), axis=1).max() for _ in range(count)]
     )
-    return _draw_finding(found, seed, SCATTER, count) / unit
+    return _draw_finding(finding, seed, SCATTER, count) / unit
 
 
 def _tip(machine: Machine, c: MachineCertificate, e0: LengthLimit, scatter: Array, seed: int) -> Array:
     """(m, 12) mm: form of the tip alone; with the scatter as found, what it leaves of the form as found."""
     rng, count = np.random.default_rng([seed, TIP]), len(scatter)
-    limit = c.form if c.form is not None else e0.fixed
-    if c.found.form is None:
+    limit = c.form if c.form is not None else e0.constant
+    if c.findings.form is None:
         form = tip_forms(rng, limit, np.zeros(count), _shares(c, seed, TIP, count))
     else:
-        beside = scatter if c.found.R0 is not None else np.zeros(count)
-        size = max(c.found.form.error, 1e-9)
-        form = tip_forms(rng, size, beside, _draw_finding(c.found.form, seed, TIP, count) / size)
+        beside = scatter if c.findings.R0 is not None else np.zeros(count)
+        size = max(c.findings.form.error, 1e-9)
+        form = tip_forms(rng, size, beside, _draw_finding(c.findings.form, seed, TIP, count) / size)
     run, lengths = length_run(machine, seven_lines(machine))
     shown = (np.abs(tip_reading(run, form, np.zeros(count))) / e0.at(lengths)[:, None]).max(axis=0)
     return form / np.maximum(shown, 1.0)[:, None]
@@ -215,9 +215,9 @@ def _radius(machine: Machine, c: MachineCertificate, e0: LengthLimit, count: int
     """(m,) mm: radius of the tip too large."""
     _, lengths = length_run(machine, seven_lines(machine))
     sign = np.random.default_rng([seed, SIZE]).choice([-1.0, 1.0], count)
-    if c.found.size is not None:
-        return 0.5 * sign * _draw_finding(c.found.size, seed, SIZE, count)
-    size = min(c.size if c.size is not None else 0.5 * e0.fixed, e0(float(lengths.min())))
+    if c.findings.size is not None:
+        return 0.5 * sign * _draw_finding(c.findings.size, seed, SIZE, count)
+    size = min(c.size if c.size is not None else 0.5 * e0.constant, e0(float(lengths.min())))
     return 0.5 * size * sign * _shares(c, seed, SIZE, count)
 
 

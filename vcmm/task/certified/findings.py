@@ -70,8 +70,8 @@ class Findings:
         return ", ".join(parts)
 
 
-def _um(one: Finding) -> str:
-    return f"{abs(one.error) * 1e3:g} um" + (f" (u {one.u * 1e3:g} um)" if one.u else "")
+def _um(finding: Finding) -> str:
+    return f"{abs(finding.error) * 1e3:g} um" + (f" (u {finding.u * 1e3:g} um)" if finding.u else "")
 
 
 def over_the_limit(

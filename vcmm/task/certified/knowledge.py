@@ -75,7 +75,7 @@ def _knowledge(
             Normal(float(np.sqrt((drawn.scatter**2).mean()))),
             "touch",
             evidence,
-            bound=c.found.R0 is None,
+            bound=c.findings.R0 is None,
         ),
     ]
     further: list[Effect] = [Scatter()]
@@ -89,7 +89,7 @@ def _knowledge(
                 MultivariateSamples(mirrored_rows(drawn.form)),
                 "machine",
                 evidence,
-                bound=c.found.R0 is None or c.found.form is None,
+                bound=c.findings.R0 is None or c.findings.form is None,
             )
         )
     if drawn.radius.any():

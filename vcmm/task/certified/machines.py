@@ -143,8 +143,10 @@ def _by_lengths(
     scatter = shares_of(rng, c.prior, 0.8) * repeat / expected_range(rng, len(lengths))
     if c.form is not None:  # scatter alone shows as form of the test sphere
         scatter = np.minimum(scatter, c.form / expected_form())
-    form = tip_forms(rng, c.form if c.form is not None else c.E0.fixed, scatter, shares_of(rng, c.prior, 0.8))
-    size = c.size if c.size is not None else 0.5 * c.E0.fixed
+    form = tip_forms(
+        rng, c.form if c.form is not None else c.E0.constant, scatter, shares_of(rng, c.prior, 0.8)
+    )
+    size = c.size if c.size is not None else 0.5 * c.E0.constant
     radius = 0.5 * size * rng.choice([-1.0, 1.0], DRAWN) * shares_of(rng, c.prior, 0.0)
     allowed, shows, rest = [c.E0.at(lengths)], [per_mode(machine, run)], [tip_reading(run, form, radius)]
     if c.E150 is not None:
@@ -203,8 +205,8 @@ def _largest_scale(geometry: Array, rest: Array, limit: Array, share: Array) -> 
 def per_mode(machine: Machine, run: Run) -> Array:
     """(m, k) mm: error of every length, indicated - true, per mode."""
     prepared = machine.prepare(run)
-    one = Input(CalibrationModes.name, EVERY, "modes", Normal(1.0))
-    response = influences(machine, prepared, [one])[0].response
+    quantity = Input(CalibrationModes.name, EVERY, "modes", Normal(1.0))
+    response = influences(machine, prepared, [quantity])[0].response
     both = np.einsum("nik,ni->nk", response, prepared.normal)
     half = len(both) // 2
     return np.asarray(both[:half] + both[half:])
@@ -296,8 +298,8 @@ def _by_positioning(
 def along_axis(machine: Machine, run: Run, i: int) -> Array:
     """(n, k) mm: error of the position along axis number i, per mode."""
     prepared = machine.prepare(run)
-    one = Input(CalibrationModes.name, EVERY, "modes", Normal(1.0))
-    return np.asarray(influences(machine, prepared, [one])[0].response[:, i])
+    quantity = Input(CalibrationModes.name, EVERY, "modes", Normal(1.0))
+    return np.asarray(influences(machine, prepared, [quantity])[0].response[:, i])
 
 
 def mirrored_rows(samples: Array) -> Array:

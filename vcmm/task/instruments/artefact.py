@@ -72,13 +72,13 @@ def plate(
     }
     names = features or [f"ball {i + 1}" for i in range(len(tips))]
     run = rows(position, np.asarray(offset), {"pose": [pose] * len(tips), "feature": names})
-    one = layout(f"plate {pose}", "probe", run, np.eye(3)[0], {"rigid": "pose"}, u)
-    plain = {k: v for k, v in one.run.columns.items() if k not in ("nx", "ny", "nz")}
+    recording = layout(f"plate {pose}", "probe", run, np.eye(3)[0], {"rigid": "pose"}, u)
+    plain = {k: v for k, v in recording.run.columns.items() if k not in ("nx", "ny", "nz")}
     n, directions = run.n, np.eye(3)[["XYZ".index(a) for a in sorted(seen)]]
     m = n * len(directions)
     return replace(
-        one,
-        run=replace(one.run, columns=plain),
+        recording,
+        run=replace(recording.run, columns=plain),
         value=np.zeros(m),
         row=np.repeat(np.arange(n), len(directions)),
         direction=np.tile(directions, (n, 1)),
@@ -102,9 +102,9 @@ def bar(
     way = ends[0] - ends[1]
     length = np.linalg.norm(way, axis=1)
     run = run.with_columns({"length_mm": np.tile(length, 2)})
-    one = layout("ball bar", "length", run, np.eye(3)[0], {}, u)
+    recording = layout("ball bar", "length", run, np.eye(3)[0], {}, u)
     return replace(
-        one,
+        recording,
         value=np.zeros(n),
         row=np.arange(n),
         direction=way / length[:, None],

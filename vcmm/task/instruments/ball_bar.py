@@ -41,11 +41,11 @@ def circle(
     way[:, "XYZ".index(plane[1])] = radius * np.sin(angle)
     nuisance = {"centre": ""} if calibrated else {"centre": "", "radius": ""}
     tips: Array = np.asarray(centre, dtype=float) + way
-    one = lengths_to(machine, f"circle {plane}", tips, centre, offset, nuisance=nuisance, u=u)
+    recording = lengths_to(machine, f"circle {plane}", tips, centre, offset, nuisance=nuisance, u=u)
     turn = np.sign(sweep[1] - sweep[0])
     ways = np.round(np.stack([-np.sin(angle), np.cos(angle)]) * turn, 9)
-    senses = {f"sense_{a}": np.sign(w) for a, w in zip(plane, ways) if a in one.run.position}
-    return replace(one, run=one.run.with_columns(senses))
+    senses = {f"sense_{a}": np.sign(w) for a, w in zip(plane, ways) if a in recording.run.position}
+    return replace(recording, run=recording.run.with_columns(senses))
 
 
 def both_senses(
@@ -62,5 +62,5 @@ def both_senses(
         circle(machine, centre, radius, plane, u, points=points, offset=offset, sweep=sweep)
         for sweep in ((0.0, 360.0), (360.0, 0.0))
     ]
-    one = join_layouts(f"circle {plane}", ways)
-    return replace(one, run=replace(one.run, labels={"run": np.repeat(["1", "2"], points)}))
+    recording = join_layouts(f"circle {plane}", ways)
+    return replace(recording, run=replace(recording.run, labels={"run": np.repeat(["1", "2"], points)}))

@@ -27,14 +27,14 @@ def grid_circle(
     offset: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
     """A circle in both senses (label run: 1 counter-clockwise, 2 clockwise), both directions of the plane read in every row."""
-    one = both_senses(machine, centre, radius, plane, u, points=points, offset=offset)
-    n, axes = one.run.n, sorted("XYZ".index(a) for a in plane)
-    columns = {k: v for k, v in one.run.columns.items() if not k.startswith(("from_", "length_"))}
+    recording = both_senses(machine, centre, radius, plane, u, points=points, offset=offset)
+    n, axes = recording.run.n, sorted("XYZ".index(a) for a in plane)
+    columns = {k: v for k, v in recording.run.columns.items() if not k.startswith(("from_", "length_"))}
     return replace(
-        one,
+        recording,
         name=f"grid plate {plane}",
         kind="displacement",
-        run=replace(one.run, columns=columns),
+        run=replace(recording.run, columns=columns),
         value=np.zeros(2 * n),
         row=np.repeat(np.arange(n), 2),
         direction=np.tile(np.eye(3)[axes], (n, 1)),

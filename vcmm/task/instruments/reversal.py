@@ -187,7 +187,7 @@ def _tilt_of_face(test: ReversalTest, groups: Sequence[TurnGroup]) -> float:
 def variances(groups: Sequence[TurnGroup]) -> tuple[Array, float]:
     """((groups, K) variance of the mean cosine coefficient, dof): scatter of the turns, pooled over the set-ups of a probe.
 
-    A stated noise (TurnGroup.stated) is taken where there is only one turn.
+    A stated noise (TurnGroup.noise_variance) is taken where there is only one turn.
     """
     out = np.zeros((len(groups), groups[0].coefficients.shape[1]))
     least = max(LEAST * max(float(np.abs(g.coefficients).max()) for g in groups), TINY) ** 2
@@ -202,7 +202,7 @@ def variances(groups: Sequence[TurnGroup]) -> tuple[Array, float]:
             dof = min(dof, free)
         for i, g in enumerate(groups):
             if g.probe == probe:
-                out[i] = squares / free / len(g.coefficients) if free > 0 else g.stated
+                out[i] = squares / free / len(g.coefficients) if free > 0 else g.noise_variance
     return np.maximum(out, least), (MANY if np.isinf(dof) else dof)
 
 

@@ -21,16 +21,16 @@ class TurnGroup:
     """The turns of one probe in one set-up.
 
     coefficients (turns, K) complex, orders 1 to K: reading = Re sum c_k exp(i k q), mm or rad.
-    plot (turns, ANGLES): the readings at equal angles, less mean and drift. stated: variance of a cosine coefficient that a
-    stated noise makes; 0 where none was stated. dropped: turns that were not complete.
+    plot (turns, ANGLES): the readings at equal angles, less mean and drift. noise_variance: variance of a cosine coefficient that a
+    stated noise makes; 0 where none was stated. incomplete: turns that were not complete.
     """
 
     setup: str
     probe: str
     coefficients: Complex
     plot: Array
-    stated: float = 0.0
-    dropped: int = 0
+    noise_variance: float = 0.0
+    incomplete: int = 0
 
 
 def turn_group(

@@ -60,12 +60,12 @@ def r_test(
 ) -> Recording:
     """x, y and z of a ball held at one place of the workpiece; u mm per coordinate."""
     run = hold_tip(machine, axis, angles, ball, offset)
-    one = layout(f"R-test {axis}", "displacement", run, np.eye(3)[0], {"rigid": ""}, u)
-    plain = {k: v for k, v in one.run.columns.items() if k not in ("nx", "ny", "nz")}
+    recording = layout(f"R-test {axis}", "displacement", run, np.eye(3)[0], {"rigid": ""}, u)
+    plain = {k: v for k, v in recording.run.columns.items() if k not in ("nx", "ny", "nz")}
     n = run.n
     return replace(
-        one,
-        run=replace(one.run, columns=plain),
+        recording,
+        run=replace(recording.run, columns=plain),
         value=np.zeros(3 * n),
         row=np.repeat(np.arange(n), 3),
         direction=np.tile(np.eye(3), (n, 1)),
@@ -84,8 +84,8 @@ def held_bar(
 ) -> Recording:
     """Ball bar (ISO 10791-6) from a cup (3,) to the held ball (3,), workpiece axes: axial, radial or tangential by where the cup is."""
     run = hold_tip(machine, axis, angles, ball, offset)
-    one = layout(f"ball bar about {axis}", "length", run, np.eye(3)[0], {"centre": "", "radius": ""}, u)
-    return at_station(one, machine, np.tile(np.asarray(cup, dtype=float), (run.n, 1)))
+    recording = layout(f"ball bar about {axis}", "length", run, np.eye(3)[0], {"centre": "", "radius": ""}, u)
+    return at_station(recording, machine, np.tile(np.asarray(cup, dtype=float), (run.n, 1)))
 
 
 def index_axis(machine: Machine, axis: str, angles: Array, u: float) -> Recording:

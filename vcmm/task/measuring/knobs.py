@@ -116,11 +116,15 @@ def _repeat_step(step: Step, times: int) -> Step:
     )  # fmt: skip
 
 
-def _wider(one: Input, factor: float) -> Input:
+def _wider(quantity: Input, factor: float) -> Input:
     """What is drawn anew at every touch, `factor` times as wide."""
-    if one.redraw != "touch" or factor == 1.0 or one.members:
-        return one
-    law: Any = one.law
+    if quantity.redraw != "touch" or factor == 1.0 or quantity.members:
+        return quantity
+    law: Any = quantity.law
     names = {f.name for f in fields(law)}
     width = next((n for n in SPREADS if n in names), None)
-    return one if width is None else replace(one, law=replace(law, **{width: getattr(law, width) * factor}))
+    return (
+        quantity
+        if width is None
+        else replace(quantity, law=replace(law, **{width: getattr(law, width) * factor}))
+    )

@@ -61,7 +61,7 @@ def qualified_machine(
     if not how:
         return machine, ()
     effects: list[Effect] = [
-        e.qualified(spheres) if isinstance(e, SeenByQualification) else e for e in machine.effects
+        e.after_qualification(spheres) if isinstance(e, SeenByQualification) else e for e in machine.effects
     ]
     groups = _spheres(how)
     together = [",".join(names) for names in groups if len(names) > 1 and how[names[0]].u_diameter > 0]

@@ -58,8 +58,8 @@ class Settings:
                 f"coverage probability p = {self.p:g} must lie between 0.5 and {LARGEST_P}, for example 0.95"
             )
 
-    def asked(self, **changes: Any) -> Settings:
-        """These settings with what a call asks for in their place; None: nothing is asked. OptionError for what cannot be."""
+    def with_changes(self, **changes: Any) -> Settings:
+        """These settings with those that a call states in their place; None: not stated. OptionError for what cannot be."""
         try:
             return replace(self, **{name: value for name, value in changes.items() if value is not None})
         except UsageError as error:

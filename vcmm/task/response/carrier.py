@@ -44,7 +44,7 @@ class Sight:
     motion: float = -1.0
     reading: float = 1.0
     turning: bool = False
-    turned: float = (
+    cut_sign: float = (
         1.0  # sign besides of readings that a finished part shows the other way (Effect.about.on_cut_part)
     )
 
@@ -91,7 +91,7 @@ class Carrier:
         if key not in self._ways:
             self._ways[key] = self._way(key)
         turned = (
-            self.sight.turned if effect.link == "reading" and effect.about.on_cut_part == "turned" else 1.0
+            self.sight.cut_sign if effect.link == "reading" and effect.about.on_cut_part == "turned" else 1.0
         )
         factor = turned * self.machine.sign(effect)
         return self._ways[key] if factor == 1.0 else factor * self._ways[key]
@@ -208,11 +208,11 @@ def responses(carriers: Sequence[Carrier], one: Input, effects: Sequence[Effect]
     return totals
 
 
-def _of_member(carriers: Sequence[Carrier], joint: Input, one: Input, width: int) -> list[Array]:
-    effects = acted_on(carriers[0].machine, one)
+def _of_member(carriers: Sequence[Carrier], joint: Input, quantity: Input, width: int) -> list[Array]:
+    effects = acted_on(carriers[0].machine, quantity)
     if joint.widths:
         effects = tuple(e for e in effects if not lacking(e, carriers[0].run))
-    found = responses(carriers, one, effects)
+    found = responses(carriers, quantity, effects)
     return found or [np.zeros((len(c.sight.direction), width)) for c in carriers]
 
 

@@ -47,22 +47,22 @@ def influences(machine: Machine, run: Run, inputs: Sequence[Input]) -> tuple[Inf
     return tuple(out)
 
 
-def _response(machine: Machine, run: Run, one: Input, along: Sequence[Carrier]) -> Array:
-    if one.members:
-        acting = [m.is_channel or bool(acted_on(machine, m)) for m in one.members]
+def _response(machine: Machine, run: Run, quantity: Input, along: Sequence[Carrier]) -> Array:
+    if quantity.members:
+        acting = [m.is_channel or bool(acted_on(machine, m)) for m in quantity.members]
         parts = [
             _response(machine, run, m, along) if acts else np.zeros((run.n, 3, width))
-            for m, acts, width in zip(one.members, acting, one.member_widths)
+            for m, acts, width in zip(quantity.members, acting, quantity.member_widths)
         ]
-        return one.join_responses(parts)
-    if one.is_channel:
-        return _of_column(machine, run, one.parameter)
-    return _of_parameter(machine, run, one, along)
+        return quantity.join_responses(parts)
+    if quantity.is_channel:
+        return _of_column(machine, run, quantity.parameter)
+    return _of_parameter(machine, run, quantity, along)
 
 
-def _check_size(one: Input, k: int) -> None:
+def _check_size(quantity: Input, k: int) -> None:
     """The law fits the number of elements of the parameter."""
-    law, scale = one.law, one.scale
+    law, scale = quantity.law, quantity.scale
     given = None if scale is None or np.size(scale) == 1 else np.size(scale)
     if isinstance(law, MultivariateNormal):
         given = len(law.covariance)
@@ -70,7 +70,7 @@ def _check_size(one: Input, k: int) -> None:
         given = law.values.shape[1]
     if given is not None and given != k:
         raise UsageError(
-            f"{one.id}: the law is for {given} numbers, but the parameter has {k}; give one for each"
+            f"{quantity.id}: the law is for {given} numbers, but the parameter has {k}; give one for each"
         )
 
 
@@ -86,12 +86,12 @@ def _of_column(machine: Machine, run: Run, column: str) -> Array:
     return ((machine.indication_error(high) - machine.indication_error(low)) / (2 * step))[:, :, None]
 
 
-def _of_parameter(machine: Machine, run: Run, one: Input, along: Sequence[Carrier]) -> Array:
+def _of_parameter(machine: Machine, run: Run, quantity: Input, along: Sequence[Carrier]) -> Array:
     """(n, 3, k): unit motions of the effects, carried to the tip."""
-    effects = targets(machine, one)
+    effects = targets(machine, quantity)
     for effect in effects:
         machine.check_columns(effect, run)
-    return np.stack(responses(along, one, effects), axis=1)
+    return np.stack(responses(along, quantity, effects), axis=1)
 
 
 @dataclass(frozen=True, eq=False)

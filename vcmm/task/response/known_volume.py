@@ -70,28 +70,28 @@ def tip_uncertainty(machine: Machine, run: Run) -> tuple[Array, tuple[str, ...]]
         part = run.take(np.arange(run.n)[rows])
         for direction in range(3):
             along = np.tile(np.eye(3)[direction], (part.n, 1))
-            seen = Carrier(machine, part, Sight(along, motion=1.0, reading=0.0))
+            carrier = Carrier(machine, part, Sight(along, motion=1.0, reading=0.0))
             for one in kept:
-                gain = seen.of_input(one, acted_on(machine, one))
+                gain = carrier.of_input(one, acted_on(machine, one))
                 law, factor = one.spread(gain.shape[1])
                 out[rows, direction] += _variance(gain @ factor, np.asarray(law.u, dtype=float), one)
     return np.sqrt(out), left
 
 
-def _variance(gain: Array, u: Array, one: Input) -> Array:
-    covariance = getattr(one.law, "covariance", None)
+def _variance(gain: Array, u: Array, quantity: Input) -> Array:
+    covariance = getattr(quantity.law, "covariance", None)
     if covariance is not None and u.ndim:  # rows of samples, drawn together
         return np.asarray(np.einsum("nk,kl,nl->n", gain, covariance, gain))
     return np.asarray(((gain * u) ** 2).sum(axis=1))
 
 
-def _shows(machine: Machine, one: Input) -> bool:
+def _shows(machine: Machine, quantity: Input) -> bool:
     """Whether an Input moves the tip at a bare position; a column of the run has no value there."""
-    return not one.is_channel and any(e.link != "reading" for e in _effects(machine, one))
+    return not quantity.is_channel and any(e.link != "reading" for e in _effects(machine, quantity))
 
 
-def _effects(machine: Machine, one: Input) -> tuple[Effect, ...]:
-    return tuple(e for m in (one.members or (one,)) for e in acted_on(machine, m))
+def _effects(machine: Machine, quantity: Input) -> tuple[Effect, ...]:
+    return tuple(e for m in (quantity.members or (quantity,)) for e in acted_on(machine, m))
 
 
 def without_unknown(machine: Machine, run: Run) -> Run:

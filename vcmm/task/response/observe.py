@@ -138,22 +138,22 @@ class Observer:
         factor = _unit_factor(one, ends[0].shape[1])
         return effects, _less_second([end @ factor for end in ends])
 
-    def _acted_on(self, one: Input) -> tuple[Effect, ...]:
+    def _acted_on(self, quantity: Input) -> tuple[Effect, ...]:
         """The effects through which an Input shows; none where the recording lacks its columns."""
-        if one.members:
-            found = [self._acted_on(m) for m in one.members]
+        if quantity.members:
+            found = [self._acted_on(m) for m in quantity.members]
             some = all(found) or bool(
-                one.widths
+                quantity.widths
             )  # what was followed together is seen as far as its effects are
             return tuple(e for effects in found for e in effects) if some else ()
-        if one.is_channel:
-            return self.usable.effects if one.parameter in self.run.columns else ()
-        return tuple(e for e in targets(self.machine, one) if not lacking(e, self.run))
+        if quantity.is_channel:
+            return self.usable.effects if quantity.parameter in self.run.columns else ()
+        return tuple(e for e in targets(self.machine, quantity) if not lacking(e, self.run))
 
-    def _code(self, one: Input, ends: Sequence[Array]) -> Array:
+    def _code(self, quantity: Input, ends: Sequence[Array]) -> Array:
         """Columns (m, r): the response (m, k) of each end times the factor of the law, one block per independent copy."""
-        factor = _unit_factor(one, ends[0].shape[1])
-        labels, codes = self._copies(one.redraw)
+        factor = _unit_factor(quantity, ends[0].shape[1])
+        labels, codes = self._copies(quantity.redraw)
         ends = [end @ factor for end in ends]
         if len(labels) == 1:
             return _less_second(ends)
@@ -200,14 +200,14 @@ def _shorten(block: Array) -> Array:
     return out
 
 
-def _unit_factor(one: Input, k: int) -> Array:
+def _unit_factor(quantity: Input, k: int) -> Array:
     """(k, r): departure of the k elements per draw of unit variance. Raises ModelLimit for a law without variance."""
-    law, factor = one.spread(k)
+    law, factor = quantity.spread(k)
     if isinstance(law, MultivariateSamples):
         return MultivariateNormal(law.covariance).factor
     if not np.isfinite(law.u):
         raise ModelLimit(
-            f"{one.id}: the law {law.name} has no standard uncertainty; use dof above 2 or another law"
+            f"{quantity.id}: the law {law.name} has no standard uncertainty; use dof above 2 or another law"
         )
     return factor * law.u
 

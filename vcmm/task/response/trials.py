@@ -91,16 +91,16 @@ def _with_channels(run: Run, channels: Sequence[Draws], trial: int) -> Run:
     return run.with_columns(plain) if plain else run
 
 
-def _singles(one: Draws) -> list[Draws]:
+def _singles(draws: Draws) -> list[Draws]:
     """The draws of every single quantity that is known together with others."""
-    joint = one.influence.input
+    joint = draws.influence.input
     if not joint.members:
-        return [one]
+        return [draws]
     common = isinstance(joint.law, Law)
     out, ends = [], np.cumsum([0, *joint.member_widths])
     for i, (member, share) in enumerate(joint.scalars):
-        moved = share * one.departures if common else one.departures[:, :, ends[i] : ends[i + 1]]
-        out.append(Draws(replace(one.influence, input=member), one.raw, moved))
+        moved = share * draws.departures if common else draws.departures[:, :, ends[i] : ends[i + 1]]
+        out.append(Draws(replace(draws.influence, input=member), draws.raw, moved))
     return out
 
 
@@ -141,8 +141,8 @@ class _Bases:
         return self.known[key]
 
 
-def _acts(one: Draws, effect: Effect) -> bool:
-    target = one.influence.input
+def _acts(draws: Draws, effect: Effect) -> bool:
+    target = draws.influence.input
     return not target.is_channel and target.effect == effect.name and target.where in (EVERY, effect.where)
 
 
