@@ -1,7 +1,9 @@
-"""Clears an area of any shape: closed contours beside which the tool goes, rows between them, and how it gets from one to the next.
+"""Clears an area of any shape: pockets less islands, rows in it, once round its edge, and how the tool gets from one to the next.
 
-Rows lie at most `step` apart, and the last way is once round each contour; what lies within `step` / 2 of a row, or of a contour, is cut, and
-nothing else is left where `step` is no more than the diameter of the tool. Manuals leave the order to the control; a reader tells it. Lengths mm.
+The centre of the tool may be wherever it is at least `distance` from every wall. The edge of that is made of lines and arcs beside the walls, and arcs
+about their corners; all of them are cut where they meet, and what is too near to a wall is left out. Rows lie at most `step` apart, and the last
+way is once round: what lies within `step` / 2 of either is cut, so nothing that the tool can reach is left where `step` is no more than its diameter.
+Manuals leave the order to the control; a reader tells it. Lengths mm.
 """
 
 from __future__ import annotations
@@ -12,38 +14,54 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from vcmm.program.clearing import PathPiece
-from vcmm.program.contouring import beside, flat, is_closed, pieces
+from vcmm.program.contouring import is_closed
 from vcmm.program.faults import BlockFault
-from vcmm.program.moves import PLANES, Move
-from vcmm.program.radius import Style
+from vcmm.program.moves import Move
+from vcmm.program.offsetting import ContourPiece, Vec, piece_of, planar
+from vcmm.program.pieces import (
+    SAME,
+    crossings,
+    cut_all,
+    distance,
+    extremes,
+    length_of,
+    loops,
+    meetings,
+    normal_at,
+    parallel,
+    point_at,
+    radius_of,
+    reverse_piece,
+    share_at,
+)
 
-Flat = tuple[float, float]
-SAME = 1e-6  # mm: closer points are one
 MOST_ROWS = 100_000
+STEP_ASIDE = 1e-4  # mm from an edge, to see on which side the area lies
+Ring = tuple[ContourPiece, ...]
 
 
 @dataclass(frozen=True)
 class Stroke:
     """A way at one height: from `start` along pieces."""
 
-    start: Flat
+    start: Vec
     path: tuple[PathPiece, ...]
 
     @property
-    def end(self) -> Flat:
+    def end(self) -> Vec:
         return self.path[-1].end
 
 
 @dataclass(frozen=True)
 class Area:
-    """Where the centre of the tool may be: between the rings, each the way beside one contour."""
+    """Where the centre of the tool may be: between the rings, each with the area on its left."""
 
-    rings: tuple[tuple[Move, ...], ...]
+    rings: tuple[Ring, ...]
 
-    def strokes(self, step: float, along: int = 0) -> list[Stroke]:
-        """Rows along an axis of the plane (0, 1), to and fro, then each ring."""
+    def strokes(self, step: float, along: int = 0, climb: bool = True) -> list[Stroke]:
+        """Rows along an axis of the plane (0, 1), to and fro, then each ring: with the wall on the right (climb), or the other way."""
         out: list[Stroke] = []
-        here = flat(self.rings[0][0], False)
+        here = self.rings[0][0].start
         for row in self._rows(step, 1 - along):
             left = [*row]
             while left:  # the nearest end of the nearest piece of the row first
@@ -54,225 +72,137 @@ class Area:
                 left = [s for s in left if s not in ((begin, end), (end, begin))]
                 out.append(Stroke(begin, (PathPiece(end),)))
                 here = end
-        return out + [Stroke(flat(r[0], False), tuple(pieces(r))) for r in self.rings]
+        rings = self.rings if climb else [tuple(reverse_piece(p) for p in reversed(r)) for r in self.rings]
+        return out + [
+            Stroke(r[0].start, tuple(PathPiece(p.end, p.centre, p.sweep < 0.0) for p in r)) for r in rings
+        ]
 
-    def _rows(self, step: float, across: int) -> Iterator[list[tuple[Flat, Flat]]]:
+    def _rows(self, step: float, across: int) -> Iterator[list[tuple[Vec, Vec]]]:
         """Stretches of each row inside the area."""
-        low, high = self._span(across)
+        values = [q[across] for r in self.rings for p in r for q in extremes(p)]
+        low, high = min(values), max(values)
         count = math.ceil((high - low) / step - 1e-9) if step > 0 else 1
         if count > MOST_ROWS:
             raise BlockFault(0, f"{count} rows are more than {MOST_ROWS}; make the step larger")
-        corners = {flat(m, end)[across] for r in self.rings for m in r for end in (False, True)}
+        corners = {q[across] for r in self.rings for p in r for q in (p.start, p.end)}
         for k in range(1, count):
             at = low + (high - low) * k / count
             while any(abs(at - c) < SAME for c in corners):  # a row through a corner would count it twice
                 at += 3.0 * SAME
-            cuts = sorted(x for r in self.rings for m in r for x in _cuts(m, across, at))
+            cuts = sorted(x for r in self.rings for p in r for x in crossings(p, across, at))
             pairs = zip(cuts[::2], cuts[1::2])
             yield [
                 ((a, at), (b, at)) if across == 1 else ((at, a), (at, b)) for a, b in pairs if b - a > SAME
             ]
 
-    def _span(self, axis: int) -> tuple[float, float]:
-        values = [p[axis] for r in self.rings for m in r for p in _extremes(m)]
-        return min(values), max(values)
-
-    def is_clear(self, begin: Flat, end: Flat) -> bool:
+    def is_clear(self, begin: Vec, end: Vec) -> bool:
         """Whether a straight way at one height stays in the area."""
         if math.dist(begin, end) < SAME:
             return True
-        shares = [0.0, 1.0]
-        for r in self.rings:
-            for m in r:
-                shares += _shares(begin, end, m)
-        shares.sort()
-        for a, b in pairwise(shares):
-            if (b - a) * math.dist(begin, end) > 2.0 * SAME:
-                half = 0.5 * (a + b)
-                middle = (begin[0] + half * (end[0] - begin[0]), begin[1] + half * (end[1] - begin[1]))
-                if not self.holds(middle):
-                    return False
+        way = ContourPiece(begin, end)
+        shares = [0.0, 1.0, *(share_at(way, q) for r in self.rings for p in r for q in meetings(way, p))]
+        for a, b in pairwise(sorted(min(max(s, 0.0), 1.0) for s in shares)):
+            if (b - a) * math.dist(begin, end) > 4.0 * SAME and not self.holds(point_at(way, 0.5 * (a + b))):
+                return False
         return True
 
-    def holds(self, point: Flat) -> bool:
+    def holds(self, point: Vec) -> bool:
         """Whether a point lies in the area, its edge counted in."""
-        if any(_apart(m, point) < SAME for r in self.rings for m in r):
-            return True
-        at = point[1]
-        while any(
-            abs(at - flat(m, end)[1]) < SAME / 10 for r in self.rings for m in r for end in (False, True)
-        ):
-            at += SAME / 3
-        return sum(x > point[0] for r in self.rings for m in r for x in _cuts(m, 1, at)) % 2 == 1
+        pieces = [p for r in self.rings for p in r]
+        return any(distance(p, point) < SAME for p in pieces) or _is_inside(pieces, point)
 
 
-def area(contours: Sequence[tuple[Sequence[Move], str]], distance: float, style: Style, file: str) -> Area:
-    """contours: closed, with the side on which the tool goes beside each, `distance` from it.
+def _is_inside(pieces: Sequence[ContourPiece], point: Vec) -> bool:
+    """Whether a ray to the right crosses closed pieces an odd number of times."""
+    at = point[1]
+    while any(abs(at - q[1]) < SAME / 10 for p in pieces for q in (p.start, p.end)):
+        at += SAME / 3
+    return sum(x > point[0] for p in pieces for x in crossings(p, 1, at)) % 2 == 1
 
-    Raises BlockFault where one is not closed, the tool does not fit in, or two ways cross (contours that overlap, or are too near for the tool).
+
+@dataclass(frozen=True)
+class Walls:
+    """Pockets less islands, and the edge of what is left, with it on the left."""
+
+    pockets: tuple[Ring, ...]
+    islands: tuple[Ring, ...]
+
+    def holds(self, point: Vec) -> bool:
+        return any(_is_inside(p, point) for p in self.pockets) and not any(
+            _is_inside(p, point) for p in self.islands
+        )
+
+    def edge(self) -> list[ContourPiece]:
+        out = []
+        for part in cut_all([p for ring in (*self.pockets, *self.islands) for p in ring]):
+            (a, b), n = point_at(part, 0.5), normal_at(part, 0.5)
+            left, right = (
+                self.holds((a + s * STEP_ASIDE * n[0], b + s * STEP_ASIDE * n[1])) for s in (1.0, -1.0)
+            )
+            if left != right:
+                out.append(part if left else reverse_piece(part))
+        return out
+
+
+def area(contours: Sequence[tuple[Sequence[Move], str]], off: float) -> Area:
+    """contours: closed, with the side on which the tool goes beside each: inside of a pocket, outside of an island. off: mm from every wall.
+
+    Raises BlockFault where one is not closed, where there is no pocket, or where the tool fits in nowhere.
     """
-    rings: list[tuple[Move, ...]] = []
+    rings: list[tuple[Ring, bool]] = []
     for moves, side in contours:
         if not is_closed(moves):
             raise BlockFault(0, "a contour to be cleared ends where it begins; close it")
-        ring = tuple(m for m in beside(moves, side, distance, style, file, True) if _extent(m) > SAME)
-        if not ring or _signed(ring) * _signed(moves) <= 0:
-            raise BlockFault(
-                0,
-                f"the tool does not fit into the contour ({distance:g} mm from its wall on all sides); take a smaller one",
-            )
-        rings.append(ring)
-    made = Area(tuple(rings))
-    if _cross(made.rings):
+        ring = tuple(p for p in map(piece_of, filter(planar, moves)) if length_of(p) > SAME)
+        rings.append((ring, (_signed(ring) > 0.0) == (side == "left")))
+    walls = Walls(tuple(r for r, inside in rings if inside), tuple(r for r, inside in rings if not inside))
+    if not walls.pockets:
         raise BlockFault(
-            0, f"the ways {distance:g} mm beside the contours cross: contours that overlap or leave the tool no room are not understood; "
-            "write them as one contour, or take a smaller tool",
-        )  # fmt: skip
-    _check_nesting(made, [_signed(m) > 0.0 if side == "left" else _signed(m) < 0.0 for m, side in contours])
-    return made
+            0,
+            "the tool goes outside of every contour, which clears nothing; check RL and RR (G41 and G42) and the way of the contours",
+        )
+    edge = walls.edge()
+    made = (
+        edge
+        if off <= 0.0
+        else [p for p in cut_all(_beside(edge, off)) if _is_free(walls, edge, point_at(p, 0.5), off)]
+    )
+    found = loops(made)
+    if not found:
+        raise BlockFault(0, f"the tool fits in nowhere ({off:g} mm from every wall); take a smaller one")
+    first = rings[0][0][0].start
+    return Area(
+        tuple(
+            _begin_at(r, first)
+            for r in sorted(found, key=lambda r: min(math.dist(p.start, first) for p in r))
+        )
+    )
 
 
-def _check_nesting(made: Area, pockets: Sequence[bool]) -> None:
-    """A pocket (the tool goes inside) lies in nothing else, an island in one pocket."""
-    for k, ring in enumerate(made.rings):
-        point = flat(ring[0], False)
-        around = [n for n, other in enumerate(made.rings) if n != k and Area((other,)).holds(point)]
-        if [pockets[n] for n in around] != ([] if pockets[k] else [True]):
-            what = (
-                "a pocket lies within another contour"
-                if pockets[k]
-                else "an island lies outside the pockets, or in another island"
-            )
-            raise BlockFault(0, f"{what}; check the contours and their sides (RL and RR, G41 and G42)")
-
-
-def _extent(m: Move) -> float:
-    return math.inf if m.centre is not None else math.dist(flat(m, False), flat(m, True))
-
-
-def _signed(moves: Sequence[Move]) -> float:
-    """Twice the area within closed moves, positive counter-clockwise."""
-    total = 0.0
-    for m in moves:
-        (a, b), (c, d) = flat(m, False), flat(m, True)
-        total += a * d - c * b
-        if m.centre is not None:
-            _, radius, _, sweep = _arc(m)
-            total += radius * radius * (sweep - math.sin(sweep))
-    return total
-
-
-def _arc(m: Move) -> tuple[Flat, float, float, float]:
-    """Centre, radius, first angle and sweep (rad, positive counter-clockwise)."""
-    one, two, _ = PLANES[m.plane]
-    assert m.centre is not None
-    c = (m.centre[one], m.centre[two])
-    p, q = flat(m, False), flat(m, True)
-    first, last = math.atan2(p[1] - c[1], p[0] - c[0]), math.atan2(q[1] - c[1], q[0] - c[0])
-    turn = 2.0 * math.pi
-    sweep = ((first - last) if m.clockwise else (last - first)) % turn
-    sweep = turn if sweep < 1e-12 or turn - sweep < 1e-12 else sweep
-    return c, math.dist(p, c), first, -sweep if m.clockwise else sweep
-
-
-def _on_arc(m: Move, point: Flat) -> bool:
-    """Whether a point of its circle is on an arc."""
-    c, radius, first, sweep = _arc(m)
-    at = (math.atan2(point[1] - c[1], point[0] - c[0]) - first) * math.copysign(1.0, sweep) % (2.0 * math.pi)
-    spare = 1e-9 / max(radius, 1e-9)
-    return at <= abs(sweep) + spare or at >= 2.0 * math.pi - spare
-
-
-def _cuts(m: Move, axis: int, at: float) -> list[float]:
-    """Where a move crosses the line on which a coordinate has one value: the other coordinate."""
-    p, q = flat(m, False), flat(m, True)
-    if m.centre is None:
-        u, v = p[axis] - at, q[axis] - at
-        return [p[1 - axis] + (q[1 - axis] - p[1 - axis]) * u / (u - v)] if (u < 0) != (v < 0) else []
-    c, radius, _, _ = _arc(m)
-    half = radius * radius - (at - c[axis]) ** 2
-    if half <= 0.0:
-        return []
-    out = [c[1 - axis] + s * math.sqrt(half) for s in (1.0, -1.0)]
-    return [x for x in out if _on_arc(m, (x, at) if axis == 1 else (at, x))]
-
-
-def _extremes(m: Move) -> list[Flat]:
-    """Ends of a move, and where an arc goes furthest along an axis."""
-    out = [flat(m, False), flat(m, True)]
-    if m.centre is not None:
-        c, r, _, _ = _arc(m)
-        out += [
-            p
-            for p in ((c[0] + r, c[1]), (c[0] - r, c[1]), (c[0], c[1] + r), (c[0], c[1] - r))
-            if _on_arc(m, p)
-        ]
+def _beside(edge: Sequence[ContourPiece], off: float) -> list[ContourPiece]:
+    """Beside every piece on its left, and round every corner (clockwise: the area lies outside of it)."""
+    out = [q for p in edge if (q := parallel(p, off)) is not None]
+    for x, y in {p.start for p in edge}:
+        east, west = (x + off, y), (x - off, y)
+        out += [ContourPiece(east, west, (x, y), -math.pi), ContourPiece(west, east, (x, y), -math.pi)]
     return out
 
 
-def _apart(m: Move, point: Flat) -> float:
-    """Distance of a point from a move."""
-    p, q = flat(m, False), flat(m, True)
-    if m.centre is not None:
-        c, radius, _, _ = _arc(m)
-        if math.dist(point, c) > 0.0 and _on_arc(m, point):
-            return abs(math.dist(point, c) - radius)
-        return min(math.dist(point, p), math.dist(point, q))
-    d = (q[0] - p[0], q[1] - p[1])
-    share = ((point[0] - p[0]) * d[0] + (point[1] - p[1]) * d[1]) / (d[0] ** 2 + d[1] ** 2)
-    share = min(max(share, 0.0), 1.0)
-    return math.dist(point, (p[0] + share * d[0], p[1] + share * d[1]))
+def _is_free(walls: Walls, edge: Sequence[ContourPiece], point: Vec, off: float) -> bool:
+    return all(distance(p, point) > off - SAME for p in edge) and walls.holds(point)
 
 
-def _shares(begin: Flat, end: Flat, m: Move) -> list[float]:
-    """Where a straight way meets a move: parts of its length between 0 and 1."""
-    length = math.dist(begin, end)
-    u = ((end[0] - begin[0]) / length, (end[1] - begin[1]) / length)
-
-    def turned(p: Flat) -> Flat:
-        a, b = p[0] - begin[0], p[1] - begin[1]
-        return a * u[0] + b * u[1], b * u[0] - a * u[1]
-
-    p, q = turned(flat(m, False)), turned(flat(m, True))
-    if m.centre is None:
-        if (p[1] < 0) == (q[1] < 0):
-            return []
-        out = [p[0] + (q[0] - p[0]) * p[1] / (p[1] - q[1])]
-    else:
-        c, radius, _, _ = _arc(m)
-        x, y = turned(c)
-        half = radius * radius - y * y
-        spots = [x + s * math.sqrt(half) for s in (1.0, -1.0)] if half > 0 else []
-        out = [s for s in spots if _on_arc(m, (begin[0] + s * u[0], begin[1] + s * u[1]))]
-    return [s / length for s in out if 0.0 < s < length]
+def _begin_at(ring: Sequence[ContourPiece], point: Vec) -> Ring:
+    """A ring from its corner that is nearest to a point."""
+    k = min(range(len(ring)), key=lambda i: math.dist(ring[i].start, point))
+    return (*ring[k:], *ring[:k])
 
 
-def _cross(rings: Sequence[Sequence[Move]]) -> bool:
-    """Whether two moves of the rings cross other than where one follows the other."""
-    every = [(k, i, m) for k, r in enumerate(rings) for i, m in enumerate(r)]
-    for n, (k, i, a) in enumerate(every):
-        for other, j, b in every[n + 1 :]:
-            count = len(rings[k])
-            follow = k == other and (j - i in (1, count - 1))
-            for p in _meetings(a, b):
-                ends = [flat(a, False), flat(a, True)]
-                if not (follow and any(math.dist(p, e) < 1e-4 for e in ends)):
-                    return True
-    return False
-
-
-def _meetings(a: Move, b: Move) -> list[Flat]:
-    """Points of two moves."""
-    if a.centre is not None and b.centre is not None:
-        (c, r, _, _), (d, s, _, _) = _arc(a), _arc(b)
-        apart = math.dist(c, d)
-        if apart < SAME or apart > r + s or apart < abs(r - s):
-            return []
-        x = (apart * apart + r * r - s * s) / (2.0 * apart)
-        h = math.sqrt(max(r * r - x * x, 0.0))
-        u = ((d[0] - c[0]) / apart, (d[1] - c[1]) / apart)
-        spots = [(c[0] + x * u[0] - t * h * u[1], c[1] + x * u[1] + t * h * u[0]) for t in (1.0, -1.0)]
-        return [p for p in spots if _on_arc(a, p) and _on_arc(b, p)]
-    line, other = (a, b) if a.centre is None else (b, a)
-    p, q = flat(line, False), flat(line, True)
-    return [(p[0] + s * (q[0] - p[0]), p[1] + s * (q[1] - p[1])) for s in _shares(p, q, other)]
+def _signed(ring: Sequence[ContourPiece]) -> float:
+    """Twice the area within closed pieces, positive counter-clockwise."""
+    total = 0.0
+    for p in ring:
+        total += p.start[0] * p.end[1] - p.end[0] * p.start[1]
+        if p.centre is not None:
+            total += radius_of(p) ** 2 * (p.sweep - math.sin(p.sweep))
+    return total

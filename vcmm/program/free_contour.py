@@ -16,7 +16,7 @@ from vcmm.program.offsetting import Vec
 from vcmm.program.tangents import Carrier, DirectedCircle, DirectedLine, meeting, touch_point
 
 AGREE = 0.01  # mm and rad within which data that say a thing twice must agree, as the ends of an arc (recorder.LEAST)
-MOST = 512  # contours that fit: no more are looked for
+MOST = 64  # contours that fit: no more are looked for
 
 
 class Coordinate(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import count, product
 
 from vcmm.program.free_contour import MOST, FreeContour, FreeElement
 from vcmm.program.offsetting import Vec
@@ -21,6 +21,10 @@ from vcmm.program.tangents import (
 )
 
 
+class TooMany(Exception):
+    """More steps than STEPS: the words leave too much open."""
+
+
 class Undetermined(Exception):
     """No step determines more. contour: what is known."""
 
@@ -29,11 +33,14 @@ class Undetermined(Exception):
         self.contour = contour
 
 
+STEPS = 20_000  # of a search
+
+
 def contours(elements: Sequence[FreeElement], start: Vec, before: float | None) -> list[FreeContour]:
-    """All contours from `start` that fit, no more than MOST. Raises Undetermined where the words leave one open."""
+    """All contours from `start` that fit, no more than MOST. Raises Undetermined where the words leave one open, and TooMany."""
     joints: list[Vec | None] = [start, *(None for _ in elements)]
     out: list[FreeContour] = []
-    for made in _complete(FreeContour(elements, joints, [None] * len(elements), before)):
+    for made in _complete(FreeContour(elements, joints, [None] * len(elements), before), count(1)):
         if not any(_same(made, other) for other in out):
             out.append(made)
         if len(out) >= MOST:
@@ -49,8 +56,10 @@ def _same(a: FreeContour, b: FreeContour) -> bool:
     return all(p is not None and q is not None and math.dist(p, q) < 1e-6 for p, q in pairs)
 
 
-def _complete(c: FreeContour) -> Iterator[FreeContour]:
+def _complete(c: FreeContour, steps: Iterator[int]) -> Iterator[FreeContour]:
     """Takes the unknown with the fewest candidates, and follows each."""
+    if next(steps) > STEPS:
+        raise TooMany
     unknown = [i for i, carrier in enumerate(c.carriers) if carrier is None]
     open_joints = [j for j, point in enumerate(c.joints) if point is None]
     if not unknown and not open_joints:
@@ -75,7 +84,7 @@ def _complete(c: FreeContour) -> Iterator[FreeContour]:
             branches.append(FreeContour(c.elements, at, [*c.carriers], c.before))
     for branch in branches:
         if all(branch.fits(i) for i in range(len(c.elements))):
-            yield from _complete(branch)
+            yield from _complete(branch, steps)
 
 
 def _candidates(c: FreeContour, i: int) -> Sequence[Carrier] | None:

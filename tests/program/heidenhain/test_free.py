@@ -217,3 +217,13 @@ def test_a_contour_cycle_follows_a_free_contour():
     )
     made = [m.end for m in moves(text, strict=False) if m.kind == "line"]
     assert np.allclose(made, [(0, 2, -2), (18, 2, -2), (18, 20, -2)])
+
+
+def test_many_contours_are_told_soon():
+    """Twelve half-known arcs have two centres each: 4096 contours, of which 64 are looked for."""
+    text = "\n".join(f"{k + 3} FC DR+ R10 X{10 * (k + 1):+d} Y+0" for k in range(12))
+    with pytest.raises(
+        DataError,
+        match=r"64 or more free contours fit .FK.: this element may have CCX\d+ CCY-8.66, CCX\d+ CCY8.66; add one",
+    ):
+        moves(text)

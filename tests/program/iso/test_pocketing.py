@@ -72,7 +72,7 @@ def test_strokes_along_y_with_i_and_the_contour_at_a_block_of_the_program():
         ("G150 G41 D1 X30. Y20. Z-4. R2. Q5. P200", "either I .strokes along Y. or J"),
         ("G150 G41 D1 X30. Y20. Z-4. R2. J8. P200", "the word .Q. is missing: a length"),
         ("G150 G41 D1 X30. Y20. Z4. R2. Q5. J8. P200", "a depth Z below its plane R"),
-        ("G150 G42 D1 X30. Y20. Z-4. R2. Q5. J8. P200", "an island lies outside the pockets"),
+        ("G150 G42 D1 X30. Y20. Z-4. R2. Q5. J8. P200", "the tool goes outside of every contour"),
         ("G150 G41 D1 X30. Y20. Z-4. R2. Q5. J8.", "needs P, the subprogram of its contour"),
     ],
 )  # fmt: skip

@@ -235,9 +235,9 @@ def test_g41_without_d_is_asked_for_where_none_is_in_force():
     )  # the tool table
 
 
-def test_p_of_g41_is_a_radius_on_mach3():
-    # router/p017 of the public programs: (TOOL DIA. 3) G41 P1.5
+def test_p_of_g41_is_told_on_mach3():
+    # router/p017 of the public programs: (TOOL DIA. 3) G41 P1.5; its way onto the contour is shorter than LinuxCNC accepts
     text = "G21 G90 G54 T7 M6\nG0 X0 Y0\nG41 P1.5\nG1 X10 Y5 F100\nX30\nG40 X40\nM30\n"
-    made = interpret(text, "mach3", Setup(strict=True))
-    assert made.moves[2].end[1] == pytest.approx(6.5)
-    assert any("P of G41 is read as the radius" in r.text for r in made.warnings)
+    assert "P of G41, the radius of the tool on Mach3" in assumed(text, "mach3")
+    with pytest.raises(DataError, match=r"3:1: P of G41 .* is not understood; write D"):
+        interpret(text, "mach3", Setup(strict=True))

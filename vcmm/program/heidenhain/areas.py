@@ -12,14 +12,12 @@ import math
 from collections.abc import Iterator, Sequence
 
 from vcmm.program.area import Area, Stroke, area
-from vcmm.program.contouring import reverse
 from vcmm.program.drilling import Hole, depths_of
 from vcmm.program.faults import BlockFault
 from vcmm.program.heidenhain.holes import ENTRY, ENTRY_MOST, ENTRY_SHARE
 from vcmm.program.heidenhain.machining import MachiningCycle
 from vcmm.program.levels import unknown_tool
 from vcmm.program.moves import Move
-from vcmm.program.radius import HEIDENHAIN
 
 Contours = Sequence[tuple[Sequence[Move], str]]  # each with the side on which the tool goes
 
@@ -92,11 +90,7 @@ def _strokes(c: MachiningCycle, contours: Contours, radius: float) -> tuple[Area
     r = c.recorder
     sense = round(c.plain("Q9", 1.0))
     try:
-        made = area(contours, radius + c.mm("Q3"), HEIDENHAIN, r.file)
-        turned = tuple(
-            tuple(reverse(ring)) if sense == (-1 if side == "left" else 1) else ring
-            for ring, (_, side) in zip(made.rings, contours)
-        )
+        made = area(contours, radius + c.mm("Q3"))
         step = c.plain("Q2", 1.0) * radius
         if step < 0:
             r.fault(f"cycle {c.number} needs a path overlap Q2 above zero")
@@ -104,7 +98,7 @@ def _strokes(c: MachiningCycle, contours: Contours, radius: float) -> tuple[Area
             r.fault(
                 f"with Q2 = {c.plain('Q2'):g} rows of cycle {c.number} lie further apart than the tool is wide; the control takes up to 1.9999"
             )
-        return made, Area(turned).strokes(step or math.inf)
+        return made, made.strokes(step or math.inf, climb=sense != -1)
     except BlockFault as fault:
         r.fault(f"cycle {c.number}: {fault.text}")
 

@@ -19,8 +19,8 @@ import math
 from dataclasses import dataclass
 
 from vcmm.program.faults import BlockFault
-from vcmm.program.free_contour import FreeContour, swept
-from vcmm.program.free_search import Undetermined, contours
+from vcmm.program.free_contour import MOST, FreeContour, swept
+from vcmm.program.free_search import TooMany, Undetermined, contours
 from vcmm.program.heidenhain.free_words import FreeBlock, FreeKnown, FreeWords, merge
 from vcmm.program.heidenhain.paths import KlartextPaths
 from vcmm.program.heidenhain.text import KlartextBlock, KlartextReader
@@ -135,6 +135,11 @@ class FreeContours(FreeKnown):
             found = contours(elements, begin, before)
         except Undetermined as left:
             self._tell_missing(rows, left.contour)
+        except TooMany:
+            r.source = rows[0].source
+            r.fault(
+                f"the FK blocks from line {r.source.line} on leave too many contours to try; add X and Y, or centres, to some of them"
+            )
         first, last = rows[0].source.line, rows[-1].source.line
         r.source = rows[0].source
         if not found:
@@ -178,15 +183,16 @@ class FreeContours(FreeKnown):
         r.source = rows[at].source
         ends = [_marks(c, at)[0] for c in found]
         by_end = any(math.dist(p, ends[0]) > 1e-6 for p in ends if p is not None and ends[0] is not None)
+        many = f"{len(found)} or more" if len(found) >= MOST else str(len(found))
         places = sorted({_written(c, at, r.unit, by_end) for c in found})
         chosen = (
             "; which one FSELECT means is the control's own count and stands in no manual" if selected else ""
         )
         some = ", ".join(places[:6]) + (" ..." if len(places) > 6 else "")
         r.assume(
-            f"which of {len(found)} contours the FK blocks of lines {rows[0].source.line} to {rows[-1].source.line} mean{chosen}",
+            f"which of {many} contours the FK blocks of lines {rows[0].source.line} to {rows[-1].source.line} mean{chosen}",
             f"the shortest one, with {_written(best, at, r.unit, by_end)} there; possible are {some}",
-            f"{len(found)} free contours fit (FK){chosen}: this element may have {some}; add one of these to its block",
+            f"{many} free contours fit (FK){chosen}: this element may have {some}; add one of these to its block",
         )  # fmt: skip
 
     def _move(self, made: FreeContour, k: int) -> None:

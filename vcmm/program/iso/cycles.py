@@ -328,6 +328,11 @@ def hand_bore(c: IsoControl, h: Hole, v: Values) -> None:
     h.leave()
 
 
+def pocket(c: IsoControl, h: Hole, v: Values) -> None:
+    """G287: pocket Q of those that the program has beside it (Fagor)."""
+    c.language.pockets[round(v["Q"] / c.unit) - 1](c, h)
+
+
 _PECKS = "Q mm!, P time, I mm, J mm, K mm"  # I J K: of Haas
 DRILLING: Mapping[str, Cycle[Callable[[IsoControl, Hole, Values], None]]] = {  # "!": LinuxCNC insists
     "G73": cycle(_PECKS, partial(peck, out=False)),
@@ -342,6 +347,7 @@ DRILLING: Mapping[str, Cycle[Callable[[IsoControl, Hole, Values], None]]] = {  #
     "G87": cycle("Q mm, P time, I mm?, J mm?, K mm?", back_bore),
     "G88": cycle("P time!", hand_bore),
     "G89": cycle("P time!", ream_and_dwell),
+    "G287": cycle("Q mm", pocket),
 }
 
 

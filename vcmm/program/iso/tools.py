@@ -81,6 +81,11 @@ def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> N
     if c.compensation is not None and c.language.words == "o":
         raise BlockFault(column, "cutter radius compensation is on already; end it with G40 before")
     side = "left" if code.startswith("G41") else "right"
+    if c.language.name == "grbl":
+        c.assume(
+            f"{code} of grbl, which knows G40 alone", "read as LinuxCNC does",
+            f"grbl has no radius compensation and stops at {code} (error:20); name the control that runs it with --dialect", column=column,
+        )  # fmt: skip
     if code.endswith(".1"):
         diameter = w.need("D", f"the diameter of the cutter, as in {code} D10", column)
         orientation = w.whole("L", column) or 0
@@ -89,10 +94,12 @@ def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> N
     number = w.whole("D", column)
     if number is None and c.language.codes == "mach3" and w.has("P"):
         radius = length(c, w, "P", w.take("P") or 0.0)
-        c.remark(
-            f"P of {code} is read as the radius of the tool, {radius:g} mm (Mach3; so do its posts)", column
-        )
-        c.compensation = _compensation(c, side, (radius, 0), column)
+        c.assume(
+            f"P of {code}, the radius of the tool on Mach3", f"0 mm instead of {radius:g} mm: the path on the programmed contour",
+            f"P of {code} (the radius of the tool on Mach3, whose way onto the contour is not known here) is not understood; write D, and the diameter into "
+            "the set-up", column=column,
+        )  # fmt: skip
+        c.compensation = _compensation(c, side, (0.0, 0), column)
         return
     if number is None and c.language.words == "macro":
         number = c.radius_word
