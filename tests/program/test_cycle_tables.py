@@ -7,6 +7,7 @@ import math
 import pytest
 
 from vcmm.program.cycle_tables import KINDS, cycle, in_units
+from vcmm.program.fagor.pockets import ROWS
 from vcmm.program.heidenhain.cycles import MACHINING, OLD
 from vcmm.program.heidenhain.patterns import PATTERNS as KLARTEXT_PATTERNS
 from vcmm.program.heidenhain.touch_cycles import CYCLES as TOUCH
@@ -60,7 +61,7 @@ def test_every_row_names_each_parameter_once():
         PATTERNS,
         TURNING,
     )
-    rows = [*(r for t in tables for r in t.values()), *turning]
+    rows = [*(r for t in tables for r in t.values()), *turning, *ROWS.values()]
     rows += [o.row for o in OLD.values()] + [t.row for t in TOUCH.values()] + [m.row for m in MACROS.values()]
     assert len(rows) > 120
     for row in rows:

@@ -62,3 +62,34 @@ def test_a_modal_rounding_leaves_the_end_of_the_contour():
     # 840D sl, "RNDM": corners between the blocks; the last one has no follower
     text = "G54 G90 F100\nG0 X0 Y0\nRNDM=2\nG1 X10\nY10\nX0\nRNDM=0\nM30\n"
     assert ends(text, "sinumerik")[1:] == [(8, 0, 0), (10, 2, 0), (10, 8, 0), (8, 10, 0), (0, 10, 0)]
+
+
+def test_g68_of_mach3_turns_about_a_and_b():
+    # Mach3Mill, "G68 A- B- I- R-": A and B are coordinates of the centre, no axes; I adds R to the turn in force
+    text = "G21 G90\nG68 A10 B0 R90\nG0 X20 Y0\n{more}G69\nM2\n"
+    assert ends(text.format(more=""), "mach3") == [(10, 10, 0)]
+    assert not any(m.rotary_end != (0.0, 0.0, 0.0) for m in read(text.format(more=""), "mach3").moves)
+    assert ends(text.format(more="G68 A10 B0 I1 R90\nX20 Y0\n"), "mach3")[-1] == (0, 0, 0)  # 180 deg: 10 - 10
+
+
+def test_g28_1_of_mach3_goes_home():
+    # Mach3Mill, "reference axes G28.1"; LinuxCNC stores the position and moves nothing
+    text = "G21 G90\nG0 X5\nG28.1 X7\nM2\n"
+    assert ends(text, "mach3", strict=False) == [(5, 0, 0), (7, 0, 0), (0, 0, 0)]
+    with pytest.raises(DataError, match=r"3:1: G28\.1 of Mach3 sends the axes to their switches"):
+        read(text, "mach3", strict=True)
+
+
+def test_g77_of_a_haas_mill_is_no_turning_cycle():
+    # Haas mill operator's manual, G77 back bore; G77 turns on lathes of systems B and C
+    text = "G21 G90 G54\nG0 X0 Y0 Z10.\nG77 X5. Z-5. R2. F100.\nG80\nM30\n"
+    assert ends(text, "haas", strict=False) == [(0, 0, 10)]
+    assert "G77 of Haas (back boring)" in {a.what for a in read(text, "haas").assumed}
+    with pytest.raises(DataError, match=r"G77 .back boring. is not understood"):
+        read(text, "haas", strict=True)
+
+
+def test_grbl_has_no_radius_compensation():
+    # grbl 1.1: G40 is accepted, G41 and G42 are error:20
+    with pytest.raises(DataError, match="grbl has no radius compensation and stops at G41"):
+        read("G21 G90\nG41 D1\nG1 X20 F100\nM2\n", "grbl", strict=True)

@@ -82,6 +82,21 @@ def test_what_a_contour_needs():
         tips(f"G0 X40. Z2.\nG71 P10 Q20 U1. W0.1\n{CONTOUR}")
 
 
+def test_g70_without_its_blocks_is_refused_and_a_word_without_use_is_told():
+    """U0.5 beside G70 finishes nothing; W of the first block of G71 is no word of it (U and R are)."""
+    with pytest.raises(DataError, match="4:1: G70 needs P and Q"):
+        interpret(
+            "O1\nG21 G99 G97 S1000 M3\nG0 X40. Z2.\nG70 U0.5\nM30\n", "fanuc-lathe", Setup(strict=False)
+        )
+    text = (
+        f"O1\nG21 G99 G97 S1000 M3\nG0 X40. Z2.\nG71 U2. W5. R1.\nG71 P10 Q20 U1. W0.1 F0.3\n{CONTOUR}M30\n"
+    )
+    read = interpret(text, "fanuc-lathe", Setup(strict=False))
+    assert [(u.line, u.word) for u in read.unused] == [(4, "W5.")]
+    with pytest.raises(DataError, match='4:9: nothing in this block uses the word "W"'):
+        interpret(text, "fanuc-lathe", Setup(strict=True))
+
+
 def test_the_number_of_passes_of_g73_is_no_length():
     for text in ("G73 U4. W2. R3\nG73 P10 Q20 U0 W0 F0.3\n", "G73 P10 Q20 I4. K2. U0 W0 D3 F0.3\n"):
         whole = f"O1\nG21 G99 G97 S1000 M3\nG0 X40. Z2.\n{text}{CONTOUR}M30\n"

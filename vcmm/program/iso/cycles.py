@@ -328,9 +328,9 @@ def hand_bore(c: IsoControl, h: Hole, v: Values) -> None:
     h.leave()
 
 
-def pocket_of_dialect(c: IsoControl, h: Hole, v: Values) -> None:
-    """G287: the pocket whose number in Dialect.pockets stands in Q."""
-    c.language.pockets[round(c.cycle["Q"] / c.unit) - 1](c, h)
+def pocket(c: IsoControl, h: Hole, v: Values) -> None:
+    """G287: pocket Q of those that the program has beside it (Fagor)."""
+    c.language.pockets[round(v["Q"] / c.unit) - 1](c, h)
 
 
 _PECKS = "Q mm!, P time, I mm, J mm, K mm"  # I J K: of Haas
@@ -347,7 +347,7 @@ DRILLING: Mapping[str, Cycle[Callable[[IsoControl, Hole, Values], None]]] = {  #
     "G87": cycle("Q mm, P time, I mm?, J mm?, K mm?", back_bore),
     "G88": cycle("P time!", hand_bore),
     "G89": cycle("P time!", ream_and_dwell),
-    "G287": cycle("Q mm", pocket_of_dialect),
+    "G287": cycle("Q mm", pocket),
 }
 
 

@@ -27,6 +27,7 @@ from vcmm.program.iso.offsets import (
     local_shift,
     machine_move,
     preset,
+    reference_axes,
     return_from_home,
     select_offset,
     set_data,
@@ -208,7 +209,7 @@ def _execute_other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         )
     actions: dict[str, Any] = {
         "G10": lambda: set_data(c, w, column), "G28": lambda: go_home(c, w, False, column),
-        "G29": lambda: return_from_home(c, w, column), "G30": lambda: go_home(c, w, True, column), "G28.1": lambda: store_home(c, False),
+        "G29": lambda: return_from_home(c, w, column), "G30": lambda: go_home(c, w, True, column), "G28.1": lambda: reference_axes(c, w, column) if c.language.codes == "mach3" else store_home(c, False),
         "G30.1": lambda: store_home(c, True), "G52": lambda: local_shift(c, w, column),
     }  # fmt: skip
     if code in actions:
@@ -303,6 +304,12 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
         line(c, w, mode == "G0")
     elif mode in ("G2", "G3"):
         arc(c, w, mode == "G2")
+    elif mode == "G77" and c.language.haas and not c.language.lathe:
+        c.assume(
+            "G77 of Haas (back boring)", "a hole in the path: its moves are missing", "G77 (back boring) is not understood; write its moves with G0 and G1",
+            column=column,
+        )  # fmt: skip
+        w.used |= set(w.values)
     elif mode in SINGLE:
         c.marker = mode
         single_cut(c, w, mode, _lead(c, w, column) if SINGLE[mode] == "thread" else 0.0)

@@ -226,17 +226,19 @@ def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         if c.compensation:
             raise BlockFault(column, "G68 while cutter radius compensation is on; cancel it with G40 before")
         first, second, _ = PLANES[c.plane]
-        letter = "R" if c.language.words == "macro" or w.has("R") else "B"
+        mach3 = c.language.codes == "mach3"
+        letter = "R" if c.language.words == "macro" or w.has("R") or mach3 else "B"
         if c.language.survey and not w.has(letter):
             c.assume("the angle of G68", "0 degrees (FANUC parameter 5410)", column=column)
             w.values[letter] = 0.0
         angle = w.need(letter, f"the angle of G68, in degrees, as in G68 X0 Y0 {letter}30", column)
         centre = list(c.p)
-        for i in (first, second):
-            number = w.take(AXES[i])
+        for i, name in ((first, "A" if mach3 else AXES[first]), (second, "B" if mach3 else AXES[second])):
+            number = w.take(name)  # Mach3: G68 A10 B0 R90, A and B are coordinates of the centre
             if number is not None:
-                centre[i] = length(c, w, AXES[i], number)
-        old = 0.0 if c.absolute or c.turn is None else c.turn[2]
+                centre[i] = number * c.unit if mach3 else length(c, w, name, number)
+        more = w.take("I") is not None if mach3 else not c.absolute
+        old = 0.0 if not more or c.turn is None else c.turn[2]
         c.turn = (c.plane, (centre[0], centre[1], centre[2]), old + math.radians(angle))
     c.rebuild()
 
@@ -289,6 +291,15 @@ def go_to_axes(c: IsoControl, q: Point, rapid: bool, rotary: Point) -> None:
     c.compensation = before
     c.q = q
     c.locate()
+
+
+def reference_axes(c: IsoControl, w: IsoWords, column: int) -> None:
+    """G28.1 of Mach3: the axes named are sent home (Mach3Mill, "reference axes"); LinuxCNC keeps the position there."""
+    c.assume(
+        "G28.1 of Mach3, which sends the axes home", "by way of the programmed point to the reference point, as G28",
+        "G28.1 of Mach3 sends the axes to their switches, where these are the machine alone knows; use G28", column=column,
+    )  # fmt: skip
+    go_home(c, w, False, column)
 
 
 def go_home(c: IsoControl, w: IsoWords, second: bool, column: int) -> None:

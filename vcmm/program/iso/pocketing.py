@@ -9,11 +9,10 @@ once round the contour, then the strokes. How it gets from one to the next is th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from vcmm.program.area import Area, Stroke, area
-from vcmm.program.contouring import READING_NOTES
+from vcmm.program.contouring import record_contour
 from vcmm.program.cutter import CycleCutter
 from vcmm.program.drilling import depths_of
 from vcmm.program.faults import BlockFault
@@ -116,32 +115,22 @@ def _subprogram(
 ) -> list[Move] | None:
     """The moves of the contour in programmed coordinates; nothing of the state is changed by them. None: it is nowhere, and told."""
     c = r.c
-    kept = {f.name: getattr(c, f.name) for f in fields(c) if f.name not in READING_NOTES}
     at, under = r.at, len(r.calls)
-    c.moves, c.sides, c.corners, c.markers, c.tracer = [], [], [], [], None
-    c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
-    index = r.text.number(number, here)
-    if index is not None:
-        r.push(ActiveCall(r.text, here + 1, "M98", f"N{number}", index, 1), None, column)
-        r.enter(r.text, index)
-    else:
-        start_program(r, ProgramCall("M98", number), here, column)
-    is_there = len(r.calls) > under
-    while len(r.calls) > under:
-        if r.at >= len(r.text.lines) or c.ended:
-            raise BlockFault(column, f"the subprogram {number} of G150 ends without M99; add it")
-        run(r.at)
-    made, world = c.moves, c.world
-    for name, value in kept.items():
-        setattr(c, name, value)
+    with record_contour(c) as contour:
+        c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
+        index = r.text.number(number, here)
+        if index is not None:
+            r.push(ActiveCall(r.text, here + 1, "M98", f"N{number}", index, 1), None, column)
+            r.enter(r.text, index)
+        else:
+            start_program(r, ProgramCall("M98", number), here, column)
+        is_there = len(r.calls) > under
+        while len(r.calls) > under:
+            if r.at >= len(r.text.lines) or c.ended:
+                raise BlockFault(column, f"the subprogram {number} of G150 ends without M99; add it")
+            run(r.at)
     r.at = at
-    if not is_there:
-        return None
-    return [
-        m._replace(start=world.undo(m.start), end=world.undo(m.end), centre=m.centre and world.undo(m.centre))
-        for m in made
-        if m.kind in ("rapid", "line", "arc")
-    ]
+    return [m for m in contour.programmed if m.kind in ("rapid", "line", "arc")] if is_there else None
 
 
 def _closed(moves: Sequence[Move], column: int) -> list[Move]:

@@ -81,6 +81,11 @@ def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> N
     if c.compensation is not None and c.language.words == "o":
         raise BlockFault(column, "cutter radius compensation is on already; end it with G40 before")
     side = "left" if code.startswith("G41") else "right"
+    if c.language.name == "grbl":
+        c.assume(
+            f"{code} of grbl, which knows G40 alone", "read as LinuxCNC does",
+            f"grbl has no radius compensation and stops at {code} (error:20); name the control that runs it with --dialect", column=column,
+        )  # fmt: skip
     if code.endswith(".1"):
         diameter = w.need("D", f"the diameter of the cutter, as in {code} D10", column)
         orientation = w.whole("L", column) or 0

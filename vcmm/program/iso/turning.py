@@ -38,6 +38,10 @@ def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) ->
 def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callable[[int], None]) -> None:
     c, column = r.c, w.g_columns["turning"]
     if not (w.has("P") and w.has("Q")):  # the first of two blocks
+        if code == "G70":
+            raise BlockFault(
+                column, "G70 needs P and Q: the numbers N of the first and the last block of its contour"
+            )
         c.turning_words = dict(read_words(c, w, CONTOURED[code].first).numbers)
         return
     first, last = (_line(r, w, k, here, column) for k in "PQ")
@@ -135,8 +139,7 @@ def _pattern(c: IsoControl, moves: list[Move], rough: Rough, v: Values) -> None:
 
 _ALLOWANCES = "D=depth mm?, U=x mm, W=z mm"
 CONTOURED: Mapping[str, TurningCycle] = {  # U and W of the first block, I and K in one, are the way of a pattern
-    "G70": TurningCycle(cycle("U mm, W mm, R mm, D mm", None), cycle("", None), cycle("", None)),
-    "G71": TurningCycle(cycle("U=depth mm, W mm, R=back mm, D mm", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None)),
-    "G72": TurningCycle(cycle("U mm, W=depth mm, R=back mm, D mm", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None)),
+    "G71": TurningCycle(cycle("U=depth mm, R=back mm", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None)),
+    "G72": TurningCycle(cycle("W=depth mm, R=back mm", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None)),
     "G73": TurningCycle(cycle("U=way_x mm, W=way_z mm, R=count plain", None), cycle("U=x mm, W=z mm", None), cycle("U=x mm, W=z mm, I=way_x mm, K=way_z mm, D=count plain", None)),
 }  # fmt: skip

@@ -21,7 +21,7 @@ from vcmm.program.recorder import Recorder
 AXES = "XYZ"
 FRAME_FUNCTIONS = ("CTRANS", "CROT", "CSCALE", "CMIRROR")
 TEXTS = ("STRING", "AXIS", "CHAR")
-OUTSIDE = "an array or one of the system variables, which are not understood; use R parameters"
+OUTSIDE = "an array or one of the system variables, which are not understood; use R parameters, or take the line out where it sets data of the machine"
 ARITHMETIC: Mapping[str, Callable[[Any], float]] = {
     "STRLEN": lambda s: float(len(str(s))), "NUMBER": lambda s: float(str(s)), "ISNUMBER": lambda s: float(_is_number(str(s))),
     "ISAXIS": lambda n: float(1 <= (n or 0) <= 3),
