@@ -33,7 +33,9 @@ class Section:
     reached: int = -1  # the last block that was executed
 
     def tell_rest(self, r: Recorder) -> None:
-        """Blocks behind the end of the program that no jump has led to."""
+        """Blocks behind the end of the program that no jump has led to. An end inside of IF or a loop is one of several."""
+        if any(head < self.reached < end for head, end in self.partner.items()):
+            return
         if 0 <= self.reached < len(self.blocks) - 1:
             block = self.blocks[self.reached + 1]
             r.source = Source(block.line, block.first, block.last)
