@@ -93,3 +93,10 @@ def test_grbl_has_no_radius_compensation():
     # grbl 1.1: G40 is accepted, G41 and G42 are error:20
     with pytest.raises(DataError, match="grbl has no radius compensation and stops at G41"):
         read("G21 G90\nG41 D1\nG1 X20 F100\nM2\n", "grbl", strict=True)
+
+
+def test_t_preselects_where_m6_changes_the_tool():
+    # 840D sl, "tool change with M6": T prepares, M6 changes; without any M6 in the program T changes
+    text = "G54 G90 F100\nT1 {m}\nG0 X0\nT5\nG1 X10\n{m}\nG1 X20\nM30\n"
+    assert [m.tool for m in read(text.format(m="M6"), "sinumerik", strict=True).moves] == [1, 1, 5]
+    assert [m.tool for m in read(text.format(m=""), "sinumerik", strict=True).moves] == [1, 5, 5]

@@ -31,7 +31,7 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
         item.name == "M" and item.text in ("6", "06")
         for s in sections
         for b in s.blocks
-        if b.plain is None
+        if not b.plain
         for item in b.items
     )
     interpreter = SinumerikInterpreter(recorder, by_m6)

@@ -33,13 +33,20 @@ class Section:
     reached: int = -1  # the last block that was executed
 
     def tell_rest(self, r: Recorder) -> None:
-        """Blocks behind the end of the program that no jump has led to."""
-        if 0 <= self.reached < len(self.blocks) - 1:
-            block = self.blocks[self.reached + 1]
-            r.source = Source(block.line, block.first, block.last)
-            r.remark(
-                "the text after the end of the program is not read; a subprogram begins with PROC, or stands in a file of its own"
-            )
+        """The first block behind an end of the program (outside of IF and loops) that no label makes a target, once that end was reached."""
+        spans = [*self.partner.items()]
+        over = True  # the block before ends the program
+        for k in range(self.reached + 1, len(self.blocks)):
+            block = self.blocks[k]
+            if over and block.label:
+                over = False
+            if over and not any(head < k - 1 < end for head, end in spans):
+                r.source = Source(block.line, block.first, block.last)
+                r.remark(
+                    "the text after the end of the program is not read; a subprogram begins with PROC, or stands in a file of its own"
+                )
+                return
+            over = _ends(block)
 
 
 def sections_of(text: str, file: str) -> list[Section]:
@@ -111,6 +118,16 @@ def _match(section: Section, file: str) -> None:
                 section.endless.add(head)
     if stack:
         raise fail(section.blocks[stack[-1][1]], f"this is never closed; add {stack[-1][0]}")
+
+
+def _ends(block: SinumerikBlock) -> bool:
+    """Whether a block is the end of a program or subprogram."""
+    if block.plain:
+        return False
+    ends = ("2", "02", "17", "30")
+    return (block.flow is not None and block.flow.kind == "RET") or any(
+        i.name == "M" and i.text in ends for i in block.items
+    )
 
 
 def _leads_on(block: SinumerikBlock) -> bool:
