@@ -57,7 +57,7 @@ def test_mistakes_of_the_log_are_those_of_whole_predictions(tmp_path):
     recording, machine = load_recording(recorded(tmp_path))
     before = Observer(recording, machine).baseline()
     found = list(log_hypotheses(recording, machine))
-    exchanged = {h.columns: h.departure for h in found if h.what == "columns_exchanged"}
+    exchanged = {h.component: h.departure for h in found if h.what == "columns_exchanged"}
     assert set(exchanged) == {
         "temp_frame_C and temp_oil_C",
         "temp_frame_C and temp_table_C",
@@ -69,7 +69,7 @@ def test_mistakes_of_the_log_are_those_of_whole_predictions(tmp_path):
     due = Observer(other, machine).baseline() - before
     assert exchanged["temp_frame_C and temp_table_C"] == pytest.approx(due, abs=1e-15)
     assert np.any(due)
-    assert not any("oil" in h.columns and h.what == "unit" for h in found)
+    assert not any("oil" in h.component and h.what == "unit" for h in found)
 
 
 def test_the_price_of_a_wide_spectrum_is_the_ln_of_its_lines(tmp_path):
