@@ -21,6 +21,7 @@ ACCELERATION = 3000.0  # mm/s^2
 RAPID = 500.0  # mm/s
 CHORD = math.radians(0.1)  # of a circle: its sagitta at 10 mm is 4 nm
 NEAR = 0.2  # mm: a pass further off makes no part of the surface asked for
+PLAY = 0.02  # mm: more than any play, less than any way
 ENDS = 41  # places looked at along a stretch for a floor
 
 
@@ -156,7 +157,8 @@ def _circle(here: Array, goal: Array, i: float, j: float, left: bool) -> list[Ar
 class Moment(Cutting):
     """Where and when a contact is made.
 
-    q (n, 3) mm: position of the tip; time s; sense (n, 3): the way each axis went last; velocity (n, 3) mm/s; way: cut so far, mm.
+    q (n, 3) mm: position of the tip; time s; sense (n, 3): the way each axis went last; velocity (n, 3) mm/s; way: cut so far, mm;
+    force (n, 3) N: of the part on the tool, zero where nobody asked the cutter for it.
     """
 
     q: Array
@@ -164,6 +166,7 @@ class Moment(Cutting):
     sense: Array
     velocity: Array
     way: Array
+    force: Array
 
     def take(self, rows: NDArray[np.int_]) -> "Moment":
         """Some of them."""
@@ -177,24 +180,33 @@ Error = Callable[
 
 @dataclass
 class Cutter:
-    """A program with its senses and ways, ready to be asked what it does at points. radius: of each tool, mm."""
+    """A program with its senses and ways, ready to be asked what it does at points.
+
+    radius: of each tool, mm; force_of: what moments at walls meet (`referee.forces`), N.
+    """
 
     path: Path
     radius: dict[int, float]
+    force_of: Callable[["Moment"], Array] | None = None
     senses: Array = field(init=False)
     ways: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        """Sense of X and Y in each stretch (the last way they went), and the way cut by each tool up to its start."""
-        step = np.sign(
-            np.where(np.abs(self.path.end - self.path.start) < 0.02, 0.0, self.path.end - self.path.start)
-        )
-        self.senses = np.ones((len(step), 3))
+        """Sense of X and Y in each stretch (the last way they went), and the way cut by each tool up to its start.
+
+        An axis has turned back when it is `PLAY` behind the furthest place of its last way, however many stretches that takes: a play
+        operator, so that chords of a circle turn it and the small steps of a corrected straight do not.
+        """
+        self.senses = np.ones((len(self.path.start), 3))
         for k in range(3):
-            last = 1.0
-            for i, s in enumerate(step[:, k]):
-                last = s or last
-                self.senses[i, k] = last
+            sense, furthest = 1.0, float(self.path.start[0, k])
+            for i, end in enumerate(self.path.end[:, k].tolist()):
+                if (end - furthest) * sense < -PLAY:
+                    sense = -sense
+                    furthest = end
+                elif (end - furthest) * sense > 0:
+                    furthest = end
+                self.senses[i, k] = sense
         length = np.where(
             self.path.cutting >= 0, np.linalg.norm(self.path.end - self.path.start, axis=1), 0.0
         )
@@ -214,6 +226,7 @@ class Cutter:
             sense=self.senses[rows],
             velocity=step / np.maximum(long, 1e-12)[:, None] * (p.feed[rows] / 60)[:, None],
             way=self.ways[rows] + share * long,
+            force=np.zeros((len(rows), 3)),
             tool=p.tool[rows],
             feed=p.feed[rows],
             speed=p.speed[rows],
@@ -266,6 +279,8 @@ class Cutter:
             moments, gap = self.contacts(point, normal)
             if not len(gap):
                 raise ValueError(f"the program does not make the point {point.round(3)}")
+            if self.force_of is not None and normal[2] < 0.9:
+                moments.force = self.force_of(moments)
             many = np.broadcast_to(normal, moments.q.shape)
             for error in errors:
                 tip, grown = error(moments, many)

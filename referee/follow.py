@@ -13,6 +13,7 @@ share of changes is exact (C. Clopper & E. Pearson, Biometrika 26 (1934) 404), a
 
 import argparse
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ SEEN_BY = {"C0Y": "c", "B0Z": "b", "A0Z": "a", "EXX": "sX", "EYY": "sY", "EZZ": 
 def follow(folder, seed, events, every):
     """One machine followed to the end in four calls: its last document, what its forecasts held, what happened to it."""
     folder = Path(folder) / f"machine_{seed:02d}"
+    shutil.rmtree(folder, ignore_errors=True)
     theta, told = write_machine(folder / "all", seed, events, every)
     (folder / "checks").mkdir(parents=True, exist_ok=True)
     for name in ("machine.toml", "errors.csv"):
@@ -126,8 +128,10 @@ def exact_rate(hits, years):
 
 
 def count(folder, seeds, events, every):
-    rows = []
-    for seed in seeds:
+    """Rows of all machines; those that lie in the folder are gone on with."""
+    journal = Path(folder) / "rows.json"
+    rows = json.loads(journal.read_text()) if journal.exists() else []
+    for seed in (s for s in seeds if s not in {r["seed"] for r in rows}):
         document, bands, told = follow(folder, seed, events, every)
         row = {
             "seed": seed,
@@ -137,7 +141,7 @@ def count(folder, seeds, events, every):
         }
         rows.append(row)
         print(json.dumps({k: v for k, v in row.items() if k != "bands"}), flush=True)
-        (Path(folder) / "rows.json").write_text(json.dumps(rows))
+        journal.write_text(json.dumps(rows))
     return rows
 
 
@@ -184,7 +188,12 @@ def band_lines(rows):
 def summary(rows):
     """Lines of a table, with its head."""
     out = ["| what | figure | 95 % interval | of | bar |", "|---|---|---|---|---|"]
-    out += band_lines(rows)
+    return out + band_lines(rows) + alarm_lines(rows)
+
+
+def alarm_lines(rows):
+    """A line of the table for false alarms, and two for every kind of change."""
+    out = []
     wrong = [len(r["false"]) for r in rows]
     out.append(
         line(

@@ -229,10 +229,12 @@ def up_to_date() -> str:
     if not CHECK.exists():
         return ""
     last = json.loads(CHECK.read_text())
+    again = last.get("recounted", ())  # those that differed, once their rows of the table are new
     lines = "".join(f"\n- {text}" for text in last["differ"])
+    rows = "whose rows were counted anew since" if again else "whose numbers are of an earlier version there"
     return (
-        f"The last check counted {last['parts']} parts of {last['tasks']} of {last['of']} tasks anew; {len(last['differ'])} differ from the table, whose "
-        f"numbers are of an earlier version there:\n{lines}\n"
+        f"The last check counted {last['parts']} parts of {last['tasks']} of {last['of']} tasks anew; {len(last['differ'])} differed from the table, "
+        f"{rows}:\n{lines}\n"
     )
 
 

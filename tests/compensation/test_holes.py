@@ -35,7 +35,7 @@ def holes(found) -> list[tuple[str, ...]]:
         ("sinumerik", SINUMERIK.format(cycle="83(10,0,2,-30,,-5,,1,0,0,1,0)")),
         ("sinumerik", SINUMERIK.format(cycle="82(10,0,2,-30,,1)")),
         ("heidenhain", KLARTEXT.format(holes="L X+50 Y+20 FMAX M99\nL X+350 FMAX M99\n")),
-        ("heidenhain", KLARTEXT.format(holes="L Z+50 FMAX M89\nL X+50 Y+20 FMAX\nL X+350 FMAX\n")),
+        ("heidenhain", KLARTEXT.format(holes="L X+50 Y+20 FMAX M89\nL X+350 FMAX\n")),
         ("heidenhain", KLARTEXT.format(holes="L X+50 Y+20 FMAX\nCYCL CALL\nL X+350 FMAX\nCYCL CALL\n")),
     ],
 )

@@ -146,3 +146,10 @@ def test_a_compensated_program_is_refused(tmp_path):
     done = go(tmp_path, "2 L X+100 F500\n", scale(100.0)).text
     with pytest.raises(DataError, match="compensated already"):
         run(tmp_path, done, scale(100.0), TNC)
+
+
+def test_a_free_contour_is_refused_by_its_line(tmp_path):
+    with pytest.raises(
+        DataError, match=r"4:1: the free contour .FK. is not rewritten; write its elements with L, C and CR"
+    ):
+        go(tmp_path, "2 L X+0 Y+0 F500\n3 FL AN+30 LEN20\n4 L X+50\n", scale(100.0))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.plate import edited
@@ -48,7 +49,26 @@ def test_limits_as_data_sheets_write_them(text: str, fixed: float, slope: float)
     assert 1e3 * found(1000.0) == pytest.approx(fixed + slope)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1.8 um + L/350 <= 4 um",
+        "min(1.8 um + L/350, 4 um)",
+        "1.8 + L/350 ≤ 4 um",
+        "1.8 um + L/350 < 0.004 mm",
+    ],
+)
+def test_a_limit_grows_as_far_as_its_cap(text: str) -> None:
+    """1.8 um + L/350 is 2.8 um at 350 mm and reaches 4 um at 350 * 2.2 = 770 mm (the third form of ISO 10360-2)."""
+    found = length_limit(text, "E0_MPE")
+    assert [1e3 * found(at) for at in (0.0, 350.0, 770.0, 2000.0)] == pytest.approx([1.8, 2.8, 4.0, 4.0])
+    assert 1e3 * found.at(np.array([350.0, 2000.0])) == pytest.approx([2.8, 4.0])
+    assert found.corner == pytest.approx(770.0)
+    assert str(found) == "1.8 um + L/350 <= 4 um"
+
+
 @pytest.mark.parametrize(("text", "words"), [
+    ("1.9 um + L/300 <= 1.5 um", "begins below it"), ("1.9 um <= 4 um", "bounds a limit that grows"), ("1.9 um + L/300 <= L/200", "does not grow with a length"),
     ("1.9 um + 3 furlongs", 'write "1.9 um + L/300"'), ("1.9 um + L/0.3", "grows by 3333 um per metre; usual are L/50 to L/1500"),
     ("1.9", 'E0_MPE = "1.9 um'), ("1.9 um + L", 'write "1.9 um + L/300"'), ("1.9 um + 0L/1000", "grows by more than nothing"),
 ])  # fmt: skip

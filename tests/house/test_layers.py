@@ -56,9 +56,7 @@ WHITEBOARD: dict[str, tuple[str, ...]] = {
     ),
 }
 # Arrows that are not on the whiteboard and are to go, with the reason why they are still there.
-TO_GO: dict[tuple[str, str], str] = {
-    ("compensation", "files"): "reads machines and set-ups itself",
-}
+TO_GO: dict[tuple[str, str], str] = {}
 # Folders from the ground up: a folder imports from folders above it in this list, never from below.
 FOLDERS = (
     "core",

@@ -16,6 +16,7 @@ IN_A_KERNEL = "test_piece"  # the quickest
 LONG = (  # more than three seconds each: make test-all
     "05_cutting_before_cutting",
     "07_diagnosing_a_real_log",
+    "09_a_year_of_one_machine",
     "abbe_milling",
     "five_papers",
     "marin2004",

@@ -1,9 +1,13 @@
 """The referee's cutter against a pencil."""
 
+import math
+from functools import partial
+
 import numpy as np
 import pytest
 
 from referee.cutter import Cutter, read_program
+from referee.forces import Blank, forces
 from referee.loops import FORWARD, GAIN, known
 
 WALL = """G54 G0 X-20. Y-30. S2000 M3
@@ -74,3 +78,43 @@ def test_the_machine_file_moves_walls_by_pencil():
 def test_a_word_that_the_cutter_does_not_know_is_refused():
     with pytest.raises(ValueError, match="line 2: G81"):
         read_program("G0 X0.\nG81 Z-5. R2. F100\n")
+
+
+def test_the_axes_of_a_circle_turn_back_and_small_steps_along_a_straight_do_not():
+    # counter-clockwise from (10, 0): X goes back on the first half of the turn and forward on the second; Y turns at 90 and 270 deg.
+    # The last quarter turn of Y begins at 270 deg; chords are 0.0175 mm long
+    text = "T1 M6\nG0 X10. Y0. S100\nG1 Z-5. F600\nG3 X10. Y0. I-10. J0. F600\nG1 X40. F600\nG1 X50. Y0.003\nG1 X60. Y0.\n"
+    cutter = Cutter(read_program(text), {1: 6.0})
+    middle = (cutter.path.start + cutter.path.end) / 2
+    angle = np.degrees(np.arctan2(middle[:, 1], middle[:, 0])) % 360
+    circle = cutter.path.block == 3
+    for low, high, senses in (
+        (20, 80, [-1, 1]),
+        (100, 170, [-1, -1]),
+        (190, 260, [1, -1]),
+        (280, 350, [1, 1]),
+    ):
+        within = circle & (angle > low) & (angle < high)
+        assert within.sum() > 500
+        assert np.unique(cutter.senses[within, :2], axis=0).tolist() == [senses]
+    assert cutter.senses[-1, :2].tolist() == [1.0, 1.0]
+
+
+@pytest.mark.parametrize(("x", "normal", "side"), [(-10.0, -1.0, "left"), (10.0, 1.0, "right")])
+def test_the_force_of_half_a_mill_in_a_wall(x, normal, side):
+    # feed along +Y, the mill left (climb) or right (conventional) of the wall with half of it in the blank, 5 mm deep, 0.1 mm per tooth of 4.
+    # With s from the way of the feed towards the wall: F = 4/(2 pi) kc1 b f^0.74 (integrals over a quarter turn):
+    #   along the normal, climb          int cos^1.74 + 0.35 int cos^0.74 sin     away from the wall
+    #   along the normal, conventional  -int cos^1.74 + 0.35 int cos^0.74 sin
+    tip = -18.0 if side == "left" else 18.0
+    text = f"T1 M6\nG0 X{tip} Y-60. S1000 M3\nG0 Z-5.\nG1 Y60. F400\n"
+    cutter = Cutter(read_program(text), {1: 8.0})
+    cutter.force_of = partial(forces, cutter, Blank(36.0, 100.0, 30.0), {1: 4})
+    moments = cutter.cut(np.array([[x, 0.0, -3.0]]), np.array([[normal, 0.0, 0.0]]), [])[1]
+    whole, sine = math.sqrt(math.pi) / 2 * math.gamma(1.37) / math.gamma(1.87), 1 / 1.74
+    size = 4 / (2 * math.pi) * 2100 * 5 * 0.1**0.74
+    across = size * ((whole if side == "left" else -whole) + 0.35 * sine)
+    assert moments.force[0, 0] * normal == pytest.approx(
+        across, rel=0.005
+    )  # the middles of 90 pieces of half a turn
+    assert moments.force[0, 2] == 0.0

@@ -18,7 +18,7 @@ from vcmm.compensation.source import at_line
 from vcmm.compensation.writer import Writer
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.program.iso.cycles import CYCLES
+from vcmm.program.iso.cycles import DRILLING
 from vcmm.program.moves import PLANES
 from vcmm.program.trace import Trace
 
@@ -62,7 +62,7 @@ def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | Non
 def _series(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> None:
     """A new series begins where no cycle was in force: its initial level is where the tool stands."""
     c = writer.cycle
-    going = trace.before.motion in CYCLES and trace.before.plane == trace.after.plane and "level" in c
+    going = trace.before.motion in DRILLING and trace.before.plane == trace.after.plane and "level" in c
     if not going:
         c.clear()
         c["level"] = float(frame.numbers(np.array(trace.contour.start))[normal])

@@ -20,7 +20,7 @@ from vcmm.compensation.frame import AXES, CENTRES
 from vcmm.compensation.header import SEMICOLON, digest, file_parts, header, machine_parts
 from vcmm.compensation.inlining import INLINE, check_written_out, must_be_written_out, written_out
 from vcmm.compensation.languages import LANGUAGES
-from vcmm.compensation.loading import load_program
+from vcmm.compensation.loading import MachineOfFile, load_program, machine_of
 from vcmm.compensation.numbers import decimals_of
 from vcmm.compensation.offsets import with_shifts
 from vcmm.compensation.pointing import correct_orientation, with_angles
@@ -46,6 +46,7 @@ from vcmm.compensation.rewriting import Work, rewrite
 from vcmm.compensation.run_again import both_paths, departure_by_run, pointing_of
 from vcmm.compensation.source import SourceText, at_origin
 from vcmm.compensation.surface import SurfaceErrors, what_is_left, with_surface
+from vcmm.compensation.temperatures import unstated_temperatures
 from vcmm.compensation.writer import Writer
 from vcmm.core.effect import required
 from vcmm.core.errors import DataError, ModelLimit, UsageError
@@ -64,8 +65,8 @@ RELAXED, MOST_RELAXED = 2.0, 10
 
 def compensate(
     program: str | Path,
-    setup: str | Path | Setup,
-    machine: Machine | None = None,
+    setup: Setup,
+    machine: MachineOfFile | Machine,
     *,
     dialect: str | None = None,
     tolerance: float = 1e-3,
@@ -81,7 +82,7 @@ def compensate(
     progress: Progress | None = None,
 ) -> CompensatedProgram:
     """Rewrite a program. tolerance: mm. surface: what the tool does to the finished surface beside its path, corrected as well.
-    machine: instead of that of the set-up. set_here: the work offset was set on this machine.
+    machine: with its errors. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
     are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them. orientation: angles
     and directions of the tool are corrected too, where the tip is led. follow: keep both paths with their errors.
@@ -155,17 +156,18 @@ def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, lis
 
 
 def prepare(
-    program: str | Path, setup: str | Path | Setup, machine: Machine | None, dialect: str | None,
+    program: str | Path, setup: Setup, machine: MachineOfFile | Machine, dialect: str | None,
     decimals: int | None, set_here: bool, constants: Mapping[str, float] | None, carry: bool = True,
     inline: float = INLINE, surface: SurfaceErrors | None = None, orientation: bool = False,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
-    source, setup, machine, machine_file, name = load_program(program, setup, machine, dialect)
+    source, setup, stated, name = load_program(program, setup, machine, dialect)
     check_dialect(name)
     check_mark(source)
     check_channels(source, name)
     check_wound(source, LANGUAGES[name])
-    notes = check_state(machine, machine_file, setup)
+    notes = check_state(stated, setup)
+    machine, machine_file = machine_of(stated), stated.file if isinstance(stated, MachineOfFile) else None
     read = read_for("compensate", source.text, name, setup, name=source.name, trace=True)
     check_face(read, source.name)
     read = with_angles(read, machine, source.name)
@@ -181,6 +183,8 @@ def prepare(
     check_program(read, machine, setup, source.name)
 
     columns = {**setup.constants, **(constants or {})}
+    assumed, unsaid = unstated_temperatures(known.machine, setup, columns)
+    columns |= assumed
     field = field_of(known, setup, read.moves, set_here=set_here, constants=columns, lathe=language.lathe)
     field = with_surface(field, surface, source.name)
     aim = read if orientation else None
@@ -195,6 +199,7 @@ def prepare(
     hashed = digest([*files, *own, given[1].text.encode("utf-8")])
     said = (
         *notes,
+        *unsaid,
         *what_is_left(known.left, surface),
         *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings),
     )

@@ -1,8 +1,8 @@
-"""Reading what a compensation needs: program text, set-up, machine, and the name of the dialect."""
+"""What a compensation starts from: program text, set-up, machine with what its file says of the state of the control, and the name of the dialect."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from vcmm.compensation.source import SourceText, read_source
@@ -11,25 +11,34 @@ from vcmm.core.machine import Machine
 from vcmm.program.reading import guess
 from vcmm.program.setup import Setup
 
-LoadedProgram = tuple[SourceText, Setup, Machine, Path | None, str]
+
+@dataclass(frozen=True, eq=False)
+class MachineOfFile:
+    """A machine and what its file says of it. state: of its [errors], "" where that table states none, None where there is no such table."""
+
+    machine: Machine
+    file: Path
+    state: str | None
+
+
+LoadedProgram = tuple[SourceText, Setup, MachineOfFile | Machine, str]
 
 
 def load_program(
-    program: str | Path, setup: str | Path | Setup, machine: Machine | None, dialect: str | None
+    program: str | Path, setup: Setup, machine: MachineOfFile | Machine, dialect: str | None
 ) -> LoadedProgram:
-    """(source, set-up, machine, its file or None, dialect). Raises UsageError where no machine is named."""
-    if not isinstance(setup, Setup):
-        from vcmm.files.own.setup import load_setup
-
-        setup = load_setup(setup)
-    machine_file = None
-    if machine is None:
-        if setup.machine is None:
-            raise UsageError(f'{setup.path or "the set-up"} names no machine; add machine = "mill.toml"')
-        from vcmm.files.own.machine import load_machine
-
-        machine_file, machine = setup.machine, load_machine(setup.machine)
-    setup = replace(setup, axes=frozenset(machine.axes))
+    """(source, set-up with the axes of the machine, machine, dialect)."""
+    setup = replace(setup, axes=frozenset(machine_of(machine).axes))
     source = read_source(Path(program))
     name = dialect or setup.dialect or guess(source.text, Path(program))[0]
-    return source, setup, machine, machine_file, name
+    return source, setup, machine, name
+
+
+def machine_of(known: MachineOfFile | Machine) -> Machine:
+    """The machine itself."""
+    return known.machine if isinstance(known, MachineOfFile) else known
+
+
+def no_machine(setup: Setup) -> UsageError:
+    """The error to raise where neither the caller nor the set-up names a machine."""
+    return UsageError(f'{setup.path or "the set-up"} names no machine; add machine = "mill.toml"')

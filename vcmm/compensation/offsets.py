@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.compensation.field import PathErrors, field_of, known_errors_of
-from vcmm.compensation.loading import load_program
+from vcmm.compensation.loading import MachineOfFile, load_program, machine_of
 from vcmm.compensation.proof import (
     best_shifts,
     departure,
@@ -58,17 +58,18 @@ def with_shifts(moves: Sequence[Move], field: PathErrors) -> tuple[Departure, De
 
 def best_offsets(
     program: str | Path,
-    setup: str | Path | Setup,
-    machine: Machine | None = None,
+    setup: Setup,
+    machine: MachineOfFile | Machine,
     *,
     dialect: str | None = None,
     set_here: bool = True,
     constants: Mapping[str, float] | None = None,
 ) -> OffsetOnly:
     """The best shift of each work offset. Raises as `compensate` does where the position or the control is not known."""
-    source, setup, machine, machine_file, name = load_program(program, setup, machine, dialect)
+    source, setup, stated, name = load_program(program, setup, machine, dialect)
     check_mark(source)
-    notes = check_state(machine, machine_file, setup)
+    notes = check_state(stated, setup)
+    machine = machine_of(stated)
     read = read_for("compensate", source.text, name, setup, name=source.name)
     check_moves(read.moves, machine, setup, source.name)
     check_travel(read, machine, False, source.name)

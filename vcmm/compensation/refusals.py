@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vcmm.compensation.codes import codes_in
+from vcmm.compensation.loading import MachineOfFile, machine_of
 from vcmm.compensation.source import SourceText, at_line, code_of
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.program.dialects import FRONT_ENDS, G_CODE, TRACE_READERS, Dialect, check_name
 from vcmm.program.iso.channels import marks_of
-from vcmm.program.iso.cycles import CYCLES
+from vcmm.program.iso.cycles import DRILLING
 from vcmm.program.moves import Move, Program
 from vcmm.program.reading import read_bytes
 from vcmm.program.setup import Setup
@@ -63,9 +64,9 @@ def check_face(program: Program, name: str) -> None:
         )
 
 
-def check_state(machine: Machine, machine_file: Path | None, setup: Setup) -> list[str]:
+def check_state(known: MachineOfFile | Machine, setup: Setup) -> list[str]:
     """The control must run with the compensations with which the errors were measured. Returns remarks."""
-    where = f"{setup.path}: " if setup.path else ""
+    machine, where = machine_of(known), f"{setup.path}: " if setup.path else ""
     if setup.compensation is None:
         raise UsageError(
             f"{where}which of its own compensations the control has switched on is not said; add [control] compensation = "
@@ -74,14 +75,14 @@ def check_state(machine: Machine, machine_file: Path | None, setup: Setup) -> li
     here, there = (
         sorted(c.strip().lower() for c in names) for names in (setup.compensation, machine.compensation)
     )
-    stated = _errors_table(machine_file)
+    stated = known.state if isinstance(known, MachineOfFile) else "as given"
     if stated is None and not there:
         return [
             f"the machine file has no [errors] table: its effects are taken to hold with the control as stated ({', '.join(setup.compensation) or 'no compensation'})"
         ]
-    if stated == "":
+    if isinstance(known, MachineOfFile) and stated == "":
         raise DataError(
-            f'{machine_file}: [errors] does not say in which state the table was measured; add state = "residual" with the '
+            f'{known.file}: [errors] does not say in which state the table was measured; add state = "residual" with the '
             'compensation that was on, or state = "raw"'
         )
     if here != there:
@@ -94,16 +95,6 @@ def check_state(machine: Machine, machine_file: Path | None, setup: Setup) -> li
 
 def _names(found: Sequence[str]) -> str:
     return ", ".join(found) if found else "no compensation"
-
-
-def _errors_table(path: Path | None) -> str | None:
-    """The stated state of [errors]; "" where it is not stated, None where there is no such table (or no file)."""
-    if path is None:
-        return "as given"
-    from vcmm.files.toml import read_toml
-
-    table = read_toml(path).data.get("errors")
-    return None if not isinstance(table, dict) else str(table.get("state", ""))
 
 
 _WOUND = re.compile(r"G0*(?:12\.1|112|7\.1|107)(?![\d.])", re.IGNORECASE)
@@ -155,10 +146,13 @@ def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
         if word := next((k for k in POLAR_WORDS if k in t.words), None):
             said = f"the polar word {word} is not rewritten; write the end point with X and Y"
             raise at_line(DataError, t.file, t.line, said, t.words[word].first)
+        if t.cycle == "FK":
+            said = "the free contour (FK) is not rewritten; write its elements with L, C and CR (vcmm nc --moves prints their ends)"
+            raise at_line(DataError, t.file, t.line, said, t.contour.source.first)
         if t.cycle.startswith("CYC") and t.cycle not in HEIGHTS_MOVE:
             said = f"the cycle {t.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
             raise at_line(DataError, t.file, t.line, said, t.contour.source.first)
-        if t.cycle.startswith("G") and (t.cycle not in CYCLES or (dialect.lathe and t.cycle in TURNING)):
+        if t.cycle.startswith("G") and (t.cycle not in DRILLING or (dialect.lathe and t.cycle in TURNING)):
             line, column = _cycle_position(source, t)
             raise _not_rewritten(t.file, line, column, t.cycle)
 

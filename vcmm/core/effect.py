@@ -84,6 +84,7 @@ def param(
     typical: Typical | None = None,
     lengths: Sequence[int] = (),
     most: float = float("inf"),
+    chosen: bool = False,
 ) -> Any:
     """Declare a parameter of an effect.
 
@@ -91,11 +92,11 @@ def param(
     show: unit of reports when it differs. scan: trial values, only for parameters that act non-linearly.
     shape: text such as "(nodes, 3)" for array parameters; lengths: how many elements diagnosis tries.
     only: first letters of `component` that use it ("" = all). typical: how large it is when it matters. most: the largest
-    trial value that the physics has, canonical unit.
+    trial value that the physics has, canonical unit. chosen: somebody typed it into a control, so that it neither wears nor wanders.
     """
     meta = {
         "unit": unit, "doc": doc, "show": show or unit, "scan": tuple(scan), "shape": shape, "only": only,
-        "typical": typical, "lengths": tuple(lengths), "most": most,
+        "typical": typical, "lengths": tuple(lengths), "most": most, "chosen": chosen,
     }  # fmt: skip
     if callable(default):
         return field(default_factory=default, metadata=meta)

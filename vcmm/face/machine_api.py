@@ -228,11 +228,11 @@ def compensate(
         Whatever cannot be rewritten for certain, with file and line.
     """
     from vcmm.compensation.job import compensate as rewrite
+    from vcmm.face.machine_of_setup import setup_and_machine
 
     found = rewrite(
         program,
-        setup,
-        machine,
+        *setup_and_machine(setup, machine),
         dialect=dialect,
         tolerance=tolerance,
         decimals=decimals,

@@ -276,10 +276,17 @@ def instead(cell: str, name: str) -> str:
     return POINT if re.fullmatch(r"[-+]?\d+,\d+", cell) else ""
 
 
-def read_csv(path: str | Path) -> Sheet:
-    """Header and rows of a CSV file (comma, semicolon or tab). Raises DataError with the line of a ragged row."""
+def read_csv(path: str | Path, numbered: bool = False) -> Sheet:
+    """Header and rows of a CSV file (comma, semicolon or tab). Raises DataError with the line of a ragged row.
+
+    numbered: where the first line holds numbers alone there is no header, and the columns are "1", "2" ...
+    """
     path = Path(path)
     lines = _lines_with_text(path)
+    if numbered and lines and _holds_numbers(path, lines[0]):
+        delimiter = _delimiter(lines[0][1])
+        count = len(cells_of(path, lines[:1], delimiter)[0][0])
+        lines = [(lines[0][0], delimiter.join(str(k + 1) for k in range(count))), *lines]
     if not lines:
         raise DataError(
             f"{path}:1: the file is empty; its first line names the columns, for example X_mm,Y_mm,Z_mm"
@@ -292,6 +299,14 @@ def read_csv(path: str | Path) -> Sheet:
     if problems:
         raise DataError(problems)
     return Sheet(path, header, table[1:], header_line, numbers[1:])
+
+
+def _holds_numbers(path: Path, line: tuple[int, str]) -> bool:
+    """Whether every cell of a line is a number."""
+    try:
+        return bool([to_number(cell) for cell in cells_of(path, [line], _delimiter(line[1]))[0][0]])
+    except ValueError:
+        return False
 
 
 def first_cells(path: Path) -> list[str]:

@@ -26,6 +26,7 @@ from vcmm.physics.catalogue.map_interpolation import MapInterpolation
 from vcmm.physics.catalogue.pitch import ScrewPitch
 from vcmm.physics.catalogue.plate_bow import PlateBow
 from vcmm.physics.catalogue.play import BacklashRamp, LoadedPlay, PlayOperator
+from vcmm.physics.catalogue.play_speed import SpeedPlay
 from vcmm.physics.catalogue.probe import ProbeLobing, StylusBending, TriggerDelay
 from vcmm.physics.catalogue.reversal import Hysteresis, LostMotion, ReversalSpike
 from vcmm.physics.catalogue.reversal_curve import LostMotionCurve
@@ -44,6 +45,7 @@ from vcmm.physics.structure.component import (
     ComponentWarming,
 )
 from vcmm.physics.structure.digits import Resolution
+from vcmm.physics.structure.elastic_joint import ElasticJoint
 from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.physics.structure.geometric_change import GeometricChange
 from vcmm.physics.structure.lost_motion_table import LostMotionTable
@@ -77,6 +79,7 @@ ALL: tuple[type[Effect], ...] = (
     CrossAxisFlexure,
     PartLoad,
     GravityFlexure,
+    ElasticJoint,
     ScaleExpansion,
     PartExpansion,
     ThermalDrift,
@@ -97,6 +100,7 @@ ALL: tuple[type[Effect], ...] = (
     LostMotion,
     LostMotionCurve,
     LoadedPlay,
+    SpeedPlay,
     PlayOperator,
     LostMotionTable,
     Hysteresis,

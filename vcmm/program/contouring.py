@@ -3,15 +3,49 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields
 
 from vcmm.program.clearing import PathPiece
 from vcmm.program.moves import PLANES, Move, Source
 from vcmm.program.radius import RadiusCompensation, Style, centre_path
+from vcmm.program.recorder import Recorder
+from vcmm.program.rounding import round_corners
 
 Flat = tuple[float, float]
 FAR = 1e3  # mm, of a lead that is longer than any tool is wide
 CLOSED = 1e-6  # mm from the end of a contour to its begin
+
+
+READING_NOTES = frozenset(("assumed", "unused", "misfits", "remarks", "remarked", "called"))
+
+
+@dataclass(eq=False)
+class RecordedContour:
+    """Moves in machine coordinates and as programmed, and the side on which the tool goes beside them."""
+
+    moves: list[Move] = field(default_factory=list)
+    programmed: list[Move] = field(default_factory=list)
+    side: str | None = None
+
+
+@contextmanager
+def record_contour(r: Recorder) -> Iterator[RecordedContour]:
+    """What runs inside makes a contour; of the state nothing is changed by it but READING_NOTES."""
+    before = {f.name: getattr(r, f.name) for f in fields(r) if f.name not in READING_NOTES}
+    r.moves, r.sides, r.corners, r.markers, r.tracer = [], [], [], [], None
+    out = RecordedContour()
+    yield out
+    out.moves, _ = round_corners(r.moves, [None] * len(r.moves), r.corners, r.file)
+    out.side = next((s.side for s in r.sides if s is not None), None)
+    undo = r.world.undo
+    out.programmed = [
+        m._replace(start=undo(m.start), end=undo(m.end), centre=m.centre and undo(m.centre))
+        for m in out.moves
+    ]
+    for name, value in before.items():
+        setattr(r, name, value)
 
 
 def beside(

@@ -68,10 +68,10 @@ class CycleCutter:
     @contextmanager
     def feed_at(self, feed: float) -> Iterator[None]:
         """Moves at this feed, mm/min (or mm per turn, as the mode in force has it); the one in force where it is zero."""
-        kept = self.recorder.feed
-        self.recorder.feed = feed or kept
+        before = self.recorder.feed
+        self.recorder.feed = feed or before
         yield
-        self.recorder.feed = kept
+        self.recorder.feed = before
 
     def helix(self, middle: Flat, radius: float, heights: Flat, pitch: float, clockwise: bool) -> None:
         """From the tool's place on the circle, `pitch` mm a turn, from the one height to the other; the last turn is a part of one."""
@@ -90,6 +90,17 @@ class CycleCutter:
             angle = begin + way * 2.0 * math.pi * (full - turns)
             end = (a + radius * math.cos(angle), b + radius * math.sin(angle))
             arc_or_chords(self.recorder, self.point(end, last), self.point((a, b), last), clockwise)
+
+    def thread(self, middle: Flat, radius: float, heights: Flat, pitch: float, clockwise: bool) -> None:
+        """From the middle in half a circle, a helix, and half a circle back; straight where the tool fills the hole."""
+        if not radius:
+            self.to(middle, heights[1], False)
+            return
+        a, b = middle
+        self.follow([PathPiece((a + radius, b), (a + radius / 2, b), clockwise)], heights[0])
+        self.helix(middle, radius, heights, pitch, clockwise)
+        x, y = self.here()
+        self.follow([PathPiece(middle, ((x + a) / 2, (y + b) / 2), clockwise)], heights[1])
 
     def radius(self, who: str) -> float:
         """Of the tool in the spindle, mm; 0 where nobody knows it: the path then runs on the contour. who: what needs it, in a sentence."""

@@ -1,8 +1,9 @@
 """Canned cycles as tables: parameter -> meaning -> primitive, the same for every language.
 
-A row says in the order of the manual what each parameter is, as in "RTP mm, SDIS size, DP mm?, STA deg": its name in the manual and its
-kind. `Cycle.read` turns what a program gives (numbers, or None where a parameter is left out) into mm, radians and mm/min by that kind;
-the primitive gets these values by name and makes the moves (vcmm.program.drilling.Hole, vcmm.program.cutter.CycleCutter).
+A row says in the order of the manual what each parameter is, as in "RTP mm, SDIS size, DP mm?, STA deg" or "Q262=diameter mm!": its name
+in the manual, what it means where primitives of several cycles share a meaning, and its kind. "?": it stays open where it is left out
+(else it is zero); "!": the cycle needs it. `Cycle.read` turns what a program gives into mm, radians and mm/min by that kind; the
+primitive gets these values by meaning and makes the moves (vcmm.program.drilling.Hole, .cutter.CycleCutter, .probing.Feeler).
 """
 
 from __future__ import annotations
@@ -17,8 +18,11 @@ Primitive = TypeVar("Primitive")
 KINDS = {  # kind -> what becomes of a number
     "mm": "a length with its sign, mm",
     "size": "a length without sign, mm",
+    "radius": "a length along X, mm; halved where X counts diameters",
+    "steps": "a length that counts increments where it has no point, mm",
     "deg": "an angle, rad",
     "feed": "a feed, mm/min; 0: the one in force",
+    "time": "a time, s",
     "count": "a whole number",
     "plain": "a number as it is",
     "text": "a name; read apart",
@@ -26,25 +30,38 @@ KINDS = {  # kind -> what becomes of a number
 
 
 class CycleParameter(NamedTuple):
-    """One parameter of a cycle. open: whether None stays None where it is left out; else it is zero."""
+    """One parameter of a cycle. open: whether it stays open where it is left out, else it is zero; needed: whether it may not be."""
 
     name: str
+    meaning: str
     kind: str
     open: bool = False
+    needed: bool = False
+
+
+Conversion = Callable[[CycleParameter, float], float]
+
+
+def in_units(length: float, feed: float) -> Conversion:
+    """length: mm of a length of the program; feed: mm/min of a feed."""
+    by: dict[str, Callable[[float], float]] = {
+        "mm": lambda v: v * length, "size": lambda v: abs(v) * length, "deg": math.radians, "feed": lambda v: v * feed,
+    }  # fmt: skip
+    return lambda parameter, value: by.get(parameter.kind, float)(value)
 
 
 @dataclass(frozen=True)
 class Values:
-    """What a cycle is given, by the names of its manual: mm, rad, mm/min. A name that its table has not is zero."""
+    """What a cycle is given, by meaning: mm, rad, mm/min. A meaning that its table has not is zero."""
 
-    given: Mapping[str, float | None]
+    numbers: Mapping[str, float]
 
     def __getitem__(self, name: str) -> float:
-        return self.given.get(name) or 0.0
+        return self.numbers.get(name, 0.0)
 
     def has(self, name: str) -> bool:
         """Whether it was given at all."""
-        return self.given.get(name) is not None
+        return name in self.numbers
 
     def number(self, name: str) -> int:
         """A whole number."""
@@ -52,8 +69,7 @@ class Values:
 
     def without(self, name: str, otherwise: float) -> float:
         """The value; `otherwise` where it is left out."""
-        value = self.given.get(name)
-        return otherwise if value is None else value
+        return self.numbers.get(name, otherwise)
 
 
 @dataclass(frozen=True)
@@ -63,28 +79,39 @@ class Cycle(Generic[Primitive]):
     parameters: tuple[CycleParameter, ...]
     primitive: Primitive
 
-    def read(self, given: Sequence[float | None], unit: float, feed_unit: float) -> Values:
-        """unit: mm of a length of the program; feed_unit: mm/min of a feed. What is given beyond the table is left alone."""
-        by: dict[str, Callable[[float], float]] = {
-            "mm": lambda v: v * unit, "size": lambda v: abs(v) * unit, "deg": math.radians, "feed": lambda v: v * feed_unit,
-            "count": float, "plain": float, "text": float,
-        }  # fmt: skip
-        out: dict[str, float | None] = {}
-        for k, parameter in enumerate(self.parameters):
-            value = given[k] if k < len(given) else None
-            if value is not None:
-                out[parameter.name] = by[parameter.kind](value)
+    def uses(self, name: str) -> bool:
+        """Whether the cycle has a parameter of that name."""
+        return any(p.name == name for p in self.parameters)
+
+    @property
+    def required_names(self) -> tuple[str, ...]:
+        """Names of the parameters without which it does not go."""
+        return tuple(p.name for p in self.parameters if p.needed)
+
+    def by_name(self, arguments: Sequence[float | None]) -> dict[str, float]:
+        """Arguments in the order of the manual, by name. What is given beyond the table is left alone."""
+        return {p.name: v for p, v in zip(self.parameters, arguments) if v is not None}
+
+    def read(self, numbers: Mapping[str, float], convert: Conversion) -> Values:
+        """What the parameters mean, of those that are given by name."""
+        out: dict[str, float] = {}
+        for parameter in self.parameters:
+            if parameter.name in numbers:
+                out[parameter.meaning] = convert(parameter, numbers[parameter.name])
             elif not parameter.open:
-                out[parameter.name] = 0.0
+                out.setdefault(parameter.meaning, 0.0)
         return Values(out)
 
 
 def cycle(parameters: str, primitive: Primitive) -> Cycle[Primitive]:
     """A row from its text. Raises ValueError for a kind that does not exist."""
     out = []
-    for part in parameters.split(","):
-        name, kind = part.split()
-        if kind.rstrip("?") not in KINDS:
+    for part in filter(None, map(str.strip, parameters.split(","))):
+        word, kind = part.split()
+        name, _, meaning = word.partition("=")
+        if kind.rstrip("?!") not in KINDS:
             raise ValueError(f"{kind} is no kind of a parameter; known are {', '.join(KINDS)}")
-        out.append(CycleParameter(name, kind.rstrip("?"), kind.endswith("?")))
+        out.append(
+            CycleParameter(name, meaning or name, kind.rstrip("?!"), kind.endswith("?"), kind.endswith("!"))
+        )
     return Cycle(tuple(out), primitive)

@@ -60,6 +60,9 @@ class Dialect:
     part_spindles: Mapping[str, int] = field(
         default_factory=dict
     )  # codes after which another spindle holds the part
+    pockets: tuple[
+        Callable[[Any, Any], None], ...
+    ] = ()  # milling cycles of a text by Q of G287, with the control and the hole
 
     @property
     def haas(self) -> bool:

@@ -61,6 +61,11 @@ class Hole:
         """Out, at rapid."""
         self.to(self.retract, True)
 
+    def leave_higher(self) -> None:
+        """Out from the clearance, at rapid, where it ends higher."""
+        if self.retract > self.clearance:
+            self.leave()
+
     def pecks(
         self, depths: Sequence[float], again: Callable[[float], float], *, out: bool = True, wait: float = 0.0, pause: float = 0.0,
         back_at_feed: bool = False, before: Callable[[int], None] = lambda k: None,

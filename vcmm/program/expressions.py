@@ -39,14 +39,14 @@ class Grammar:
 
 
 # -- working out --------------------------------------------------------------------------------------------------------
-def evaluate(value: Value, known: Any) -> float | None:
+def evaluate(value: Value, variables: Any) -> float | None:
     """The number now; None for a vacant variable."""
-    return value(known) if callable(value) else value
+    return value(variables) if callable(value) else value
 
 
-def number(value: Value, known: Any) -> float:
+def number(value: Value, variables: Any) -> float:
     """The number now; 0 for a vacant variable. Raises BlockFault where a text stands."""
-    now = (value(known) if callable(value) else value) or 0.0
+    now = (value(variables) if callable(value) else value) or 0.0
     if not isinstance(now, float | int):
         raise BlockFault(0, f'"{now}" stands where a number is due')
     return now
@@ -55,8 +55,8 @@ def number(value: Value, known: Any) -> float:
 def whole(number: float | None, what: str, column: int = 0, near: float = 1e-4) -> int:
     """A whole number from a computed one. Raises BlockFault (column 0: the caller knows it)."""
     if number is None or not math.isfinite(number) or abs(number - round(number)) > near:
-        shown = "vacant" if number is None else f"{number:g}"
-        raise BlockFault(column, f"{what} is {shown}, and a whole number is due")
+        text = "vacant" if number is None else f"{number:g}"
+        raise BlockFault(column, f"{what} is {text}, and a whole number is due")
     return round(number)
 
 
@@ -78,15 +78,15 @@ def apply_sign(function: Callable[[float], float], value: Value) -> Value:
     """A sign or negation before a value."""
     if callable(value):
         inner = value
-        return lambda known: float(function(number(inner, known)))
+        return lambda variables: float(function(number(inner, variables)))
     return float(function(value))
 
 
 def binary(grammar: Grammar, operator: str, left: Value, right: Value, column: int) -> Evaluation:
     """Two values and the operator between them."""
 
-    def result(known: Any) -> float:
-        a, b = evaluate(left, known), evaluate(right, known)
+    def result(variables: Any) -> float:
+        a, b = evaluate(left, variables), evaluate(right, variables)
         if operator in grammar.equal and (a is None or b is None):
             return float((a is b) == grammar.equal[operator])
         x, y = a or 0.0, b or 0.0
@@ -109,13 +109,13 @@ def call_function(grammar: Grammar, name: str, arguments: Sequence[Value], colum
     """A function and its arguments, of which there are as many as it takes."""
     _, function = grammar.functions[name]
 
-    def result(known: Any) -> float:
-        values = [number(a, known) for a in arguments]
+    def result(variables: Any) -> float:
+        values = [number(a, variables) for a in arguments]
         try:
             return finite(function(*values), column)
         except (ValueError, OverflowError, ZeroDivisionError):
-            shown = grammar.call.format(name=name, arguments=", ".join(f"{v:g}" for v in values))
-            raise BlockFault(column, f"{shown} has no real value; check the parameters") from None
+            text = grammar.call.format(name=name, arguments=", ".join(f"{v:g}" for v in values))
+            raise BlockFault(column, f"{text} has no real value; check the parameters") from None
 
     return result
 

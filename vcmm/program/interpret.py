@@ -31,31 +31,31 @@ def read_program(
     """
     path = Path(path)
     text = read_bytes(path)
-    said = dialect or (setup.dialect if setup else None)
-    if said is None:
+    choice = dialect or (setup.dialect if setup else None)
+    if choice is None:
         return interpret(text, None, setup, str(path), trace, flow=flow)
     ranking = candidates(text, path)
     whose = "asked for" if dialect else "that of the set-up"
     try:
         read = interpret(text, dialect, setup, str(path), trace, flow=flow)
-        return _doubt(read, f"this was read as {said}, {whose}", said, ranking)
+        return _doubt(read, f"this was read as {choice}, {whose}", choice, ranking)
     except DataError as error:
-        raise _with_hint(error, f"{path} was read as {said}, {whose}", said, ranking) from None
+        raise _with_hint(error, f"{path} was read as {choice}, {whose}", choice, ranking) from None
 
 
-def _with_hint(error: DataError, how: str, said: str, ranking: list[Candidate]) -> DataError:
+def _with_hint(error: DataError, how: str, choice: str, ranking: list[Candidate]) -> DataError:
     """The refusal, with a sentence more where the program looks like one of another control than the one that was said."""
-    likely = ranking[0].dialect if ranking else said
-    if likely == said or ranking[0].score <= 1:
+    likely = ranking[0].dialect if ranking else choice
+    if likely == choice or ranking[0].score <= 1:
         return error
     return DataError([*error.problems, f"{how}; it looks like {ranking[0]}: perhaps --dialect {likely}"])
 
 
-def _doubt(read: Program, how: str, said: str, ranking: list[Candidate]) -> Program:
+def _doubt(read: Program, how: str, choice: str, ranking: list[Candidate]) -> Program:
     """With a remark where all signs are those of another kind of control than the one that was said."""
-    if not ranking or ranking[0].score < CLEAR or kin(ranking[0].dialect) == kin(said):
+    if not ranking or ranking[0].score < CLEAR or kin(ranking[0].dialect) == kin(choice):
         return read
-    own = next((c.score for c in ranking if kin(c.dialect) == kin(said)), 0.0)
+    own = next((c.score for c in ranking if kin(c.dialect) == kin(choice)), 0.0)
     if own >= SURE * ranking[0].score:
         return read
     text = f"{how}; it looks like {ranking[0]}: perhaps --dialect {ranking[0].dialect}, or another set-up"
@@ -109,12 +109,12 @@ def read_for(
         try:
             survey = interpret(text, dialect, replace(setup, strict=False), name)
         except VcmmError:
-            said = dialect or setup.dialect
-            if said is None:
+            choice = dialect or setup.dialect
+            if choice is None:
                 raise refusal from None
-            whose = "that of the set-up" if said == setup.dialect else "asked for"
-            how = f"{name} was read as {said}, {whose}"
-            raise _with_hint(refusal, how, said, candidates(text, Path(name))) from None
+            whose = "that of the set-up" if choice == setup.dialect else "asked for"
+            how = f"{name} was read as {choice}, {whose}"
+            raise _with_hint(refusal, how, choice, candidates(text, Path(name))) from None
         demand(survey.assumed, name, job)
         raise
 

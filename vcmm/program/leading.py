@@ -80,11 +80,11 @@ def name_axes(r: Leader, letters: str) -> None:
         r.release(letter)
 
 
-def held_after(move: Move, held: str) -> str:
+def held_after(move: Move, axes: str) -> str:
     """Axes of which only the machine knows where they stand after a move: all that a led one has moved."""
     if not move.led or move.over_face:
-        return held
-    turned = "ABC" if move.tool_axis_end is not None else "".join(a for a in held if a in "ABC")
+        return axes
+    turned = "ABC" if move.tool_axis_end is not None else "".join(a for a in axes if a in "ABC")
     return f"XYZ{turned}"
 
 

@@ -129,9 +129,11 @@ def unknown_tool(r: Telling, number: int, called: str, column: int | None = None
             "no tools",
         )
         return
-    known = ", ".join(str(n) for n in tools[:12])
+    numbers = ", ".join(str(n) for n in tools[:12])
     add = f"[tools.{number}]" if number else f'a tool with name = "{called}"'
-    otherwise = f"{what} ({called}) is not in the set-up file, which has {known}; add {add}" if tools else ""
+    otherwise = (
+        f"{what} ({called}) is not in the set-up file, which has {numbers}; add {add}" if tools else ""
+    )
     r.assume(what, "a tool without length", otherwise, blank=entry, column=column)
 
 

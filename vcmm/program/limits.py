@@ -48,10 +48,10 @@ class Control:
 
 def control_from(table: Mapping[str, object]) -> Control:
     """A `[control]` table: tolerance = "10 um", tool_change = "5 s", rapid_stop = true. Raises UsageError."""
-    known = ("tolerance", "rapid_stop", "tool_change")
+    keys = ("tolerance", "rapid_stop", "tool_change")
     for key in table:
-        if key not in known:
-            raise UsageError(f'control has no key "{key}".{choose_from(key, known)}')
+        if key not in keys:
+            raise UsageError(f'control has no key "{key}".{choose_from(key, keys)}')
     stop = table.get("rapid_stop", True)
     if not isinstance(stop, bool):
         raise UsageError("control.rapid_stop must be true or false")
@@ -83,7 +83,7 @@ class Limits:
 def axis_limits(machine: Machine) -> Limits:
     """Limits of a machine, with what had to be assumed."""
     table = np.full((3, 6), np.inf)
-    lag, forward, said = np.zeros(6), np.ones(6), []
+    lag, forward, notes = np.zeros(6), np.ones(6), []
     for letter, axis in machine.axes.items():
         column = AXES.index(letter)
         typical = TYPICAL.get(machine.kind, TYPICAL["machine-tool"])[axis.rotary]
@@ -94,8 +94,8 @@ def axis_limits(machine: Machine) -> Limits:
         absent = [i for i, key in enumerate(KEYS) if key not in axis.dynamics]
         if absent:
             figures = ", ".join(f"{KEYS[i]} {_limit_text(typical[i], i, axis.rotary)}" for i in absent)
-            said.append(f"axis {letter}: {figures} (typical of kind {machine.kind}, not stated)")
-        lag[column], forward[column] = _servo(letter, axis.dynamics, said)
+            notes.append(f"axis {letter}: {figures} (typical of kind {machine.kind}, not stated)")
+        lag[column], forward[column] = _servo(letter, axis.dynamics, notes)
     return Limits(
         table[0],
         table[1],
@@ -103,20 +103,20 @@ def axis_limits(machine: Machine) -> Limits:
         lag=lag,
         feed_forward=forward,
         letters=tuple(machine.axes),
-        assumptions=tuple(said),
+        assumptions=tuple(notes),
     )
 
 
-def _servo(letter: str, dynamics: Mapping[str, float], said: list[str]) -> tuple[float, float]:
+def _servo(letter: str, dynamics: Mapping[str, float], notes: list[str]) -> tuple[float, float]:
     """1/Kv (s) and feed-forward share: a gain alone is a plain position loop, no gain is one without lag."""
     if "gain" not in dynamics:
-        said.append(f"axis {letter}: no gain stated, so it follows its command without lag")
+        notes.append(f"axis {letter}: no gain stated, so it follows its command without lag")
         return 0.0, 1.0
     share = dynamics.get("feed_forward", 0.0)
     if not 0.0 <= share <= 1.0:
         raise UsageError(f"dynamics.feed_forward of axis {letter} is {share:g}; it must lie between 0 and 1")
     if "feed_forward" not in dynamics:
-        said.append(f"axis {letter}: no feed_forward stated, so none is at work")
+        notes.append(f"axis {letter}: no feed_forward stated, so none is at work")
     return 1.0 / dynamics["gain"], share
 
 

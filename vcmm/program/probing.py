@@ -54,18 +54,18 @@ class Feeler(NamedTuple):
                 f"the probe stands behind the surface that it is to touch, its ball of {2.0 * self.radius:g} mm does not fit, or it finds nothing within "
                 f"{self.overtravel:g} mm beyond: check where it starts, the expected position or size, and the way that it may go"
             )
-        found = r.p
+        tip = r.p
         r.straight(start, False)
-        return found
+        return tip
 
     def until(self, towards: Point, farthest: float) -> Point | None:
         """The same where nothing is expected anywhere: None where it goes so far (mm) without an answer."""
         r, start = self.recorder, self.recorder.p
         x, y, z = (p + farthest * t for p, t in zip(start, towards))
         met = touch(r, (x, y, z), self.tool)
-        found = r.p
+        tip = r.p
         r.straight(start, False)
-        return found if met else None
+        return tip if met else None
 
     def surface(self, axis: int, expected: float, sense: float) -> float:
         """Coordinate of a surface along an axis (0, 1, 2), mm as programmed: the probe goes there from where it stands, and back.
@@ -77,14 +77,14 @@ class Feeler(NamedTuple):
         below = axis == 2 and sense > 0
         radius = 0.0 if axis == 2 else self.radius
         distance = sense * (expected - self.recorder.p[axis]) - (2.0 * self.radius if below else radius)
-        found = self.feel(at(ORIGIN, axis, sense), distance)
+        tip = self.feel(at(ORIGIN, axis, sense), distance)
         if below and self.radius:
             self.recorder.remark(
                 f"Z is touched from below: along the probe the control corrects its length alone, so the reading is {2.0 * self.radius:g} mm (the ball) below "
                 "the surface; add the diameter of the ball where the program goes on with it",
                 kind="from below",
             )
-        return found[axis] + sense * radius
+        return tip[axis] + sense * radius
 
     def rim(self, middle: tuple[float, float], diameter: float, angle: float, inside: bool) -> Point:
         """Where the tip is when a bore answers from inside, a boss from outside, at an angle (rad) about its expected middle."""
@@ -104,17 +104,17 @@ class Feeler(NamedTuple):
 @contextmanager
 def measuring_cycle(r: Recorder, what: str, feed: float) -> Iterator[None]:
     """A cycle of the control, its ways at a feed per minute. In a survey what it cannot do is passed over and told, strict it is refused."""
-    kept = r.feed_mode, r.feed
+    before = r.feed_mode, r.feed
     r.feed_mode, r.feed = "G94", feed
     try:
         yield
     except (BlockFault, ProgramFault) as fault:
         if r.setup.strict:
             raise
-        said = fault.text if isinstance(fault, BlockFault) else fault.reason
-        r.assume(what, f"passed over from where it stops: {said}")
+        reason = fault.text if isinstance(fault, BlockFault) else fault.reason
+        r.assume(what, f"passed over from where it stops: {reason}")
     finally:
-        r.feed_mode, r.feed = kept
+        r.feed_mode, r.feed = before
 
 
 def ball_radius(tool: Tool) -> float:
@@ -180,8 +180,10 @@ def touch(r: Recorder, end: Point, tool: Tool, expected: Point | None = None, st
     centre = (0.0, 0.0, radius)  # over the tip, which is the lowest point
     met = first_contact(r.setup.surfaces, tip, target, radius, centre)
     if met is None and expected is not None:
-        known, number = r.setup.expected_at, len(r.touches)
-        met = stopped_at(tip, known[number] if number < len(known) else r.world.apply(expected), target)
+        expected_tips, number = r.setup.expected_at, len(r.touches)
+        met = stopped_at(
+            tip, expected_tips[number] if number < len(expected_tips) else r.world.apply(expected), target
+        )
         if met is not None:
             r.assume(
                 "where the surfaces lie that are probed", "where the program expects them", matters=False
@@ -209,7 +211,7 @@ def _check_tool(r: Recorder, tool: Tool) -> None:
 
 def _answer_probe(r: Recorder, met: tuple[Point, Point, Point] | None, end: Point, stops: bool) -> bool:
     """The move to where the probe answers, which may read further, and what is kept of it."""
-    found = end
+    goal = end
     if met is not None:
         number, read = len(r.touches), r.setup.read_out
         r.touches.append(
@@ -226,9 +228,9 @@ def _answer_probe(r: Recorder, met: tuple[Point, Point, Point] | None, end: Poin
         )
         further = read[number] if number < len(read) else 0.0
         x, y, z = (p + further * a for p, a in zip(met[0], met[1]))
-        found = r.world.undo((x, y, z))
-    r.straight(found, False)
-    r.skip, r.skip_axes = found, r.q
+        goal = r.world.undo((x, y, z))
+    r.straight(goal, False)
+    r.skip, r.skip_axes = goal, r.q
     if not stops and met is not None:
         r.straight(end, False)
     return met is not None
@@ -250,8 +252,8 @@ def correct_zero(
     one, two = (tuple(p[i] if v is None else v for i, v in enumerate(which)) for which in (reads, should))
     shifted = shifted_zero(r, (one[0], one[1], one[2]), (two[0], two[1], two[2]))
     if name != r.offset:
-        kept = r.offsets.get(name, ORIGIN)
-        x, y, z = (kept[i] if reads[i] is None else shifted[i] for i in range(3))
+        before = r.offsets.get(name, ORIGIN)
+        x, y, z = (before[i] if reads[i] is None else shifted[i] for i in range(3))
         shifted = (x, y, z)
     r.offsets[name] = shifted
 

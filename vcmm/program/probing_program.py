@@ -10,6 +10,7 @@
 X Y Z of a program are those of its work offset. The length of the probe counts to the lowest point of its ball, as macros calibrate it, so
 the middle of the ball stands one radius higher than Z says. Every touch prints the line of vcmm.files.foreign.touch_log, format "touches"; what the
 control does not measure is printed as it was commanded, of the middle of the ball.
+Where a head turns, X Y Z are those of the axes, as if it stood at zero: what follows the tip (G43.4, TRAORI, M128) is ended first.
 Between two touches the probe goes over `clear`; rotary axes turn only up there. Collisions are not looked for.
 """
 
@@ -55,7 +56,8 @@ class PlannedTouch:
 class ProbingJob:
     """clear: Z of the work offset at which rotary axes may turn; standoff: mm before the surface from where a touch begins; ball: its radius, mm.
 
-    tool: number of the probe; orients: whether the spindle is turned for the touches.
+    tool: number of the probe; leads_tip: a head turns, so that the control could follow the tip of the tool, which the program ends first; orients: whether the
+    spindle is turned for the touches.
     """
 
     touches: tuple[PlannedTouch, ...]
@@ -65,6 +67,7 @@ class ProbingJob:
     tool: int = 20
     offset: str = "G54"
     name: str = "TOUCH"
+    leads_tip: bool = False
 
     @property
     def orients(self) -> bool:
@@ -118,6 +121,7 @@ def _iso(job: ProbingJob, control: str) -> list[str]:
     """Fanuc and Haas."""
     first = RESULTS[control]
     lines = ["%", "O9500 (TOUCHES OF SPHERES)", f"G21 G17 G90 G94 {job.offset}", f"T{job.tool} M6"]
+    lines += ["G49"] if job.leads_tip else []  # ends G43.4 and G43.5
     lines += [f"G43 H{job.tool} Z{_number(job.clear)}", "G65 P9832", "POPEN"]
     for touch, turns, orients in _visits(job):
         if turns:
@@ -149,6 +153,7 @@ def _sinumerik(job: ProbingJob, control: str) -> list[str]:
         "M6",
         "D1",
     ]
+    lines += ["TRAFOOF"] if job.leads_tip else []
     lines.append(f"G0 Z{_number(job.clear)}")
     for touch, turns, orients in _visits(job):
         if turns:
@@ -171,7 +176,12 @@ def _sinumerik(job: ProbingJob, control: str) -> list[str]:
 
 def _heidenhain(job: ProbingJob, control: str) -> list[str]:
     """TCH PROBE 427 goes over the clearance height by itself; Q261 is the height of the middle of the ball, of a touch along Z that of the surface."""
-    lines = [f"BEGIN PGM {job.name} MM", f"TOOL CALL {job.tool} Z S0", f"L Z{job.clear:+.4f} R0 FMAX"]
+    lines = [
+        f"BEGIN PGM {job.name} MM",
+        f"TOOL CALL {job.tool} Z S0",
+        *(["M129"] if job.leads_tip else []),
+        f"L Z{job.clear:+.4f} R0 FMAX",
+    ]
     if job.offset != "G54":
         raise UsageError("a HEIDENHAIN program works in the preset in force; leave the work offset at G54")
     for touch, turns, orients in _visits(job):

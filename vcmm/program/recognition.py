@@ -119,18 +119,18 @@ class Candidate:
 def candidates(text: str, path: Path | None) -> list[Candidate]:
     """All dialects that a text has signs of, the best first."""
     views = _views(text[:READ].upper())
-    found: dict[str, list[tuple[float, str]]] = {}
+    signs_of: dict[str, list[tuple[float, str]]] = {}
     for sign in SIGNS:
         if _compile(sign.pattern).search(views[sign.where]):
-            _add(found, sign.dialects, sign.weight, sign.what)
+            _add(signs_of, sign.dialects, sign.weight, sign.what)
     suffix = path.suffix.lstrip(".").lower() if path else ""
     if suffix in ENDINGS:
         dialects, weight = ENDINGS[suffix]
-        _add(found, dialects, weight, f"the file ends in .{suffix}")
-    _axes(views["code"], found)
+        _add(signs_of, dialects, weight, f"the file ends in .{suffix}")
+    _axes(views["code"], signs_of)
     out = [
         Candidate(d, sum(w for w, _ in signs), tuple(what for _, what in sorted(signs, reverse=True)))
-        for d, signs in found.items()
+        for d, signs in signs_of.items()
     ]
     order = [s for sign in SIGNS for s in sign.dialects]
     return sorted(out, key=lambda c: (-c.score, order.index(c.dialect)))
@@ -149,22 +149,22 @@ def _views(text: str) -> dict[str, str]:
 
 
 def _add(
-    found: dict[str, list[tuple[float, str]]], dialects: Iterable[str], weight: float, what: str
+    signs_of: dict[str, list[tuple[float, str]]], dialects: Iterable[str], weight: float, what: str
 ) -> None:
     for dialect in dialects:
-        found.setdefault(dialect, []).append((weight, what))
+        signs_of.setdefault(dialect, []).append((weight, what))
 
 
-def _axes(code: str, found: dict[str, list[tuple[float, str]]]) -> None:
+def _axes(code: str, signs_of: dict[str, list[tuple[float, str]]]) -> None:
     """A turning program has X and Z and no Y, unless a driven tool has its say; a milling program has Y."""
     x, y, z = (len(re.findall(rf"{a}[ \t]*[-+.\d#\[]", code)) for a in "XYZ")
     arcs = re.search(r"G0?[23](?!\d)[^\n]*[IK][ \t]*[-+.\d]", code)
     if x and z and not y:
-        _add(found, (*LATHES, "fanuc-lathe-b"), 4 if x > 3 or arcs else 2, "X and Z without Y")
+        _add(signs_of, (*LATHES, "fanuc-lathe-b"), 4 if x > 3 or arcs else 2, "X and Z without Y")
     elif y > 0.05 * (x + z):
         for dialect in (*LATHES, "fanuc-lathe-b"):
-            if dialect in found:
-                found[dialect].append((-8.0, "Y words"))
+            if dialect in signs_of:
+                signs_of[dialect].append((-8.0, "Y words"))
 
 
 def ranking_text(ranking: list[Candidate]) -> str:

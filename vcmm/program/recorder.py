@@ -262,12 +262,12 @@ class Recorder(ModalState):
         plane = plane or self.plane
         one, two, normal = PLANES[plane]
         self.check_radii(plane, end, centre)
-        kept = in_plane(self.world, plane)
-        if kept is None:
+        plane_map = in_plane(self.world, plane)
+        if plane_map is None:
             self.fault(
                 f"an arc of the plane {plane} under a rotation out of that plane or a scale that differs between its axes is not understood; program it in the plane"
             )
-        clockwise = clockwise != kept[1]
+        clockwise = clockwise != plane_map[1]
         start, target = self.tip(), self.world.apply(end)
         lifted = [centre[0], centre[1], centre[2]]
         lifted[normal] = self.p[normal]
@@ -327,8 +327,8 @@ class Recorder(ModalState):
     ) -> None:  # fmt: skip
         """Make a move from where the tip is (or `start`) and note where the axes now are. Machine coordinates."""
         if self.tilted and rotary is not None and math.dist(rotary, self.rotary) > 1e-9:
-            said = "a rotary axis in a tilted plane, which has turned them"
-            self.assume(said, "passed over", f"{said}, is not understood; end the plane before")
+            wording = "a rotary axis in a tilted plane, which has turned them"
+            self.assume(wording, "passed over", f"{wording}, is not understood; end the plane before")
         if self.held:
             let_go(self, self.tip() if start is None else start, end, rotary)
         self.moves.append(
@@ -350,8 +350,8 @@ class Recorder(ModalState):
     def side_on(self, rewritable: bool) -> RadiusCompensation | None:
         """Compensation of a move; a mirror image is cut with the tool on the other side."""
         side = self.compensation if rewritable else None
-        kept = None if side is None else in_plane(self.world, self.plane)
-        if side is None or kept is None or not kept[1]:
+        plane_map = None if side is None else in_plane(self.world, self.plane)
+        if side is None or plane_map is None or not plane_map[1]:
             return side
         return side._replace(side="right" if side.side == "left" else "left")
 

@@ -42,6 +42,7 @@ class RoundedCorner(NamedTuple):
     source: Source
     feed: float | None = None
     ahead: tuple[float, float, float] | None = None  # which way the next move must go, machine axes
+    modal: bool = False  # of a rounding in force: the last move of a contour has none
 
 
 def round_corners(
@@ -51,9 +52,11 @@ def round_corners(
 
     Raises ProgramLimit with the place where a corner does not fit between its neighbours.
     """
-    out, kept = list(moves), list(states)
+    out, out_states = list(moves), list(states)
     for rounded in reversed(corners):
         following = next((k for k in range(rounded.after + 1, len(out)) if planar(out[k])), None)
+        if following is None and rounded.modal:
+            continue
         if following is None or not planar(out[rounded.after]):
             refuse(
                 file,
@@ -73,8 +76,8 @@ def round_corners(
         out[rounded.after], out[following] = a, b
         if extra is not None:
             out.insert(following, extra)
-            kept.insert(following, kept[following])
-    return out, kept
+            out_states.insert(following, out_states[following])
+    return out, out_states
 
 
 def _check_way(second: Move, rounded: RoundedCorner, file: str) -> None:

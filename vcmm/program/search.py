@@ -39,9 +39,9 @@ def find_file(folders: Sequence[Path], names: Sequence[str]) -> Path | None:
         there = _listing(folder)
         for name in names:
             for ending in ENDINGS:
-                found = there.get(f"{name}{ending}".lower())
-                if found is not None:
-                    return found
+                path = there.get(f"{name}{ending}".lower())
+                if path is not None:
+                    return path
     return None
 
 

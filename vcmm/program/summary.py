@@ -39,8 +39,8 @@ class ProgramSummary:
             yield "dwells", f"{self.dwell_time:.1f} s"
         for name, box in (("machine", self.machine), ("work", self.work)):
             if box is not None:
-                told = "work coordinates (zeros of the set-up)" if name == "work" else f"{name} coordinates"
-                yield f"extent of the tip, {told}", _box(box)
+                label = "work coordinates (zeros of the set-up)" if name == "work" else f"{name} coordinates"
+                yield f"extent of the tip, {label}", _box(box)
         if self.cutting is not None:
             yield "extent of the cuts, machine coordinates", _box(self.cutting)
         if program.tools:

@@ -66,7 +66,7 @@ class BoxEdges:
         """The same: the middle of the ball comes as near as its radius to an edge (a cylinder about it), or to a corner (a sphere)."""
         if radius <= 0.0:
             return None
-        found = []
+        contacts = []
         for k in range(27):  # each axis: at its lower end, between both, at its upper end
             ends = (k % 3, k // 3 % 3, k // 9)
             fixed = [i for i in range(3) if ends[i] != 1]
@@ -75,8 +75,8 @@ class BoxEdges:
             at = [self.low[i] if ends[i] == 0 else self.high[i] for i in range(3)]
             met = self._near(start, along, radius, at, fixed)
             if met is not None:
-                found.append(met)
-        return min(found) if found else None
+                contacts.append(met)
+        return min(contacts) if contacts else None
 
     def _near(
         self, start: Point, along: Point, radius: float, at: list[float], fixed: list[int]

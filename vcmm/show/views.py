@@ -27,7 +27,7 @@ from vcmm.shop.machining.result import CutResult, rms_text
 from vcmm.show import charts
 from vcmm.show.charts.bars import MOST_BARS
 from vcmm.show.charts.distribution import coarsen
-from vcmm.show.pages.check_pictures import beside_forecast
+from vcmm.show.pages.check_pictures import beside_forecast, number_over_time
 from vcmm.show.report.answers import answer_of, in_one_line
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.response.recording import Recording
@@ -111,10 +111,7 @@ def over_time(track: Track, name: str | None = None, ax: Sheet = None) -> Axes:
     if name and name.split(" ")[0] in [c.name for c in track.checks]:
         return beside_forecast(check_parts(track, name)[0], ax)
     one = track.course(name) if name else max(track.courses, key=lambda c: c.moved)
-    return charts.over_time(
-        one.when - one.when[0], one.value, one.u, name=one.name, unit=one.unit, start=track.checks[0].date,
-        alarms=[c.when - one.when[0] for c in track.alarms], ahead=np.array(one.ahead), what=one.what, ax=ax,
-    )  # fmt: skip
+    return number_over_time(track, one, ax)
 
 
 @picture.register(CutResult)

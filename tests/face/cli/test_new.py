@@ -12,7 +12,7 @@ from vcmm.face.cli import run
 @pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "next_step"),
-    [("ring_gauge", "uncertainty"), ("plate", "uncertainty"), ("ballbar", "diagnose"), ("traced_cmm", "calibrate"), ("mill", "cut"), ("lathe", "cut")],
+    [("ring_gauge", "uncertainty"), ("plate", "uncertainty"), ("ballbar", "diagnose"), ("traced_cmm", "calibrate"), ("six_axis_arm", "calibrate"), ("mill", "cut"), ("lathe", "cut")],
 )  # fmt: skip
 def test_what_new_writes_passes_its_check_and_names_the_next_step(tmp_path, capsys, name, next_step):
     assert run(["new", name, "--out", str(tmp_path)]) == 0

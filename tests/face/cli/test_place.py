@@ -174,7 +174,7 @@ def test_choices_of_the_fixture_that_cannot_be_used_are_named(tmp_path, capsys):
     [
         (["--budget", "3 min"], "--budget"),
         (["--plan", "--scan", "5"], "--scan"),
-        (["--plan", "--machines", "a.toml"], "--machines"),
+        (["--plan", "--machines", "."], "--machines"),
         (["--draws", "5"], "--draws"),
     ],
 )

@@ -8,10 +8,11 @@ import pytest
 import vcmm
 from tests.learn.tracking.small_folder import write_machine
 from vcmm.learn.tracking import alarms, changes, rates
-from vcmm.learn.tracking.chance import chance_beyond
+from vcmm.learn.tracking.chance import chance_beyond, square_at
 from vcmm.learn.tracking.compress import SeenRecording
+from vcmm.learn.tracking.evidence import log_likelihoods
 from vcmm.learn.tracking.kalman import GaussianState, advance, condition, innovation
-from vcmm.learn.tracking.learn_rates import columns_for, is_due, log_likelihood
+from vcmm.learn.tracking.learn_rates import columns_for, is_due
 from vcmm.learn.tracking.quantities import tracked_machine
 
 
@@ -83,23 +84,41 @@ def test_a_passing_change_goes_back_and_a_lasting_one_stays():
     assert motion.carry(np.array([3.0, 3.0, 0, 0, 0]), 7.0)[:2] == pytest.approx([3.0, 3.0 * math.exp(-7)])
 
 
-def test_the_evidence_by_covariances_is_that_of_the_filter():
-    """Both forms of the filter over ten recordings with a jump among them, the likelihoods of which differ by rounding."""
+@pytest.mark.parametrize("jumps", [True, False])
+def test_the_evidence_by_covariances_is_that_of_the_filter(jumps):
+    """Both forms of the filter over ten recordings with a jump among them, for rates with and without season, trend and swing at
+    once: the likelihoods differ by rounding."""
     rng = np.random.default_rng(8)
-    motion = rates.WanderingMotion(
-        2, *(np.array([v, v / 2]) for v in (1.0, 0.5, 0.7, 0.3)), np.array([1.0, 30.0])
-    )
-    ones = np.eye(motion.size)
-    jumps = [changes.Jump("a", ones[:, 2:3]), changes.Jump("passing", ones[:, 4:6])]
-    state, total, seen = rates.first_state(motion), 0.0, []
+    sizes = [(1.0, 0.5, 0.7, 0.3), (1.0, 0.5, 0.7, 0.0), (0.2, 0.0, 0.0, 0.0), (0.0, 2.0, 0.0, 0.0)]
+    motions = [
+        rates.WanderingMotion(2, *(np.array([v, v / 2]) for v in own), np.array([1.0, 30.0])) for own in sizes
+    ]
+    ones = np.eye(motions[0].size)
+    hits = [changes.Jump("a", ones[:, 2:3]), changes.Jump("passing", ones[:, 4:6])] if jumps else []
+    seen = []
     for day in range(10):
         columns = rng.normal(size=(3, 4))
-        value = rng.normal(size=3) + (9.0 if day == 6 else 0.0) * columns[:, 2]
-        seen.append(SeenRecording("", 7.0 * day, columns, value, 1.0, 1, 3, 0.0, 0))
-        state = motion.step(state, 7.0 if day else 0.0)
-        new = changes.update(state, columns_for(seen[-1], 2), value, jumps, 7.0 if day else 0.0)
-        state, total = new.state, total + new.log_likelihood
-    assert log_likelihood(seen, motion, jumps) == pytest.approx(total, abs=1e-8)
+        off = {3: 9.0 * columns.sum(axis=1), 6: 9.0 * columns[:, 2]}.get(day, 0.0)
+        seen.append(SeenRecording("", 40.0 + 7.0 * day, columns, rng.normal(size=3) + off, 1.0, 1, 3, 0.0, 0))
+    totals = []
+    for motion in motions:
+        state, total = rates.first_state(motion), 0.0
+        for day, one in enumerate(seen):
+            state = motion.step(state, 7.0 if day else 0.0)
+            new = changes.update(state, columns_for(one, 2), one.value, hits, 7.0 if day else 0.0)
+            state, total = new.state, total + new.log_likelihood
+        totals.append(total)
+    assert log_likelihoods(seen, motions, hits) == pytest.approx(totals, abs=1e-8)
+    assert log_likelihoods(seen, motions[2:], hits) == pytest.approx(totals[2:], abs=1e-8)
+
+
+def test_the_square_at_a_chance():
+    # two degrees of freedom: exp(-x / 2) = 0.01 at x = 2 ln 100; one: 6.634897 (tables of chi-square, 0.99)
+    assert square_at(2, 0.01) == pytest.approx(2 * math.log(100), rel=1e-14)
+    assert square_at(1, 0.01) == pytest.approx(6.634897, abs=1e-6)
+    for count in (1, 2, 7, 13):
+        at = square_at(count, 0.01)
+        assert chance_beyond(count, at) <= 0.01 < chance_beyond(count, at * (1 - 1e-12))
 
 
 def test_a_jump_by_pencil():

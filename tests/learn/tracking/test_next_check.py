@@ -17,6 +17,7 @@ from vcmm.learn.tracking.follow import again
 from vcmm.learn.tracking.next_check import ShopCheck, plan_checks
 from vcmm.learn.tracking.rates import GroupRates
 from vcmm.learn.tracking.task_limits import limits_of
+from vcmm.show.tables.track import next_checks
 
 LIST = """vcmm = "checks/1"
 [[checks]]
@@ -138,3 +139,14 @@ def test_from_the_command_line_the_cheaper_of_two_alike_is_first(followed, tmp_p
     assert np.isfinite(document["limits"][0]["u_rest"])
     assert run(words) == 2
     assert "one of them is missing" in capsys.readouterr().err
+
+
+def test_a_limit_below_what_else_counts_is_said_to_be_beyond_every_check(followed):
+    """The rest alone is 2 x 1 um / sqrt(2) = 1.41 um (two faces of four touches of 1 um each): 1.4 um is beyond every check of the machine, 1.5 um is not."""
+    found, scenario = followed
+    laser = ShopCheck("laser", "laser_2026-01-05.toml", 30.0, 60.0)
+    for text, beyond in (("length = 1.4 um", True), ("length = 1.5 um", False)):
+        limits = limits_of([text], scenario, found.dated)
+        planned = (limits, *plan_checks(found.followed, found.dated.when, [laser], limits, 30))
+        caption = next_checks(planned, found).caption
+        assert ("U of length is 1.41 µm without any error of the machine" in caption) is beyond

@@ -90,7 +90,7 @@ def test_what_does_not_fit_the_state_is_refused(tmp_path):
     (tmp_path / "out" / "track.toml").write_text("".join(lines))
     with pytest.raises(DataError, match="an earlier version wrote this state"):
         vcmm.track(machine, tmp_path / "checks", **ask)
-    (tmp_path / "out" / "track.toml").write_text(kept.replace("shapes = 2\n", ""))
+    (tmp_path / "out" / "track.toml").write_text(kept.replace("shapes = 3\n", ""))
     with pytest.raises(DataError, match="another version wrote this state, with other shapes"):
         vcmm.track(machine, tmp_path / "checks", **ask)
     (tmp_path / "out" / "track.toml").write_text(kept)
@@ -295,3 +295,66 @@ def test_a_part_is_placed_on_a_machine_that_was_followed(tmp_path, capsys):
         204.0 * float(np.sqrt((found.dated.since**2).sum())), rel=1e-3
     )
     assert line["u_best_mm"] < 0.05 * line["u_present_mm"]
+
+
+@pytest.mark.thorough
+def test_a_jump_of_a_stated_squareness_is_no_mistake_of_a_table(tmp_path):
+    """C0Y of 20 urad for eleven weeks, then -20: that the table has the wrong sign is what this looks like, but eleven checks were as it says. The
+    change is -40 urad; from the first recording on the file itself is asked, whose table may hold a mistake.
+    """
+    square = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "20 urad"\n[[inputs]]\neffect = "squareness"\npair = "C0Y"\nparameter = "angle"\nu = "2 urad"\n'
+    machine = write_machine(tmp_path)
+    machine.write_text(machine.read_text() + square)
+    q = [(x, y, z) for x in (50.0, 250.0, 450.0) for y in (50.0, 450.0) for z in (50.0, 400.0)]
+    rng = np.random.default_rng(5)
+    for week in range(12):
+        c = -20.0 if week == 11 else 20.0  # urad; the tip errs by -c y along X
+        date = str(np.datetime64("2026-01-05") + 7 * week)
+        rows = [
+            f"{x:g},{y:g},{z:g},{c * y * 1e-3 + e:.4f},{f:.4f},{g:.4f}"
+            for (x, y, z), (e, f, g) in zip(q, rng.normal(size=(12, 3)))
+        ]
+        (tmp_path / "checks" / f"{date}.csv").write_text(
+            "X_mm,Y_mm,Z_mm,dx_um,dy_um,dz_um\n" + "\n".join(rows) + "\n"
+        )
+        (tmp_path / "checks" / f"{date}.toml").write_text(
+            f'vcmm = "recording/1"\ndata = "{date}.csv"\nmachine = "../machine.toml"\nkind = "probe"\ndate = "{date}"\n'
+        )
+    (alarm,) = vcmm.track(machine, tmp_path / "checks").to_dict()["alarms"]
+    assert alarm["since"] == "2026-03-16"
+    said = alarm["diagnosis"]
+    assert said.startswith("explained: squareness C0Y, angle -")
+    assert "a collision" in said
+    size, u = (float(v) for v in said.partition("angle ")[2].partition(" urad")[0].split(" ± "))
+    assert abs(size + 40.0) < 3 * u < 10.0
+
+
+def test_the_document_is_valid_by_its_schema(tmp_path, capsys):
+    """`vcmm schema track` on what `vcmm track` prints, with an alarm and a warning; a key too many, one too few and a text for a number are refused."""
+    jsonschema = pytest.importorskip(
+        "jsonschema", reason="jsonschema comes with nbformat: pip install vcmm[notebook]"
+    )
+    machine = write_year(tmp_path, 4, lambda week: 2.0 if week < 3 else 62.0)
+    words = [
+        "track",
+        str(machine),
+        str(tmp_path / "checks"),
+        "--out",
+        str(tmp_path / "out"),
+        "--at",
+        "2026-03-01",
+        "--no-explain",
+        "--json",
+    ]
+    assert run(words) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert run(["schema", "track"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    known = jsonschema.Draft202012Validator(schema)
+    assert [f"{list(e.absolute_path)}: {e.message}" for e in known.iter_errors(document)] == []
+    assert document["alarms"]
+    assert document["warnings"]
+    without = {k: v for k, v in document.items() if k != "alarms"}
+    for wrong in (document | {"alarm": []}, without, document | {"alpha": "0.05"}):
+        assert len(list(known.iter_errors(wrong))) == 1

@@ -17,6 +17,10 @@ SIDE = (
     "CYCL DEF 20 CONTOUR DATA ~\nQ1=-20 Q2=+1 Q3=+0.5 Q4=+0 Q5=+0 Q6=+2 Q7=+50 Q8=+0.5 Q9=+1\n"
     "CYCL DEF 24 SIDE FINISHING Q9={sense} Q10=-20 Q11=100 Q12=200 Q14=+0\nCYCL CALL\nL X-50 FMAX M30\n"
 )
+ROUGH = (
+    "CYCL DEF 20 CONTOUR DATA ~\nQ1=-8 Q2=+1 Q3=+0.5 Q4=+0.2 Q5={surface} Q6=+2 Q7=+50 Q8=+0.5 Q9=+1\n"
+    "CYCL DEF {number} {name} Q10=-5 Q11=100 Q12=200 Q13=1 {more}\nCYCL CALL\nL X-50 FMAX M30\n"
+)
 
 
 def path(text: str, strict: bool = False) -> list[tuple[str, tuple[float, ...]]]:
@@ -82,8 +86,8 @@ def test_an_island_is_gone_round_in_arcs():
     [
         (TRAIN.format(allowance="+0", sense="+1") + OPEN, "7:1: where cycle 25 goes in is the control's own"),
         (
-            "CYCL DEF 22 ROUGH-OUT Q10=-5 Q11=100 Q12=200\nCYCL CALL\nM30\n" + OPEN,
-            "6:10: Cycle 22, rough-out is not understood",
+            ROUGH.format(number=22, name="ROUGH-OUT", more="Q18=0", surface=0) + SQUARE.format(side="RL"),
+            "9:1: how cycle 22 clears and where it goes in is the control's own affair",
         ),
     ],
 )
@@ -99,3 +103,54 @@ def test_what_is_missing_is_refused():
         path("CYCL DEF 24 SIDE FINISHING Q9=+1 Q10=-20 Q11=100 Q12=200\n" + OPEN)
     with pytest.raises(DataError, match="has no RL or RR"):
         path(SIDE.format(sense="+1") + SQUARE.format(side="R0"))
+
+
+@pytest.mark.parametrize("surface", [0, 30])
+def test_rough_out_leaves_its_allowances(surface: int):
+    """A pocket of 40 x 40: centre of the tool 5.5 mm inside, rows 29 / 6 = 4.833 mm apart (5 at most); depths -5 and -8 + 0.2 below Q5, along the wall last."""
+    made = path(
+        ROUGH.format(number=22, name="ROUGH-OUT", more="Q18=0", surface=surface) + SQUARE.format(side="RL")
+    )
+    cut = [p for k, p in made if k == "line"]
+    assert {round(p[2] - surface, 6) for p in cut} == {-5, -7.8}
+    first = [p[:2] for p in cut if p[2] == surface - 5]
+    assert first[1] == (34.5, round(5.5 + 29 / 6, 6))
+    assert first[-5:] == [(5.5, 5.5), (34.5, 5.5), (34.5, 34.5), (5.5, 34.5), (5.5, 5.5)]
+    assert {round(p[1], 3) for p in first} == {5.5, 10.333, 15.167, 20.0, 24.833, 29.667, 34.5}
+    assert made[:4] == [
+        ("rapid", (90, 90, 50)), ("rapid", (5.5, round(5.5 + 29 / 6, 6), 50)), ("rapid", (5.5, round(5.5 + 29 / 6, 6), surface + 2)),
+        ("line", (5.5, round(5.5 + 29 / 6, 6), surface - 5)),
+    ]  # fmt: skip
+
+
+def test_the_floor_is_finished_at_full_depth():
+    made = path(ROUGH.format(number=23, name="FLOOR", more="", surface=30) + SQUARE.format(side="RL"))
+    assert {p[2] for k, p in made if k == "line"} == {22}
+
+
+def test_pilot_holes_stand_where_the_rough_out_goes_in():
+    """Pecks of 5 down to 7.8, 0.6 mm before the depth reached; the tool of Q13 has 5 mm radius."""
+    made = path(ROUGH.format(number=21, name="PILOT DRILLING", more="", surface=0) + SQUARE.format(side="RL"))
+    spot = (5.5, round(5.5 + 29 / 6, 6))
+    heights = [
+        ("rapid", 50),
+        ("rapid", 2),
+        ("line", -5),
+        ("rapid", 2),
+        ("rapid", -4.4),
+        ("line", -7.8),
+        ("rapid", 50),
+    ]
+    assert made[:-1] == [
+        ("rapid", (90, 90, 50)),
+        *(("rapid" if k == "rapid" else "line", (*spot, z)) for k, z in heights),
+    ]
+
+
+def test_the_depth_counts_from_the_surface():
+    """Cycles 24 and 25: Q1 is an increment from Q5 (manual: Q1=-20, Q5=+30, Q7=+80)."""
+    made = path(
+        SIDE.format(sense="+1").replace("Q5=+0", "Q5=+30").replace("Q7=+50", "Q7=+80")
+        + SQUARE.format(side="RL")
+    )
+    assert made[2] == ("line", (5, 5, 10))

@@ -51,4 +51,10 @@ def test_drilling():
     assert [m.kind for m in got][:4] == ["rapid", "rapid", "line", "rapid"]
     assert {m.feed for m in got} == {None, 250}
     assert len(moves(f"{DRILL}L X+30 Z+50 FMAX\nCYCL CALL")) == 8
-    assert len(moves(f"{DRILL}L X+30 Z+50 FMAX M89\nL X+40 FMAX\nL X+50 FMAX M99")) == 3 + 2 * 7
+    # TNC 640, "Calling a cycle": "program the first cycle call with M89", after every positioning block until M99
+    assert len(moves(f"{DRILL}L X+30 Z+50 FMAX M89\nL X+40 FMAX\nL X+50 FMAX M99\nL X+60 FMAX")) == 4 + 3 * 7
+    assert (
+        len(moves(f"{DRILL}L X+30 Z+50 FMAX M89\n{DRILL}L X+40 FMAX\nL X+50 FMAX")) == 3 + 7
+    )  # a new cycle ends it
+    assert len(moves(f"{DRILL}L X+30 Z+50 FMAX M89\nCYCL CALL\nL X+50 FMAX")) == 2 + 2 * 7
+    assert len(moves(f"{DRILL}L X+30 Z+50 FMAX\nM89\nL X+40 FMAX\nL X+50 FMAX M99")) == 3 + 2 * 7

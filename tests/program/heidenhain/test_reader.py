@@ -123,15 +123,12 @@ def test_a_position_without_l_is_read_as_one():
         moves("Z+5 FMAX")
 
 
-def test_missing_programs_cycles_and_free_contours_are_holes():
-    program, told = survey(
-        "CALL PGM TNC:\\\\X\\\\SUB.H\nFL X+5\nCYCL DEF 263 THREAD\nL X+3 FMAX M99\nL X+4 FMAX M99"
-    )
+def test_missing_programs_and_cycles_are_holes():
+    program, told = survey("CALL PGM TNC:\\\\X\\\\SUB.H\nCYCL DEF 263 THREAD\nL X+3 FMAX M99\nL X+4 FMAX M99")
     hole = "a hole in the path: its moves are missing"
     assert told == {
         "the program SUB.H": (2, hole),
-        "the free contour (FK: FL, FC ...)": (3, hole),
-        "cycle 263": (5, hole),
+        "cycle 263": (4, hole),
     }
     assert [m.end[0] for m in program.moves] == [3, 4]
 

@@ -85,6 +85,19 @@ def test_a_ridge_and_a_slot():
     assert found.moves[-1].end[0] == pytest.approx(100.5 + 21.0)
 
 
+def test_in_a_narrow_slot_it_probes_from_the_middle():
+    """8 mm wide at X0, ball of 6 mm: its middle has 1 mm to either side, less than the 2 + 2 + 3 = 7 mm from which it would begin."""
+    walls = (Face((96.0, 50.0, -200.0), (1.0, 0.0, 0.0)), Face((104.0, 50.0, -200.0), (-1.0, 0.0, 0.0)))
+    found = run(
+        "408 Q321=+0 Q322=+0 Q311=+8 Q272=+1 Q261=-5 Q320=+2 Q260=+20 Q405=+0",
+        "L X+Q166 Y+0 FMAX",
+        surfaces=walls,
+    )
+    assert [t.tip[0] for t in found.touches] == [101.0, 99.0]
+    assert {m.start[0] for m in found.moves if m.kind == "line" and m.end[0] in (101.0, 99.0)} == {100.0}
+    assert found.moves[-1].end[0] == pytest.approx(108.0)
+
+
 def test_an_outer_corner_with_its_turn():
     # the corner at (-50, -30) is to read (0, 0), and the part lies turned by 0.01 rad: X+100 goes along its edge
     cycle = "414 Q263=-40 Q264=-30 Q326=+30 Q296=-50 Q297=-20 Q327=+30 Q261=-5 Q320=+2 Q260=+20 Q304=+1 Q305=+0 Q331=+0 Q332=+0"

@@ -13,7 +13,7 @@ from tests.program.rs274 import path_of
 from vcmm.core.errors import DataError
 from vcmm.program.interpret import interpret
 from vcmm.program.moves import Program
-from vcmm.program.setup import Setup
+from vcmm.program.setup import Setup, Tool
 
 SURVEY = Setup(strict=False)
 
@@ -215,3 +215,29 @@ def test_g53_6_keeps_the_tip_of_its_own_tool_only():
         interpret(text.format("2", "0"), "fanuc")
     with pytest.raises(DataError, match=r"R10 of G53.6 leads a point beside the tip"):
         interpret(text.format("1", "10."), "fanuc")
+
+
+# -- radius without a number ------------------------------------------------------------------------------------------
+def test_g41_without_d_is_asked_for_where_none_is_in_force():
+    # FANUC B-64304EN, "cutter compensation": the offset number is D, D0 after power-on is no offset
+    text = "G21 G90 G54 T4 M6\nG0 X0 Y0\n{before}G41{d}\nG1 X10. Y5. F100.\nX30.\nG40 X40.\nM30\n"
+    strict = Setup(strict=True, tools={4: Tool(4, 0.0, 10.0)})
+    for dialect in ("fanuc", "haas"):
+        with pytest.raises(DataError, match="3:1: G41 has no D, and none is in force before it"):
+            interpret(text.format(before="", d=""), dialect, strict)
+        assert interpret(text.format(before="", d=" D4"), dialect, strict).moves[2].end[1] == pytest.approx(
+            10.0
+        )
+        again = text.format(before="G41 D4\nG1 X20. F100.\nG40 X0.\n", d="")
+        assert interpret(again, dialect, strict).moves  # D4 is in force
+    assert interpret(text.format(before="", d=""), "mach3", strict).moves[2].end[1] == pytest.approx(
+        10.0
+    )  # the tool table
+
+
+def test_p_of_g41_is_told_on_mach3():
+    # router/p017 of the public programs: (TOOL DIA. 3) G41 P1.5; its way onto the contour is shorter than LinuxCNC accepts
+    text = "G21 G90 G54 T7 M6\nG0 X0 Y0\nG41 P1.5\nG1 X10 Y5 F100\nX30\nG40 X40\nM30\n"
+    assert "P of G41, the radius of the tool on Mach3" in assumed(text, "mach3")
+    with pytest.raises(DataError, match=r"3:1: P of G41 .* is not understood; write D"):
+        interpret(text, "mach3", Setup(strict=True))

@@ -65,7 +65,7 @@ def test_lines_that_go_on():
 def test_what_has_no_like_is_told(text: str, what: str):
     lines = OkumaLines(f"\n{text}", True)
     assert lines.translate().strip() == ""
-    assert [(line, told) for line, told, _, _ in lines.told] == [(2, what)]
+    assert [(line, told) for line, told, _, _ in lines.assumptions] == [(2, what)]
 
 
 def test_turret_and_spindle_move_nothing_and_g116_changes_the_tool():

@@ -76,6 +76,26 @@ def test_the_middle_of_a_bore_becomes_the_zero(call):
     assert found.moves[-1].end[:2] == pytest.approx((101.0 + 30.04, 51.0 + 4.0), abs=1e-7)
 
 
+def test_a_bore_round_an_island_is_touched_from_beside_its_wall():
+    """_MVAR 1101: over the island (here Z3), beside the wall 15 - (3 the ball + 5 _FA) = 7 mm from the middle, 8 mm down, and up again.
+    Plus X at Y0: the wall of radius 15.02 about (1, 1) stops the ball at X 1 + sqrt((15.02 - 3)^2 - 1^2) = 12.97833."""
+    call = "CYCLE977(1101,9000,,1,30,,,5,5,0,-8)\nG0 X0 Y0\nM30"
+    found = interpret(MIDDLE.replace("Z-5", "Z3") + call, "sinumerik", IN_BORE)
+    ways = [(m.kind, *m.end) for m in found.moves if m.source.line == 5][:6]
+    assert ways[:2] == [("rapid", 107.0, 50.0, -197.0), ("rapid", 107.0, 50.0, -205.0)]
+    assert ways[2] == ("line", pytest.approx(112.97833, abs=1e-5), 50.0, -205.0)
+    assert ways[3:] == [("line", 107, 50, -205), ("rapid", 107, 50, -197), ("rapid", 100, 50, -197)]
+    assert found.moves[-1].end[:2] == pytest.approx((101.0, 51.0), abs=1e-9)
+
+
+def test_ways_that_go_nowhere_are_no_moves():
+    found = interpret(MIDDLE + "CYCLE977(101,9000,,1,30,,,5,5)\nM30", "sinumerik", IN_BORE)
+    assert all(m.start != m.end for m in found.moves)
+    assert (
+        sum(m.source.line == 5 for m in found.moves) == 10
+    )  # four touches and back, over the middle found and back from it
+
+
 def test_only_measured_or_another_offset_corrected():
     found = interpret(MIDDLE + "CYCLE977(1,0,,1,30,,,5,5)\nG0 X0 Y=_OVR[17]\nM30", "sinumerik", IN_BORE)
     assert found.moves[-1].end[:2] == pytest.approx((100.0, 51.0), abs=1e-9)

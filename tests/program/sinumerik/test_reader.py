@@ -7,6 +7,8 @@ import pytest
 
 from tests.program.sinumerik.programs import SURVEY, moves, sample
 from vcmm.core.errors import DataError
+from vcmm.program.setup import Setup
+from vcmm.program.sinumerik.reader import read
 
 
 @pytest.mark.parametrize(
@@ -107,3 +109,14 @@ def test_plain_lines_mean_what_they_mean_word_by_word(monkeypatch):
 def test_plain_lines_under_compensation():
     text = "T1\nG0 X0 Y0 Z5\nG41 G1 X20 Y0 F100\nX40\nY30\nG40 X60"
     assert [m.compensation for m in moves(text)] == [None, "left", "left", "left", None]
+
+
+def test_text_behind_the_end_is_told():
+    program = read("G54 G0 X10\nM30\nG0 X500\n", "p.mpf", Setup())
+    assert [m.end[0] for m in program.moves] == [10.0]
+    assert [(r.line, r.text[:42]) for r in program.warnings][-1] == (
+        3,
+        "the text after the end of the program is n",
+    )
+    jump = read("G54 G0 X10\nGOTOF BACK\nOVER: M30\nBACK: G0 X20\nGOTOB OVER\n", "p.mpf", Setup())
+    assert not any("text after the end" in r.text for r in jump.warnings)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.shop.cutting.dexels import carve, sparser, surface
+from vcmm.shop.cutting.dexels import both, carve, sparser, surface
 from vcmm.shop.cutting.solid import picture
 from vcmm.shop.cutting.sweeps import arcs, join, lines
 from vcmm.shop.cutting.tools import flat
@@ -66,3 +66,15 @@ def test_ring_groove_of_an_arc() -> None:
     assert ends[:3].ravel() == pytest.approx(
         [0, 15 - outer, 15 - inner, 15 + inner, 15 + outer, 30], abs=1e-6
     )
+
+
+def test_what_two_carvings_share_is_what_both_tools_leave():
+    # a block of 10 mm with a slot along x 4 deep and 4 wide at y = 3 and one at y = 7 by another tool: carved one by one and together
+    low, high = np.zeros(3), np.full(3, 10.0)
+    first = lines([[-5, 3, 6]], [[15, 3, 6]], (flat(2.0),))
+    second = lines([[-5, 7, 6]], [[15, 7, 6]], (flat(2.0),))
+    shared = both(carve(low, high, 0.5, first), carve(low, high, 0.5, second))
+    whole = carve(low, high, 0.5, join([first, second]))
+    assert shared.volume(2) == pytest.approx(1000 - 2 * 4 * 4 * 10)
+    for one, other in zip(shared.ends, whole.ends, strict=True):
+        assert np.array_equal(one, other, equal_nan=True)

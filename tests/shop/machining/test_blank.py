@@ -11,7 +11,7 @@ import vcmm
 from tests.shop.machining import shop
 from vcmm.core.errors import VcmmError
 from vcmm.program.interpret import read_program
-from vcmm.program.setup import Setup
+from vcmm.program.setup import Setup, Tool
 from vcmm.shop.cutting.dexels import Dexels
 from vcmm.shop.cutting.solid import picture, triangles, write_stl
 from vcmm.shop.cutting.stock import Stock
@@ -88,11 +88,17 @@ def test_a_rapid_through_what_no_feed_move_removes(tmp_path):
     assert amount == pytest.approx(30 * math.pi * 4, rel=0.02)
 
 
-def test_forces_need_one_side(tmp_path):
-    bore = lines([[40, 10, 3]], [[-5, 10, 3]], TOOLS, tool=1, axis=[1.0, 0, 0])
-    found = cut(tmp_path, bore, [5], material="Al7075")
-    assert found.forces is None
-    assert "no cutting forces are computed" in notes(found)[0]
+def test_a_slot_cut_from_the_side_by_pencil(tmp_path):
+    """A mill D 4 with 2 teeth lies along +X and runs along +Y, 15 mm deep in the block, all of its diameter in it; 600 mm/min, 3000/min: 0.1 mm per tooth.
+
+    N a / 2 pi = 4.775 mm; along the feed 4.775 (-0.025 168.8 2 pi - 2 30.8) = -420.7 N, left of it (X x Y = Z) 4.775 (0.025 796.1 2 pi + 2 27.7) = 861.6 N.
+    """
+    slot = lines([[15, -5, 3]], [[15, 25, 3]], TOOLS, tool=1, axis=[1.0, 0, 0])
+    found = cut(tmp_path, slot, [5], material="Al7075", tools={1: Tool(1, diameter=4.0, teeth=2)})
+    assert found.forces is not None
+    assert "no cutting forces" not in notes(found)[0]
+    within = np.abs(found.pieces.sweep.start[:, 1] - 10.0) < 5.0
+    assert found.forces[within].mean(axis=0)[1:] == pytest.approx([-420.7, 861.6], rel=0.02)
 
 
 SHANK = 'cutting_length = "6 mm"\nshank_diameter = "26 mm"\n'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -195,3 +196,21 @@ def test_an_influence_on_both_machines_is_counted_once():
     under = lambda *ids: [SimpleNamespace(input=SimpleNamespace(id=i)) for i in ids]  # noqa: E731
     both = SimpleNamespace(_cut=under("a", "b"), _probing=under("b", "c", "d"))
     assert Cutting._place.func(both) == [1, 2, 3]
+
+
+def test_of_two_passes_along_one_line_the_one_towards_which_the_force_bends_makes_the_wall():
+    # a slot cut on the way in (700 N towards +x), and run through again on the way out (0 N): both leave the same height. A mill of 1 um/N
+    # stands 0.7 um towards +x on the way in, so that way makes the wall which looks to -x (it stands at +x), and the way out the other
+    _, cutting = world(mill())
+    walls = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    contacts = Contacts(
+        np.zeros((2, 2)), np.repeat(walls[:, None], 2, axis=1), walls, np.array([[0, 1], [0, 1]])
+    )
+    run = cutting.tool.run.take(np.array([0, 0]))
+    force = {"force_x_N": np.array([700.0, 0.0]), "force_y_N": np.zeros(2), "force_z_N": np.zeros(2)}
+    still = {"setting": np.full((2, 3), -1), "known": np.zeros((2, 3))}
+    pushed = replace(cutting.tool, run=run.with_columns(force), **still)
+    assert replace(cutting, tool=pushed, contacts=contacts).makers()[0].tolist() == [0, 1]
+    # without forces the first of them, as ever
+    bare = replace(cutting.tool, run=run, **still)
+    assert replace(cutting, tool=bare, contacts=contacts).makers()[0].tolist() == [0, 0]

@@ -150,3 +150,11 @@ def test_maps_that_are_compared_have_one_scale():
     assert (maps[1]["least"], maps[1]["most"]) == (0.1, 0.2)
     assert is_of_one_colour(after, both)
     assert not is_of_one_colour(before, both)
+
+
+def test_a_band_about_a_trace_is_one_key_and_no_width_of_its_own():
+    """+-1 um about a circle of 2 um: the scale goes from 0 to 3, and the width that is stated is that of the trace."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
+    ax = traces([PolarTrace("forecast", angle, np.full(72, 2.0), half_um=1.0)], title="t", ax=ChartSheet())
+    assert ax.vcmm_numbers["width"] == {"forecast": pytest.approx(0.0)}
+    assert ax.vcmm_numbers["scale"] == [0.0, 3.0]

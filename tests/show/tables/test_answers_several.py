@@ -228,3 +228,38 @@ def test_machines_compared_name_the_best_and_the_next():
         "Machine a.toml: 2.0 µm (as it lies): best of 3 machines",
         "    next: b.toml: 3.0 µm; 1 cannot take the part",
     ]
+
+
+def _fault(
+    members: tuple[tuple[str, float], ...], probability: float, family: float, rivals: tuple[str, ...]
+) -> Any:
+    kin = SimpleNamespace(members=tuple(SimpleNamespace(effect=n, probability=p) for n, p in members))
+    size = SimpleNamespace(value=-1.31, u=0.015, unit="um")
+    return SimpleNamespace(
+        effect="backlash", where={"axis": "Y"}, parameters={"gap": size}, share=0.9, probability=probability, family="play", family_probability=family,
+        kin=kin, cannot_be_told_from=rivals, with_rivals=family,
+    )  # fmt: skip
+
+
+def test_a_certain_family_stands_first_and_what_is_open_behind_it():
+    """A play of 0.975 of which 0.17 is a backlash had begun with "probability 16.8 %"."""
+    open_shape = _fault((("backlash", 0.17), ("lost_motion", 0.81)), 0.17, 0.975, ("lost_motion",))
+    line = answers_machine._fault_line(SimpleNamespace(), 1, open_shape)  # type: ignore[arg-type]
+    assert line.name == "1. play Y, written as backlash Y"
+    assert (
+        line.verdict.replace("\xa0", " ")
+        == "probability 97.5 %; open is its shape: lost motion 81.0 %, backlash 17.0 %"
+    )
+    assert (line.kind, line.limits) == ("good", "")
+    # a rival of another family stays a rival
+    foreign = _fault((("backlash", 0.3), ("lost_motion", 0.3)), 0.3, 0.6, ("lost_motion", "servo_lag[X]"))
+    assert (
+        answers_machine._fault_line(SimpleNamespace(), 1, foreign).limits.replace("\xa0", " ")
+        == "or servo lag[X], 60.0 % together"
+    )  # type: ignore[arg-type]
+    # one shape alone says its own probability
+    alone = _fault((("backlash", 0.96),), 0.96, 0.96, ())
+    assert (
+        answers_machine._fault_line(SimpleNamespace(), 1, alone).verdict.replace("\xa0", " ")
+        == "probability 96.0 %"
+    )  # type: ignore[arg-type]

@@ -256,6 +256,10 @@ def _dispatch(words: list[str]) -> int:
         if (page := verb_help(words[:-1], CODES)) is not None:
             print(page)
             return 0
+    if words[0] in VERBS:
+        from vcmm.face.cli.inputs import check_inputs
+
+        check_inputs(words)
     from cyclopts import CycloptsError
     from rich.console import Console
 

@@ -10,7 +10,7 @@ from vcmm.answer.inference.audit import AuditResult, audit
 from vcmm.core.blocks import Sharing, key_of
 from vcmm.core.errors import UsageError
 from vcmm.face.cli.audit_several import AuditSeveralJob, with_seed
-from vcmm.face.cli.options import Cluster, Json, Shard, Workers
+from vcmm.face.cli.options import Cluster, InputPath, Json, Shard, Workers
 from vcmm.face.job import Flags, Progress, Record, SharedJob, run_shared, sharing_of
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.console.documents import sources
@@ -24,7 +24,7 @@ LEAST_PARTS = 100
 
 
 def audit_command(
-    scenarios: list[Path],
+    scenarios: list[InputPath],
     *,
     parts: int = 2000,
     seed: int | None = None,

@@ -14,10 +14,11 @@ from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
 from vcmm.face.bodies import calibration_json
 from vcmm.face.cli.calibrate_given import CalibrationFiles, CalibrationInput
-from vcmm.face.cli.options import Json, Seed
+from vcmm.face.cli.options import InputFile, InputName, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.learned.calibrated_machine import machine_texts, residual_texts
 from vcmm.files.own.machine import load_machine
+from vcmm.files.own.pose_recordings import is_poses
 from vcmm.learn.calibration.acceptance import predict_figures, without_rounding
 from vcmm.learn.calibration.interpolation import interpolation_of
 from vcmm.learn.calibration.job import calibrate
@@ -31,10 +32,10 @@ from vcmm.show.tables.table import records
 
 
 def calibrate_command(
-    *recordings: Path, structure: str | None = None, machine: Path | None = None, errors: str = "", growth: str | None = None,
-    months: float = 1.0, design: Path | None = None, simulate: Path | None = None, seed: Seed = 0, interpolation: str = "spline",
+    *recordings: InputName, structure: str | None = None, machine: InputFile | None = None, errors: str = "", growth: str | None = None,
+    months: float = 1.0, design: InputFile | None = None, simulate: InputFile | None = None, seed: Seed = 0, interpolation: str = "spline",
     compare_interpolations: bool = False, thermal: bool = False, sensors: str = "", nodes: bool = False,
-    test: Annotated[list[Path] | None, Parameter(name="--test", negative=())] = None, residual: Path | None = None,
+    test: Annotated[list[InputFile] | None, Parameter(name="--test", negative=())] = None, residual: Path | None = None,
     report: Path | None = None, json: Json = False, out: Path | None = None,
 ) -> int:  # fmt: skip
     """Find the errors of a machine, with their joint covariance, from recordings of any instruments in any mixture.
@@ -118,6 +119,12 @@ def _special(wanted: CalibrationFiles, given: dict[str, Any], compare: bool) -> 
         return ReversalJob(wanted.files, wanted.structure, wanted.out, others)
     if turned:
         wanted.without("a reversal", **rest("thermal sensors nodes"), compare_interpolations=compare)
+    if any(is_poses(path) for path in wanted.files):
+        from vcmm.face.cli.calibrate_arm import ArmJob
+
+        idle = rest("errors interpolation growth thermal sensors nodes residual report")
+        wanted.without("a calibration from poses", **idle, compare_interpolations=compare)
+        return ArmJob(wanted)
     wanted.check(given["thermal"], given["sensors"], compare)
     if given["nodes"]:
         from vcmm.face.cli.calibrate_nodes import NodesJob

@@ -12,16 +12,16 @@ from typing import Annotated, Literal
 from cyclopts import App, Parameter
 
 from vcmm.face.cli.calibrate import calibrate_command
-from vcmm.face.cli.options import Decimals, Json, Seed
+from vcmm.face.cli.options import Decimals, InputFile, Json, Seed
 from vcmm.face.job import Flags, run_job
 
-Tests = Annotated[list[Path] | None, Parameter(name="--test", negative=())]
+Tests = Annotated[list[InputFile] | None, Parameter(name="--test", negative=())]
 
 
 def fit_command(
-    *recordings: Path,
+    *recordings: InputFile,
     structure: str | None = None,
-    machine: Path | None = None,
+    machine: InputFile | None = None,
     errors: str = "",
     growth: str | None = None,
     months: float = 1.0,
@@ -67,7 +67,7 @@ def fit_command(
     )  # fmt: skip
 
 
-def design_command(plan: Path, *, json: Json = False, out: Path | None = None) -> int:
+def design_command(plan: InputFile, *, json: Json = False, out: Path | None = None) -> int:
     """Say beforehand what planned set-ups identify and how well, and the cheapest ones that do.
 
     Parameters
@@ -83,7 +83,7 @@ def design_command(plan: Path, *, json: Json = False, out: Path | None = None) -
 
 
 def program_command(
-    plan: Path,
+    plan: InputFile,
     *,
     control: Literal["fanuc", "haas", "sinumerik", "heidenhain"],
     tool: int = 20,
@@ -111,7 +111,12 @@ def program_command(
 
 
 def simulate_command(
-    plan: Path, *, machine: Path | None = None, seed: Seed = 0, json: Json = False, out: Path | None = None
+    plan: InputFile,
+    *,
+    machine: InputFile | None = None,
+    seed: Seed = 0,
+    json: Json = False,
+    out: Path | None = None,
 ) -> int:
     """Write what planned set-ups would read on a machine, as recordings.
 
@@ -132,8 +137,8 @@ def simulate_command(
 
 
 def thermal_command(
-    *recordings: Path,
-    machine: Path | None = None,
+    *recordings: InputFile,
+    machine: InputFile | None = None,
     sensors: str = "",
     test: Tests = None,
     report: Path | None = None,
@@ -172,9 +177,9 @@ def thermal_command(
 
 
 def nodes_command(
-    *recordings: Path,
+    *recordings: InputFile,
     structure: str | None = None,
-    machine: Path | None = None,
+    machine: InputFile | None = None,
     json: Json = False,
     out: Path | None = None,
 ) -> int:
@@ -199,11 +204,11 @@ def nodes_command(
 
 
 def face_command(
-    scan: Path,
+    scan: InputFile,
     *,
-    machine: Path | None = None,
-    program: Path | None = None,
-    setup: Path | None = None,
+    machine: InputFile | None = None,
+    program: InputFile | None = None,
+    setup: InputFile | None = None,
     lines: str = "",
     tolerance: str = "1 um",
     decimals: Decimals = None,
@@ -240,9 +245,9 @@ def face_command(
 
 
 def compare_command(
-    *recordings: Path,
+    *recordings: InputFile,
     structure: str | None = None,
-    machine: Path | None = None,
+    machine: InputFile | None = None,
     errors: str = "",
     json: Json = False,
 ) -> int:

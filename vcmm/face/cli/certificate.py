@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vcmm.answer.evaluation.at_limit import smallest
-from vcmm.face.cli.options import Json, Seed
+from vcmm.face.cli.options import InputFile, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.learned.certificate_comparison import CertificateWorth, certificate_worth
 from vcmm.show.console.documents import sources
@@ -18,7 +18,7 @@ LEAST = 0.94  # of machines at the limit: 95 % less what is seen by chance in so
 
 
 def certificate_command(
-    scenario: Path,
+    scenario: InputFile,
     *,
     trials: int | None = 20_000,
     seed: Seed | None = None,

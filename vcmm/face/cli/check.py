@@ -11,7 +11,7 @@ import numpy as np
 from vcmm.core.errors import DataError, did_you_mean
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
-from vcmm.face.cli.options import Json
+from vcmm.face.cli.options import InputFile, Json
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.own.certificate import stated_certificate
 from vcmm.files.own.library import cuts
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 KINDS = ("scenario", "machine", "setup", "recording")
 
 
-def check_command(file: Path, *, json: Json = False, out: Path | None = None) -> int:
+def check_command(file: InputFile, *, json: Json = False, out: Path | None = None) -> int:
     """Check a machine, scenario, set-up or recording file: all problems at once, each with file, line and fix.
 
     Parameters

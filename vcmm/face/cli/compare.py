@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 from cyclopts import Parameter
 
-from vcmm.face.cli.options import Json, Seed
+from vcmm.face.cli.options import InputFile, Json, Seed
 from vcmm.face.comparing import compare_files
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.own.recording import recording_file
@@ -19,9 +19,9 @@ from vcmm.show.tables.comparison import short_names, tables
 
 
 def compare_command(
-    recordings: list[Path],
+    recordings: list[InputFile],
     *,
-    machine: Annotated[list[Path] | None, Parameter(name="--machine", negative=())] = None,
+    machine: Annotated[list[InputFile] | None, Parameter(name="--machine", negative=())] = None,
     seed: Seed = 0,
     json: Json = False,
     out: Path | None = None,

@@ -18,9 +18,10 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
 from vcmm.face.bodies import compensation_json
-from vcmm.face.cli.options import Decimals, Json
+from vcmm.face.cli.options import Decimals, InputFile, Json
 from vcmm.face.cli.proof import in_rounds, refuse_worse
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.face.machine_of_setup import setup_and_machine
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.program.setup import Setup
 from vcmm.shop.machining.proof import CutProof
@@ -39,10 +40,10 @@ from vcmm.show.tables.proofs import proof_text
 
 
 def compensate_command(
-    program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: Decimals = None,
+    program: InputFile, *, setup: InputFile | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: Decimals = None,
     set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
     inline: float = 200.0, orientation: bool = False, out: Path | None = None, offset_only: bool = False, diff: bool = False,
-    points: Path | None = None, surface: bool = False, table: str | None = None, plot: bool = False, json: Json = False,
+    points: InputFile | None = None, surface: bool = False, table: str | None = None, plot: bool = False, json: Json = False,
 ) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 
@@ -228,7 +229,7 @@ class CompensateJob(Job[GivenProgram, Rewritten]):
 
         def make(of_surface: SurfaceErrors | None) -> CompensatedProgram:
             made = compensate(
-                given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here,
+                given.program, *setup_and_machine(given.setup, given.machine), dialect=given.dialect, set_here=given.set_here,
                 constants=given.constants, progress=report, follow=self.plot, surface=of_surface, tolerance=tolerance,
                 decimals=o.decimals, carry=o.carry, growth=o.growth, inline=o.inline, orientation=o.orientation,
             )  # fmt: skip
@@ -288,7 +289,7 @@ class OffsetJob(Job[GivenProgram, OffsetOnly]):
 
     def run(self, loaded: GivenProgram, report: Progress) -> OffsetOnly:
         return best_offsets(
-            loaded.program, loaded.setup, loaded.machine, dialect=loaded.dialect, set_here=loaded.set_here, constants=loaded.constants,
+            loaded.program, *setup_and_machine(loaded.setup, loaded.machine), dialect=loaded.dialect, set_here=loaded.set_here, constants=loaded.constants,
         )  # fmt: skip
 
     def record(self, loaded: GivenProgram, result: OffsetOnly) -> Record:

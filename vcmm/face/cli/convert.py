@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vcmm.face.cli.options import Json
+from vcmm.face.cli.options import InputFile, Json
 from vcmm.face.converting import convert_file, refuse_taken
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.foreign.convert import ConvertedFiles
@@ -14,9 +14,9 @@ from vcmm.show.console.terminal import say
 
 
 def convert_command(
-    file: Path,
+    file: InputFile,
     *,
-    machine: Path | None = None,
+    machine: InputFile | None = None,
     out: Path | None = None,
     json: Json = False,
 ) -> int:

@@ -11,7 +11,7 @@ from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.units import quantity
 from vcmm.face.cli.cut_measured import CameBack, came_back
-from vcmm.face.cli.options import Cluster, Json, Require, Seed, Shard, Workers
+from vcmm.face.cli.options import Cluster, InputFile, Json, Require, Seed, Shard, Workers
 from vcmm.face.cli.proof import inspected_program
 from vcmm.face.job import Flags, Progress, Record, SharedJob, decision_code, run_shared, sharing_of
 from vcmm.files.own.cut_scenario import load_cut
@@ -30,13 +30,13 @@ from vcmm.show.tables.uncertainty import not_added_up
 
 
 def cut_command(
-    scenario: Path,
+    scenario: InputFile,
     *,
     trials: int | None = None,
     seed: Seed | None = None,
     engine: Literal["auto", "montecarlo", "exact"] = "auto",
     workers: Workers = None, cluster: Cluster = None, shard: Shard = None, json: Json = False, out: Path | None = None,
-    measured: Path | None = None, frame: Literal["part", "machine"] = "part", u_point: str = "", inspect: Path | None = None, tolerance: str = "",
+    measured: InputFile | None = None, frame: Literal["part", "machine"] = "part", u_point: str = "", inspect: InputFile | None = None, tolerance: str = "",
     require: Require = None,
 ) -> int:  # fmt: skip
     """Machine a part virtually: program, machine, tools and set-up to the deviations of its features.

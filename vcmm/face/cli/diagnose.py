@@ -23,7 +23,7 @@ from vcmm.face.cli.diagnose_written import (
     show_diagnosis,
     write_report,
 )
-from vcmm.face.cli.options import Cluster, Json, Seed, Shard, Workers
+from vcmm.face.cli.options import Cluster, InputFile, InputPath, Json, Seed, Shard, Workers
 from vcmm.face.job import Flags, Job, Progress, Record, run_job, run_shared, sharing_of
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording, recording_file
@@ -37,9 +37,9 @@ from vcmm.task.response.recording import Recording
 
 
 def diagnose_command(
-    recordings: list[Path],
+    recordings: list[InputPath],
     *,
-    machine: Path | None = None,
+    machine: InputFile | None = None,
     seed: Seed = 0,
     effect: Annotated[list[str] | None, Parameter(name="--effect", negative=())] = None,
     report: Path | None = None,

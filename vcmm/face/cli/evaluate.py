@@ -13,7 +13,7 @@ from vcmm.answer.inference.job import EvaluatedPart
 from vcmm.face.api import check_inputs, evaluate
 from vcmm.face.cli.evaluated_parts import show_parts
 from vcmm.face.cli.given_measurement import GivenMeasurement
-from vcmm.face.cli.options import Evidence, Json, Require
+from vcmm.face.cli.options import Evidence, InputFile, Json, Require
 from vcmm.face.job import Flags, Job, Pack, Progress, Record, decision_code, run_job
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.console.documents import sources
@@ -25,10 +25,10 @@ from vcmm.task.measuring.scenario import Scenario
 
 
 def evaluate_command(
-    scenario: Path,
+    scenario: InputFile,
     *,
-    points: Path | None = None,
-    values: Path | None = None,
+    points: InputFile | None = None,
+    values: InputFile | None = None,
     frame: Literal["part", "machine"] = "part",
     tip_centres: Annotated[bool, Parameter(name="--tip-centres", negative=())] = False,
     trials: int | None = None,
@@ -38,7 +38,7 @@ def evaluate_command(
     export: Path | None = None,
     evidence: Evidence = None,
     compare: Annotated[bool, Parameter(name="--compare", negative=())] = False,
-    cut: Path | None = None,
+    cut: InputFile | None = None,
     require: Require = None,
 ) -> int:
     """Evaluate what was measured: values, intervals of the true values, decisions, budgets. Exit code 1: one does not conform.

@@ -13,7 +13,7 @@ from vcmm.answer.evaluation.checks import independent_draws
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.face.cli.options import Json
+from vcmm.face.cli.options import InputFile, Json
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.columns import read_positions
 from vcmm.files.own.machine import load_machine
@@ -27,9 +27,9 @@ from vcmm.task.response.volumetric import ErrorField, field, grid, missing_colum
 
 
 def field_command(
-    machine: Path,
+    machine: InputFile,
     *,
-    at: Path | None = None,
+    at: InputFile | None = None,
     exact: bool = False,
     nodes: int = 5,
     json: Json = False,

@@ -19,9 +19,10 @@ from vcmm.core.units import quantity
 from vcmm.face.cli.compensate import rewritable
 from vcmm.face.cli.cut import measured_points
 from vcmm.face.cli.loop_findings import LoopFindings, diagnose_cut
-from vcmm.face.cli.options import Decimals, Json, Seed
+from vcmm.face.cli.options import Decimals, InputFile, Json, Seed
 from vcmm.face.cli.proof import in_rounds
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
+from vcmm.face.machine_of_setup import setup_and_machine
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.shop.machining.held_out import HeldOutProof
 from vcmm.shop.machining.job import measure_cut
@@ -36,7 +37,7 @@ from vcmm.show.tables.loops import loop_json, loop_text
 
 
 def loop_command(
-    scenario: Path, *, measured: Path, frame: Literal["part", "machine"] = "part", u_point: str = "", seed: Seed = 0,
+    scenario: InputFile, *, measured: InputFile, frame: Literal["part", "machine"] = "part", u_point: str = "", seed: Seed = 0,
     tolerance: str = "1 um", decimals: Decimals = None, surface: bool = True, out: Path | None = None,
     json: Json = False,
 ) -> int:  # fmt: skip
@@ -200,7 +201,7 @@ def _next(found: LoopFindings, scenario: Path, folder: Path, wanted: _LoopReques
 
     def make(of_surface: SurfaceErrors | None) -> CompensatedProgram:
         return compensate(
-            given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here, constants=given.constants,
+            given.program, *setup_and_machine(given.setup, given.machine), dialect=given.dialect, set_here=given.set_here, constants=given.constants,
             tolerance=allowed, decimals=wanted.decimals, surface=of_surface,
         )  # fmt: skip
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vcmm.answer.evaluation.virtual_measurement import Measurement
 from vcmm.face.api import measure
-from vcmm.face.cli.options import Json, Seed
+from vcmm.face.cli.options import InputFile, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.own.library import cuts
 from vcmm.show.console.documents import sources
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def measure_command(
-    scenario: Path,
+    scenario: InputFile,
     *,
     seed: Seed | None = None,
     json: Json = False,

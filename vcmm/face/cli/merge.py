@@ -10,14 +10,14 @@ from vcmm import __version__
 from vcmm.core.blocks import Shards, Sharing
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.text import read_text
-from vcmm.face.cli.options import Json
+from vcmm.face.cli.options import InputFile, Json
 from vcmm.face.job import Flags, run_job
 from vcmm.show.console.documents import document, fingerprint
 
 COMMON = ("verb", "options", "key", "inputs", "version")
 
 
-def merge_command(*files: Path, json: Json = False, out: Path | None = None) -> int:
+def merge_command(*files: InputFile, json: Json = False, out: Path | None = None) -> int:
     """Put the shards of a job together: the document that one computer would have given, to the last bit.
 
     Parameters

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from vcmm.core.errors import UsageError
-from vcmm.face.cli.options import Json
+from vcmm.face.cli.options import InputFile, InputPath, Json
 from vcmm.face.job import Flags, Job, Progress, Record, compute, run_job
 from vcmm.face.programs import at_level, machine_of, understand_program
 from vcmm.program.moves import Program
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 
 def nc_command(
-    program: Path,
+    program: InputPath,
     *,
     dialect: str | None = None,
-    setup: Path | None = None,
+    setup: InputFile | None = None,
     moves: bool = False,
     time: bool = False,
     strict: bool = False,

@@ -8,9 +8,12 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
-from vcmm.files.own.library import companions, cuts, example, instrument_read, records, turns_over
+from vcmm.files.own.library import companions, cuts, example, follows, instrument_read, records, turns_over
+from vcmm.files.own.pose_recordings import is_poses
 from vcmm.show.console.files import output_folder, write_files
 from vcmm.show.console.terminal import say
+
+MANY = 12  # files that are not named one by one
 
 
 def new_command(
@@ -39,7 +42,7 @@ def new_command(
             f"{taken[0]} exists already and is not overwritten; choose another name, for example vcmm new {name}2 --from {original}"
         )
     _write(out, texts)
-    say(f"wrote {', '.join(str(out / one) for one in texts)}; edit, then:")
+    say(f"wrote {_names(out, texts)}; edit, then:")
     print(f"vcmm check {target}\n{_next_steps(target)}")
     return 0
 
@@ -57,6 +60,14 @@ def _texts(original: Path, stem: str) -> dict[str, str]:
     return out
 
 
+def _names(folder: Path, texts: dict[str, str]) -> str:
+    """What was written, each file; of many the first, and how many lie in its folder."""
+    first, *beside = (folder / one for one in texts)
+    if len(beside) < MANY:
+        return ", ".join(map(str, (first, *beside)))
+    return f"{first} and {len(beside)} files in {first.with_suffix('')}"
+
+
 def _write(folder: Path, texts: dict[str, str]) -> None:
     for name in texts:
         output_folder((folder / name).parent)
@@ -64,6 +75,10 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
 
 
 def _next_steps(target: Path) -> str:
+    folder = target.with_suffix("")
+    if follows(target):
+        track = f"vcmm track {folder / 'machine.toml'} {folder / 'checks'}"
+        return f'{track}\n{track} --task {target} --limit "length = 2 um" --checks {folder / "checks.toml"} --days 90'
     if turns_over(target):
         beside = "".join(f" {p}" for p in sorted((target.parent / target.stem).glob("*.toml")))
         return (
@@ -73,6 +88,9 @@ def _next_steps(target: Path) -> str:
     if instrument_read(target):
         known = target.parent / target.stem / "machine.toml"
         return f"vcmm calibrate {target} --machine {known} --out {target.stem}-machine.toml"
+    if is_poses(target):
+        beside = target.parent / target.stem
+        return f"vcmm calibrate {target} --machine {beside / 'machine.toml'} --out {target.stem}-machine.toml --test {beside / 'others.toml'}"
     if records(target):
         return f"vcmm diagnose {target} --out {target.stem}-report"
     if cuts(target):

@@ -8,6 +8,11 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+InputFile = Annotated[
+    Path, "a file that is read"
+]  # looked at before the verb is imported: vcmm.face.cli.inputs
+InputPath = Annotated[Path, "a file or a folder that is read"]
+InputName = Annotated[Path, "a file that is read, or a name without an ending, such as that of a twin"]
 Seed = Annotated[int, Parameter(validator=Number(gte=0, lt=2**63))]  # the streams take 64 bits
 CountOption = Annotated[int | None, Parameter(validator=Number(gte=1))]  # 0 would be taken for "not given"
 Decimals = Annotated[int | None, Parameter(validator=Number(gte=0, lte=9))]  # a control reads no more

@@ -14,7 +14,7 @@ from vcmm.answer.placing.placement import place
 from vcmm.answer.placing.result import PlacementResult, place_json
 from vcmm.answer.placing.words import pose_text
 from vcmm.core.errors import UsageError
-from vcmm.face.cli.options import Cluster, CountOption, Json, Seed, Shard, Workers
+from vcmm.face.cli.options import Cluster, CountOption, InputName, InputPath, Json, Seed, Shard, Workers
 from vcmm.face.cli.place_machines import PlaceMachinesJob
 from vcmm.face.cli.place_plan import PlanJob
 from vcmm.face.job import Flags, Job, Progress, Record, run_job, run_shared, sharing_of
@@ -32,11 +32,11 @@ TWIN = "gaska2014"
 
 
 def place_command(
-    scenario: Path,
+    scenario: InputName,
     *,
     plan: Annotated[bool, Parameter(name="--plan")] = False,
     budget: str | None = None,
-    machines: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
+    machines: Annotated[list[InputPath] | None, Parameter(consume_multiple=True)] = None,
     seed: Seed | None = None,
     evaluations: CountOption = None,
     scan: CountOption = None,

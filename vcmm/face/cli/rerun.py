@@ -15,7 +15,7 @@ from vcmm import __version__
 from vcmm.core.confinement import confine
 from vcmm.core.errors import DataError, VcmmError
 from vcmm.core.text import brief
-from vcmm.face.cli.options import Json
+from vcmm.face.cli.options import InputFile, Json
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.console.complaints import visible_text
@@ -33,7 +33,7 @@ MOST_TRIALS = 10_000_000_000  # some minutes of two cores (docs/scale.md): what 
 
 
 def rerun_command(
-    pack: Path,
+    pack: InputFile,
     *,
     most_trials: int = MOST_TRIALS,
     json: Json = False,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vcmm.answer.routes.job import RouteData, RoutesResult, routes
-from vcmm.face.cli.options import Evidence, Json
+from vcmm.face.cli.options import Evidence, InputFile, Json
 from vcmm.face.job import Flags, Job, Pack, Progress, Record, run_job
 from vcmm.files.own.routes import read_route_data
 from vcmm.files.own.scenario import load_scenario
@@ -21,13 +21,13 @@ from vcmm.task.measuring.scenario import Scenario
 
 
 def routes_command(
-    scenario: Path,
+    scenario: InputFile,
     *,
-    calibrated: Path | None = None,
-    repeats: Path | None = None,
-    positions: Path | None = None,
-    standards: Path | None = None,
-    values: Path | None = None,
+    calibrated: InputFile | None = None,
+    repeats: InputFile | None = None,
+    positions: InputFile | None = None,
+    standards: InputFile | None = None,
+    values: InputFile | None = None,
     trials: int | None = None,
     seed: int | None = None,
     json: Json = False,

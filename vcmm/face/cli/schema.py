@@ -13,17 +13,17 @@ from vcmm.show.console.terminal import say
 
 def schema_command(
     kind: Literal[
-        "machine", "scenario", "part", "plan", "recording", "setup", "design", "checks", "scan"
+        "machine", "scenario", "part", "plan", "recording", "setup", "design", "checks", "scan", "track"
     ] = "scenario",
     *,
     out: Path | None = None,
 ) -> int:
-    """Print the JSON Schema of a file format.
+    """Print the JSON Schema of a file format, or of the document that vcmm track writes.
 
     Parameters
     ----------
     kind
-        Which file format.
+        Which file format; track: the document vcmm.track/1 (track.json).
     out
         Folder for <kind>.schema.json instead of stdout.
     """

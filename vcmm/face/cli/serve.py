@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
+from vcmm.face.cli.options import InputFile
 from vcmm.face.workbench.bench import Bench
 from vcmm.face.workbench.server import WorkbenchServer
 from vcmm.files.own.scenario import load_scenario
@@ -15,7 +15,7 @@ from vcmm.task.measuring.scenario import Scenario
 
 
 def serve_command(
-    scenario: Path,
+    scenario: InputFile,
     *,
     port: int = 0,
     open_browser: Annotated[bool, Parameter(name="--open", negative=())] = False,

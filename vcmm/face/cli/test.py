@@ -11,7 +11,7 @@ from cyclopts.validators import Number
 
 from vcmm.core.errors import UsageError
 from vcmm.face.acceptance import find_figures, table_of_figures
-from vcmm.face.cli.options import Json, Seed
+from vcmm.face.cli.options import InputFile, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.toml import read_toml
 from vcmm.show.console.documents import sources
@@ -27,8 +27,8 @@ DrawsOption = Annotated[
 
 
 def test_command(
-    file: Path,
-    *more: Path,
+    file: InputFile,
+    *more: InputFile,
     iso: str,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,

@@ -5,37 +5,33 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
-from vcmm.face.cli.options import CountOption, Json, Seed
+from vcmm.face.cli.options import CountOption, InputFile, InputPath, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
-from vcmm.files.learned.learned_residual import learned_files
 from vcmm.files.learned.track import recordings_by_date, track
-from vcmm.files.learned.track_result import Track
-from vcmm.files.own.check_list import load_checks
-from vcmm.files.own.dated_parts import read_parts
+from vcmm.files.learned.track_result import DAYS, Track
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_files import recordings_in
-from vcmm.files.own.scenario import load_scenario
-from vcmm.learn.tracking.doubtful import DoubtfulParts, doubtful_parts
-from vcmm.learn.tracking.learned_rest import LearnedRest, learn_rest
-from vcmm.learn.tracking.next_check import plan_checks
-from vcmm.learn.tracking.task_limits import gains_of, limits_of
-from vcmm.show.console.documents import sources
+from vcmm.show.console.documents import sources_of_all
 from vcmm.show.console.terminal import show_answers, show_table
 from vcmm.show.pages.track import track_page
 from vcmm.show.tables import track as tables
 from vcmm.show.tables.answers_runs import track_answers
 from vcmm.show.tables.table import csv_text
 
+if TYPE_CHECKING:
+    from vcmm.learn.tracking.doubtful import DoubtfulParts
+    from vcmm.learn.tracking.learned_rest import LearnedRest
+
 
 def track_command(
-    machine: Path, folder: Path, *, at: str | None = None, out: Path | None = None, replay: bool = False, task: Path | None = None,
-    limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None, checks: Path | None = None,
-    days: CountOption = None, learn_rest: bool = False, parts: Path | None = None,
+    machine: InputFile, folder: InputPath, *, at: str | None = None, out: Path | None = None, replay: bool = False, task: InputFile | None = None,
+    limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None, checks: InputFile | None = None,
+    days: CountOption = None, learn_rest: bool = False, parts: InputFile | None = None,
     alpha: float = 0.05, explain: bool = True, seed: Seed = 0,
     json: Json = False,
 ) -> int:  # fmt: skip
@@ -143,8 +139,7 @@ class TrackJob(Job[Path, TrackAnswers]):
             raise UsageError(
                 'which check next takes --task SCENARIO, --limit "CHARACTERISTIC = U" and --checks LIST; one of them is missing'
             )
-        stated = limits_of(limits, load_scenario(task), found.dated)
-        return stated, *plan_checks(found.followed, found.dated.when, load_checks(checks), stated, days or 30)
+        return found.next_checks(task, limits, checks, days or DAYS)
 
     def _doubtful(self, found: Track) -> Sequence[DoubtfulParts]:
         """Parts between a good check and an alarm; nothing where no list was given."""
@@ -154,11 +149,12 @@ class TrackJob(Job[Path, TrackAnswers]):
             raise UsageError(
                 "--parts takes --task SCENARIO as well: the characteristics whose shift is asked"
             )
-        gains = gains_of(load_scenario(self.asked.task), found.dated)
-        return doubtful_parts(found.followed, read_parts(self.asked.parts), gains)
+        return found.doubtful_parts(self.asked.task, self.asked.parts)
 
     def _rest(self) -> LearnedRest:
         """The learned residual of all recordings against the machine file."""
+        from vcmm.learn.tracking.learned_rest import learn_rest
+
         known = load_machine(self.machine)
         return learn_rest(known, recordings_by_date(self.folder, known))
 
@@ -174,19 +170,24 @@ class TrackJob(Job[Path, TrackAnswers]):
             body |= {"doubtful": [d.to_dict() for d in doubtful]}
         if rest is not None:
             body |= {"learned": rest.to_dict()}
-        files = list(dict.fromkeys(f for p in given for f in sources(p)))
+        files = sources_of_all(given)
         return Record(body, files, self.following.seed, found.warnings)
 
     def texts(self, loaded: Path, result: TrackAnswers, content: str, folder: Path) -> dict[str, str]:
         found, planned, rest, doubtful = result
         return {
             **found.files(folder / "machine.toml"),
-            **(learned_files(rest, self.machine, folder) if rest is not None else {}),
+            **(self._learned(rest, folder) if rest is not None else {}),
             "track.json": content,
             "report.html": track_page(found, planned, doubtful),
             "checks.csv": csv_text(tables.checks(found)),
             "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
         }
+
+    def _learned(self, rest: LearnedRest, folder: Path) -> dict[str, str]:
+        from vcmm.files.learned.learned_residual import learned_files
+
+        return learned_files(rest, self.machine, folder)
 
     def files_sentence(self, loaded: Path, result: TrackAnswers, folder: Path, names: Sequence[str]) -> str:
         found = result.track

@@ -10,7 +10,17 @@ from vcmm.answer.evaluation.result import UncertaintyResult, common_causes
 from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.face.api import uncertainty
-from vcmm.face.cli.options import Cluster, CountOption, Evidence, Json, Require, Seed, Shard, Workers
+from vcmm.face.cli.options import (
+    Cluster,
+    CountOption,
+    Evidence,
+    InputFile,
+    Json,
+    Require,
+    Seed,
+    Shard,
+    Workers,
+)
 from vcmm.face.job import (
     Flags,
     Pack,
@@ -39,7 +49,7 @@ from vcmm.task.measuring.scenario import Scenario
 
 
 def uncertainty_command(
-    scenario: Path, *, trials: int | None = None, seed: Seed | None = None, engine: Literal["auto", "montecarlo", "exact"] = "auto", digits: CountOption = None,
+    scenario: InputFile, *, trials: int | None = None, seed: Seed | None = None, engine: Literal["auto", "montecarlo", "exact"] = "auto", digits: CountOption = None,
     workers: Workers = None, cluster: Cluster = None, shard: Shard = None, json: Json = False, out: Path | None = None,
     evidence: Evidence = None, require: Require = None,
 ) -> int:  # fmt: skip

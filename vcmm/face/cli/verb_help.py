@@ -15,12 +15,16 @@ from pathlib import Path
 WIDEST = 110  # of a line
 COLUMN = 26  # where descriptions begin
 KINDS = {"int": "INT", "float": "NUMBER", "str": "TEXT", "Path": "PATH"}
+READS = ("InputFile", "InputPath", "InputName")  # of vcmm.face.cli.options
 HERE = Path(__file__).parent
 
 
 @dataclass(frozen=True)
 class HelpOption:
-    """One parameter of a verb. default: as it is typed, empty where there is none; is_word: by its place, without a name."""
+    """One parameter of a verb. default: as it is typed, empty where there is none; is_word: by its place, without a name.
+
+    takes_all: every word up to the next option. reads: the name of its type where it is an input (`READS`), else empty.
+    """
 
     parameter: str  # of the function
     name: str
@@ -31,6 +35,8 @@ class HelpOption:
     is_many: bool
     is_required: bool
     off: str  # --no-...
+    takes_all: bool = False
+    reads: str = ""
 
 
 def verb_help(words: list[str], codes: str) -> str | None:
@@ -106,6 +112,8 @@ def _option(
         is_many=is_many or "list" in names,
         is_required=default is None,
         off=f"--no-{name[2:]}" if is_on and "negative" not in given else "",
+        takes_all="consume_multiple" in given,
+        reads=next((n for n in names if n in READS), ""),
     )
 
 

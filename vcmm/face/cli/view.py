@@ -8,13 +8,14 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
+from vcmm.face.cli.options import InputFile
 from vcmm.files.toml import read_toml
 from vcmm.show.console.files import output_folder
 from vcmm.show.console.terminal import say
 
 
 def view_command(
-    file: Path,
+    file: InputFile,
     *,
     png: Path | None = None,
     close: Annotated[bool, Parameter(name="--close", negative=())] = False,

@@ -17,6 +17,7 @@ from vcmm.compensation.job import compensate, prepare
 from vcmm.compensation.result import CompensatedProgram
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
+from vcmm.face.machine_of_setup import setup_and_machine
 from vcmm.files.own.face_scan import load_face_scan
 from vcmm.learn.calibration.face_map import FaceFigure, FaceMap, map_face
 from vcmm.task.instruments.face_scan import FaceScan
@@ -51,7 +52,7 @@ def correct_face(
         The text, its proof and what was changed.
     """
     given = {"dialect": dialect, "decimals": decimals, "set_here": False}
-    work = prepare(program, setup, None, constants=None, **given)  # type: ignore[arg-type]
+    work = prepare(program, *setup_and_machine(setup, None), constants=None, **given)  # type: ignore[arg-type]
     machine = replace(work.machine, effects=(), inputs=())
     if work.dialect.lathe != found.scan.spiral:
         what = "spiral of a turned face" if found.scan.spiral else "raster of a milled face"

@@ -117,8 +117,9 @@ def _circles(
         return ()
     file, date, unit = words
     way, out = problem.recording.direction, []
-    for plane, (i, j) in PLANES.items():
-        rows = np.flatnonzero(np.hypot(way[:, i], way[:, j]) > 1 - FLAT)
+    plane_of = _planes_of(way)
+    for number, (plane, (i, j)) in enumerate(PLANES.items()):
+        rows = np.flatnonzero(plane_of == number)
         if len(rows) < ENOUGH:
             continue
         angle = np.arctan2(way[rows, j], way[rows, i]) % (2 * np.pi)
@@ -140,6 +141,18 @@ def _circles(
             )
         )
     return tuple(out)
+
+
+def _planes_of(way: Array) -> Array:
+    """(m,): number of the plane in which each reading was made, -1: of none. One along an axis lies in two: it is of that of the next reading, else of the one before."""
+    flat = np.stack([np.hypot(way[:, i], way[:, j]) > 1 - FLAT for i, j in PLANES.values()], axis=1)
+    own = np.where(flat.sum(axis=1) == 1, flat.argmax(axis=1), -1)
+    sure, out = np.flatnonzero(own >= 0), own.copy()
+    for k in np.flatnonzero(flat.sum(axis=1) > 1):
+        at = int(np.searchsorted(sure, k))
+        near = [int(own[sure[n]]) for n in (at, at - 1) if 0 <= n < len(sure)]
+        out[k] = next((p for p in near if flat[k, p]), -1)
+    return out
 
 
 def _along(problem: Problem, words: tuple[str, str, str], values: tuple[Array, Array, Array]) -> CheckPart:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vcmm.core.errors import UsageError, VcmmError, first_of
 from vcmm.core.machine import Machine
@@ -23,13 +24,17 @@ from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.own.recording_files import recordings_in
 from vcmm.files.toml import read_toml
+from vcmm.learn.diagnosis.plain_words import cause_and_cure
 from vcmm.learn.tracking.alarms import ALPHA
 from vcmm.learn.tracking.compress import see_recording
 from vcmm.learn.tracking.dates import moment
 from vcmm.learn.tracking.follow import FollowedMachine, follow_one, start_following
 from vcmm.learn.tracking.machine_at import as_machine, machine_on
-from vcmm.learn.tracking.quantities import tracked_machine
+from vcmm.learn.tracking.quantities import TrackedMachine, tracked_machine
 from vcmm.task.response.recording import Recording
+
+if TYPE_CHECKING:
+    from vcmm.learn.diagnosis.result import Answer
 
 OWN = (
     TEXT,
@@ -41,6 +46,8 @@ OWN = (
     "machine_learned.toml",
     "learned_residual.csv",
 )
+
+MOST = 3  # sizes of an answer that the log of an alarm states
 
 Progress = Callable[[str, float], None]
 
@@ -114,15 +121,19 @@ def track(
     )
     _check_alpha(alpha)
     _take_state_folder(request)
+    followed, files, added = _take_in(request, progress)
+    when = _day_of(at, followed.seen[-1].when, files[-1])
+    return Track(
+        followed, machine_on(followed, when), at or files[-1].date, added, request.machine, request.folder
+    )
+
+
+def _take_in(request: TrackRequest, progress: Progress) -> tuple[FollowedMachine, tuple[KnownFile, ...], int]:
+    """The machine after all recordings of the folder, their files, and how many were new; the state is kept."""
     known = load_machine(request.machine)
     tracked, of_machine = tracked_machine(known), hash_of(request.machine)
     found = _in_time(request.folder)
-    kept = None if replay or request.state is None else read_state(request.state, tracked, of_machine)
-    followed, files = kept or (start_following(tracked, alpha), ())
-    if kept is not None and followed.alpha != alpha:
-        raise UsageError(
-            f"the state was begun with alpha = {followed.alpha:g}, which holds for all its recordings; say --alpha {followed.alpha:g}, or --replay"
-        )
+    followed, files, is_kept = _state_before(request, tracked, of_machine)
     new = _new_files(found, files, request)
     for i, one in enumerate(new):
         progress(one.name, i / len(new))
@@ -130,17 +141,34 @@ def track(
         files = (*files, one)
     if not followed.seen:
         raise UsageError(f"{request.folder} holds no recording")
-    if request.state is not None and (new or kept is None):
+    if request.state is not None and (new or not is_kept):
         write_state(request.state, followed, of_machine, files)
-    when = followed.seen[-1].when if at is None else moment(at)
-    if when < followed.seen[-1].when:
+    return followed, files, len(new)
+
+
+def _state_before(
+    request: TrackRequest, tracked: TrackedMachine, of_machine: str
+) -> tuple[FollowedMachine, tuple[KnownFile, ...], bool]:
+    """The state to go on from, its files, and whether it was kept. Raises UsageError where it was begun with another alpha."""
+    kept = None if request.replay or request.state is None else read_state(request.state, tracked, of_machine)
+    if kept is None:
+        return start_following(tracked, request.alpha), (), False
+    if kept[0].alpha != request.alpha:
         raise UsageError(
-            f"--at {at} is before the last recording ({files[-1].date}), which the state knows; a state looks ahead, "
+            f"the state was begun with alpha = {kept[0].alpha:g}, which holds for all its recordings; say --alpha {kept[0].alpha:g}, or --replay"
+        )
+    return *kept, True
+
+
+def _day_of(at: str | None, last: float, file: KnownFile) -> float:
+    """The day of `at`, None: that of the last recording. Raises UsageError for a day before it."""
+    when = last if at is None else moment(at)
+    if when < last:
+        raise UsageError(
+            f"--at {at} is before the last recording ({file.date}), which the state knows; a state looks ahead, "
             "so name a later day, or follow a folder that ends before it"
         )
-    return Track(
-        followed, machine_on(followed, when), at or files[-1].date, len(new), request.machine, request.folder
-    )
+    return when
 
 
 def _take_state_folder(request: TrackRequest) -> None:
@@ -239,5 +267,12 @@ def _explain(before: FollowedMachine, recording: Recording, when: float, seed: i
         found = diagnose(recording, as_machine(machine_on(before, when)), seed=seed)
     except VcmmError as error:
         return f"no diagnosis: {first_of(error)}"
-    names = [f"{a.effect} {' '.join(str(v) for v in a.where.values())}".strip() for a in found.answer]
-    return f"{found.verdict}: {', '.join(names)}" if names else str(found.verdict)
+    return f"{found.verdict}: {'; '.join(map(_in_words, found.answer))}" if found.answer else found.verdict
+
+
+def _in_words(answer: Answer) -> str:
+    """squareness C0Y, angle +38.4 ± 2.3 urad (a collision, or ...): by how much it departs from what was expected."""
+    name = " ".join([answer.effect, *(str(v) for v in answer.where.values())])
+    sizes = [f"{k} {e.value:+.3g} ± {e.u:.2g} {e.unit}" for k, e in answer.parameters.items()]
+    cause, _ = cause_and_cure(answer.effect, answer.where, answer.parameters)
+    return f"{', '.join([name, *sizes[:MOST]])}{f' ({cause})' if cause else ''}"

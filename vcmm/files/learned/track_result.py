@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +27,10 @@ from vcmm.learn.tracking.quantities import TrackedQuantity
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from vcmm.files.learned.track_questions import CheckAdvice
+    from vcmm.learn.tracking.doubtful import DoubtfulParts
+
+DAYS = 30  # that a plan of checks covers
 AHEAD = (7.0, 30.0, 90.0)  # days of the forecast
 ROUND = {"mm": "um", "rad": "urad"}  # how small lengths and angles are written
 WEEKS = 7.0  # days for which the coverage that was counted is near 95 %
@@ -173,6 +177,26 @@ class Track:
         """
         drawn: Axes = draw(self, name, ax)
         return drawn
+
+    def next_checks(
+        self, task: str | Path, limits: str | Sequence[str], checks: str | Path, days: int = DAYS
+    ) -> CheckAdvice:
+        """Which check of a list (checks/1) keeps the limits of a task longest for its cost, and a plan from `at` on.
+
+        limits: such as "bore to front = 2 um", U = 2 u.
+        """
+        stated = [limits] if isinstance(limits, str) else limits
+        from vcmm.files.learned.track_questions import (
+            advise_checks,  # a plain recording does not wait for tasks
+        )
+
+        return advise_checks(self.followed, self.dated, Path(task), stated, Path(checks), days)
+
+    def doubtful_parts(self, task: str | Path, parts: str | Path) -> tuple[DoubtfulParts, ...]:
+        """Of a list (part,date) those between a good check and an alarm, and by how much the characteristics of a task are shifted."""
+        from vcmm.files.learned.track_questions import parts_in_doubt
+
+        return parts_in_doubt(self.followed, self.dated, Path(task), Path(parts))
 
     def to_dict(self) -> dict[str, Any]:
         """As in vcmm.track/1."""

@@ -22,6 +22,8 @@ OLDER_KEYS: Mapping[str, str] = {
     "MPE_E150": "E150_MPE", "E150": "E150_MPE",
     "MPE_P": "PFTU_MPE", "MPEP": "PFTU_MPE", "P_MPE": "PFTU_MPE", "MPE_PFTU": "PFTU_MPE", "PFTU": "PFTU_MPE", "MPE_PSTU": "PSTU_MPE", "PSTU": "PSTU_MPE",
     "MPL_R0": "R0_MPL", "R0": "R0_MPL", "MPE_THP": "THP_MPE", "MPETHP": "THP_MPE",
+    "P_FTE_MPE": "PFTE_MPE", "P_STE_MPE": "PSTE_MPE", "P_LTE_MPE": "PLTE_MPE", "P_FTM_MPE": "PFTM_MPE", "P_STM_MPE": "PSTM_MPE", "P_LTM_MPE": "PLTM_MPE",
+    "P_FTU_MPE": "PFTU_MPE", "P_STU_MPE": "PSTU_MPE",
 }  # fmt: skip
 # of several styli or orientations of a head: the machines that are drawn have one stylus
 SEVERAL_STYLI = (
@@ -71,9 +73,10 @@ def _of_lengths(key: dict[str, str], c: MachineCertificate) -> list[str]:
             out.append(
                 f"[certificate] {key[name]} allows {_um(limit(0.0))} on the shortest length; usual are 0.1 to 10 um: check the unit"
             )
-    if c.E0 and c.E150:
-        worst = max((0.0, FARTHEST), key=lambda n: c.E0(n) / max(c.E150(n), 1e-12))  # type: ignore[misc]
-        if c.E150(worst) < c.E0(worst) * (1.0 - 1e-9):
+    if (e0 := c.E0) and (e150 := c.E150):
+        places = (0.0, e0.corner, e150.corner, FARTHEST)
+        worst = max(places, key=lambda n: e0(n) / max(e150(n), 1e-12))
+        if e150(worst) < e0(worst) * (1.0 - 1e-9):
             out.append(
                 f"[certificate] E150_MPE ({_um(c.E150(worst))} at {worst:g} mm) is below E0_MPE ({_um(c.E0(worst))}): an offset stylus measures "
                 "no better than none; usual are 1 to 2 times E0: check whether the two are exchanged"

@@ -7,7 +7,11 @@ from pathlib import Path
 from vcmm.core.errors import UsageError, choose_from
 
 _PACKAGE = Path(__file__).parents[2]
-KINDS = {"mill": "pallet_block", "lathe": "turned_shaft"}  # what somebody who cuts asks for -> its example
+KINDS = {
+    "mill": "pallet_block",
+    "lathe": "turned_shaft",
+    "year": "tracked_mill",
+}  # what somebody who cuts asks for -> its example
 
 
 def folder() -> Path:
@@ -30,7 +34,7 @@ def example(name: str) -> Path:
     Parameters
     ----------
     name
-        Its name (`vcmm list scenarios`), or its kind: mill, lathe.
+        Its name (`vcmm list scenarios`), or its kind: mill, lathe, year.
 
     Returns
     -------
@@ -71,6 +75,11 @@ def records(scenario: Path) -> bool:
     from vcmm.files.toml import read_toml
 
     return str(read_toml(scenario).data.get("vcmm", "")).startswith("recording/")
+
+
+def follows(scenario: Path) -> bool:
+    """Whether a folder of dated recordings of its machine lies beside the file, to follow that machine by."""
+    return (scenario.with_suffix("") / "checks").is_dir()
 
 
 def turns_over(scenario: Path) -> bool:

@@ -16,10 +16,19 @@ from vcmm.files.foreign.point_table import read_points
 from vcmm.files.foreign.pointing_lists import read_altaz, read_tpoint, recording_of_pointings
 from vcmm.files.foreign.rtl import read_rtl
 from vcmm.files.observations import Sense, read_observations
-from vcmm.files.own.recording_tables import LineTable, RecordingFile, ScopeTable, StylusTable, other_positions
+from vcmm.files.own.pose_tables import PosesTable, read_poses
+from vcmm.files.own.recording_tables import (
+    LineTable,
+    RecordingFile,
+    ScopeTable,
+    StylusTable,
+    noise_law,
+    other_positions,
+)
 from vcmm.files.own.scope import read_scope, recording_of_scope
 from vcmm.files.own.touch_tables import read_touches
 from vcmm.files.problems import Problems
+from vcmm.task.response.poses import PoseReadings, as_recording
 from vcmm.task.response.recording import Recording
 
 
@@ -27,6 +36,8 @@ def read_data(
     model: RecordingFile, path: Path, machine: Machine | None, problems: Problems
 ) -> Recording | None:
     """The data in their format; None where the machine is not known."""
+    if model.kind == "pose":
+        return None if machine is None else as_recording(poses_of(model, path, machine), machine)
     if model.shape == "table":
         fixed = bool({"station", "centre"} & set(model.nuisance))
         return read_observations(path, machine, Sense(model.kind, model.measuring, fixed), model.name)
@@ -68,6 +79,12 @@ def read_data(
         if at is None
         else recording_of_runs(runs, machine, axis, at, np.array(line.offset), model.measuring)
     )
+
+
+def poses_of(model: RecordingFile, path: Path, machine: Machine) -> PoseReadings:
+    """Poses as the tracker read them, with their orientations."""
+    u = noise_law(model.noise, False).u if model.noise is not None else 0.0
+    return read_poses(model.poses or PosesTable(), path, machine, model.name or path.stem, float(u))
 
 
 def _read_scope(model: RecordingFile, path: Path, machine: Machine, problems: Problems) -> Recording | None:

@@ -12,6 +12,7 @@ from vcmm.core.laws import Law, Normal, StudentT
 from vcmm.core.text import LARGEST
 from vcmm.core.units import quantity, usual
 from vcmm.files.columns import LABELS
+from vcmm.files.own.pose_tables import PosesTable
 from vcmm.files.own.record import RecordTable
 from vcmm.files.own.scenario import PoseTable
 from vcmm.files.own.touch_tables import TouchesTable
@@ -117,7 +118,7 @@ class RecordingFile(Table):
     ] = ""
     equinox: Literal["", "date", "J2000"] = ""
     machine: str | dict[str, Any] | None = Field(default=None, examples=['"machine.toml"'])
-    kind: Literal["probe", "displacement", "length", "angle", "path"] = Field(examples=['"probe"'])
+    kind: Literal["probe", "displacement", "length", "angle", "path", "pose"] = Field(examples=['"probe"'])
     observed: Literal["", "indicated - true", "actual - commanded"] = ""
     history: Literal["", "none", "travel", "rows", "path"] = ""
     down: list[float] | None = Field(default=None, min_length=3, max_length=3, examples=["[0, 0, -1]"])
@@ -133,6 +134,7 @@ class RecordingFile(Table):
     instrument: InstrumentTable | None = None
     reversal: ReversalTable | None = None
     touch: TouchesTable | None = None
+    poses: PosesTable | None = None
     record: RecordTable = Field(default_factory=RecordTable)
 
     @property
@@ -142,8 +144,8 @@ class RecordingFile(Table):
 
     @property
     def measuring(self) -> bool:
-        """True for indicated - true, the default of every kind but path."""
-        return (self.observed or (ACTUAL if self.kind == "path" else INDICATED)) == INDICATED
+        """True for indicated - true, the default of every kind but path and pose."""
+        return (self.observed or (ACTUAL if self.kind in ("path", "pose") else INDICATED)) == INDICATED
 
     @property
     def memory(self) -> str:
@@ -174,6 +176,28 @@ def check_words(model: RecordingFile, problems: Problems) -> None:
         if getattr(model, table) is not None and model.shape not in formats:
             due = " or ".join(f'"{f}"' for f in formats)
             problems.add((table,), f'goes with format = {due}, but the data are read as "{model.shape}"')
+    if model.poses is not None and model.kind != "pose":
+        problems.add(("poses",), f'goes with kind = "pose", but this is kind = "{model.kind}"')
+    if model.kind == "pose":
+        _check_pose_words(model, problems)
+
+
+def _check_pose_words(model: RecordingFile, problems: Problems) -> None:
+    """Notes what a recording of poses cannot state."""
+    idle = [k for k in ("known", "instrument", "reversal") if getattr(model, k) is not None]
+    idle += [k for k in ("nuisance", "series") if getattr(model, k)]
+    for key in idle:
+        problems.add(
+            (key,), "poses take none: where the tracker stands and where the target sits are free in any case"
+        )
+    if model.shape != "table":
+        problems.add(
+            ("format",), f'poses are read as a table, not as "{model.shape}"; name their columns in [poses]'
+        )
+    if model.measuring:
+        problems.add(("observed",), f'what a tracker sees of an arm is "{ACTUAL}"; leave the key out')
+    if model.noise is not None and model.noise.law != "normal":
+        problems.add(("noise", "law"), 'poses take law = "normal"')
 
 
 def noise_law(table: NoiseTable, angle: bool) -> Law:

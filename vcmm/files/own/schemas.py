@@ -1,4 +1,4 @@
-"""JSON Schema of the TOML formats; effect and input tables come from the effect classes."""
+"""JSON Schema of the TOML formats and of a document; effect and input tables come from the effect classes."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ from vcmm.files.own.plan import PlanFile
 from vcmm.files.own.recording_tables import RecordingFile
 from vcmm.files.own.scenario import JobTable, ScenarioFile
 from vcmm.files.own.setup import SetupFile
+from vcmm.files.own.track_document import NAME as TRACK
+from vcmm.files.own.track_document import TrackDocument
 from vcmm.files.schema import Table
 from vcmm.physics import ALL
 
@@ -36,13 +38,16 @@ MODELS: dict[str, type[Table]] = {
     "checks": CheckListFile,
     "scan": FaceScanFile,
 }
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
 Schema = dict[str, Any]
 
 
 def json_schema(kind: str) -> Schema:
-    """The schema (draft 2020-12) of one file format. Raises UsageError for an unknown kind."""
+    """The schema (draft 2020-12) of one file format; "track": of the document of `vcmm track`. Raises UsageError for an unknown kind."""
+    if kind == "track":
+        return TrackDocument.model_json_schema() | {"$schema": DRAFT, "title": TRACK}
     if kind not in MODELS:
-        raise UsageError(f'unknown kind "{kind}".{choose_from(kind, MODELS)}')
+        raise UsageError(f'unknown kind "{kind}".{choose_from(kind, [*MODELS, "track"])}')
     definitions: Schema = {}
     schema = _of(MODELS[kind], definitions)
     schema["properties"]["vcmm"] = {"const": f"{kind}/1"}
@@ -57,7 +62,7 @@ def json_schema(kind: str) -> Schema:
             inside["properties"].pop("vcmm", None)
             inside["required"] = [k for k in inside.get("required", []) if k != "vcmm"]
             schema["properties"][key] = {"anyOf": [{"type": "string", "description": "file name"}, inside]}
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"vcmm {kind}/1"}
+    head = {"$schema": DRAFT, "title": f"vcmm {kind}/1"}
     return schema | head | {"$defs": dict(sorted(definitions.items()))}
 
 

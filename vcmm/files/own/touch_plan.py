@@ -20,7 +20,7 @@ from vcmm.files.own.touch_setups import SIDES, poses_of
 from vcmm.files.toml import read_toml
 from vcmm.program.probing_program import PlannedTouch, ProbingJob, turning_height
 from vcmm.task.instruments.instrument import InstrumentCertificate
-from vcmm.task.instruments.probe_frame import SPINDLE, tool_directions
+from vcmm.task.instruments.probe_frame import SPINDLE, head_axes, machine_directions
 from vcmm.task.instruments.touch_probe import TOUCH_PROBE, touches
 from vcmm.task.response.recording import Recording
 
@@ -61,11 +61,6 @@ def load_touch_plan(path: str | Path) -> TouchPlan:
             f'{path}: a probing program is written for one set-up with "touch probe"; this plan has {names}'
         )
     table = model.setups[0]
-    turning = [a for a in machine.chain.tool if is_rotary(a)]
-    if turning:
-        raise UsageError(
-            f"{path}: the head turns by {' '.join(turning)}; programs are written for rotary axes that carry the table, along X, Y and Z of the machine"
-        )
     if not table.tip_diameter:
         raise UsageError(
             f'{path}: the set-up "{table.name}" needs tip_diameter, that of the ball of the stylus, such as "6 mm"'
@@ -113,13 +108,13 @@ def probing_job(
     run = made.run
     zero, offset = np.array(table.zero), np.array(table.tip)
     axes = np.stack([run.q(a) for a in "XYZ"], axis=1)
-    outward = np.einsum("nij,nj->ni", tool_directions(machine, run), made.direction)
+    outward = np.einsum("nij,nj->ni", machine_directions(machine, run), made.direction)
     surface = axes + offset - zero - given.ball * outward
     letters = [a for a in machine.chain.letters if is_rotary(a)]
     planned = tuple(_touch(run, i, surface[i], outward[i], letters) for i in range(run.n))
     clear = turning_height(_heights(machine, spheres, given.sphere, zero), above)
     machine.check_travels(_lift_where_rotary_axes_turn(run, clear + zero[2] - offset[2] + given.ball))
-    return ProbingJob(planned, clear, standoff, given.ball, tool)
+    return ProbingJob(planned, clear, standoff, given.ball, tool, leads_tip=bool(head_axes(machine)))
 
 
 def _touch(run: Run, i: int, surface: Array, outward: Array, letters: Sequence[str]) -> PlannedTouch:
@@ -157,6 +152,7 @@ def recording_text(given: TouchPlan, log: str) -> str:
     parts.append(instrument_text(given.setup[3]))
     parts.append(
         f'[touch]\ntip_diameter = "{table.tip_diameter:g} mm"\noffset = "{_three(table.tip)}"\nzero = "{_three(table.zero)}"\n'
+        + ('head = "axes"\n' if head_axes(given.machine) else "")
     )
     for k, place in enumerate(table.spheres, 1):
         parts.append(

@@ -11,11 +11,12 @@ from pydantic import Field
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
+from vcmm.core.reach import linear_positions
 from vcmm.core.run import Array, Run
 from vcmm.files.foreign.touch_log import TouchLog, read_touch_log
 from vcmm.files.problems import TableProblems
 from vcmm.files.schema import Distance, Point, Table
-from vcmm.task.instruments.probe_frame import SPINDLE
+from vcmm.task.instruments.probe_frame import SPINDLE, head_axes
 from vcmm.task.instruments.touched_surfaces import PLANE, TouchedSurface, recording_of_touches
 from vcmm.task.response.recording import Recording
 
@@ -39,7 +40,8 @@ class TouchedTable(Table):
 class TouchesTable(Table):
     """With what, where (format touches). log: X Y Z are of the surface (the control has taken the ball off along I J K), or of the middle of the ball.
 
-    zero: where the work offset of the program lies for the tip, in the axes of the machine, rotary axes at zero.
+    zero: where the work offset of the program lies for the tip, in the axes of the machine, rotary axes at zero. head: where a head turns, what X Y Z are: of
+    the axes, as if it stood at zero (no tool centre point control), or of the tip where it is, in the axes of the machine (G43.4, TRAORI, M128).
     """
 
     features: dict[str, TouchedTable]
@@ -47,6 +49,7 @@ class TouchesTable(Table):
     offset: Point = ORIGIN
     zero: Point = ORIGIN
     log: Literal["surface", "centre"] = "surface"
+    head: Literal["axes", "tip"] | None = None
 
 
 def surfaces_of(table: TouchesTable) -> dict[str, TouchedSurface]:
@@ -73,12 +76,7 @@ def read_touches(table: TouchesTable, path: Path, machine: Machine) -> Recording
     """The log as touches along their normals. Raises DataError and UsageError with lines, TableProblems with the key."""
     surfaces = surfaces_of(table)
     found = read_touch_log(path)
-    head = [a for a in machine.chain.tool if is_rotary(a)]
-    if head:
-        raise UsageError(
-            f"the log says where the tip was, but the head turns by {' '.join(head)}, so that does not say where the axes were: give a table (columns X_mm ... "
-            "nx ny nz d_um) instead"
-        )
+    _check_head(table, machine)
     absent = [a for a in "ABC" if a in found.stated and a not in machine.chain.letters]
     if absent:
         raise UsageError(
@@ -99,18 +97,41 @@ def _run(table: TouchesTable, found: TouchLog, machine: Machine) -> Run:
         way = _ways(found)
         place = place - way * table.tip_diameter / 2
     offset = np.array(table.offset)
-    at = place + np.array(table.zero) - offset
-    n = len(at)
-    position: dict[str, Array] = {}
-    for letter in machine.chain.letters:
-        if is_rotary(letter):
-            position[letter] = np.radians(found.values.get(letter[0], np.zeros(n)))
-        else:
-            position[letter] = at[:, "XYZ".index(letter)]
+    tip = place + np.array(table.zero)
+    n = len(tip)
+    turned = {
+        a: np.radians(found.values.get(a[0], np.zeros(n))) for a in machine.chain.letters if is_rotary(a)
+    }
+    linear = _linear_axes(machine, turned, offset, tip, leads=table.head == "tip")
+    position = {a: turned[a] if a in turned else linear[a] for a in machine.chain.letters}
     columns = {"time_s": found.values["T"]} if "T" in found.stated else {}
     if "S" in found.stated and np.any(found.values["S"]):
         columns[SPINDLE] = np.radians(found.values["S"])
     return Run(position, np.tile(offset, (n, 1)), columns, {"feature": found.features})
+
+
+def _check_head(table: TouchesTable, machine: Machine) -> None:
+    """Raises UsageError where a head turns and nobody says what X Y Z are, or it is said and none turns."""
+    turning = " ".join(head_axes(machine))
+    if turning and table.head is None:
+        raise UsageError(
+            f'the head turns by {turning}, so X Y Z of the log may be those of the axes, as if it stood at zero, or those of the tip: add head = "axes" to [touch] '
+            'where no tool centre point control was on while it touched (programs of vcmm calibrate program), head = "tip" where it was (G43.4, TRAORI, M128)'
+        )
+    if table.head is not None and not turning:
+        raise UsageError(
+            f'head = "{table.head}": the machine {machine.chain.structure} has no axis that turns a head; leave it out'
+        )
+
+
+def _linear_axes(
+    machine: Machine, turned: dict[str, Array], offset: Array, tip: Array, *, leads: bool
+) -> dict[str, Array]:
+    """Positions of X Y Z whose tip (n, 3), in the axes of the machine, is that of the log; leads: with the head as it is turned, else with every axis at zero."""
+    n, head = len(tip), head_axes(machine)
+    position = {a: np.zeros(n) for a in machine.chain.letters}
+    position |= {a: q for a, q in turned.items() if leads and a in head}
+    return linear_positions(machine, Run(position, np.tile(offset, (n, 1))), tip)
 
 
 def _ways(found: TouchLog) -> Array:

@@ -140,7 +140,8 @@ class NamedTerms:
 
     def _bare(self, i: int) -> Answer:
         term, place = self.selection.terms[i], self.places[i]
-        twins = tuple(self.stage.found.families[j].id for j in place.twins)
+        same = (*place.twins, *(j for j, _ in place.elsewhere if j not in place.twins))
+        others = tuple(dict.fromkeys(self.stage.found.families[j].id for j in same))
         signal, excess = self.selection.signal(i), _excess(self.selection, self.stage)
         assert self.selection.fit is not None
         largest = float(np.abs(self.selection.fit.mean[self.selection.span(i)]).max())
@@ -150,7 +151,7 @@ class NamedTerms:
             {},
             place.probability,
             float(np.clip(signal @ signal / excess, 0.0, 1.0)),
-            (*twins, *place.names),
+            (*others, *place.names),
             place.evidence,
             self.selection.delta(i),
             largest > SCALES[-1],
@@ -251,9 +252,10 @@ def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
 def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place: Standing) -> str:
     """What must be said beside answer i."""
     exact = {stage.found.families[j].id for j in place.twins}
-    name = selection.terms[i].family.name
-    open_at = [w for w in place.elsewhere if f"{name}[{','.join(w.values())}]" not in exact]
-    others = " | ".join(" ".join(w.values()) for w in open_at)
+    open_at = [
+        (stage.found.families[j], p) for j, p in place.elsewhere if stage.found.families[j].id not in exact
+    ]
+    others = " | ".join(f"{' '.join(f.where.values())} (p {p:.2f})" for f, p in open_at)
     said = (
         f"its place is open: as good at {others}" if others else "",
         remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),

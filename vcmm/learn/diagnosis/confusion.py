@@ -10,7 +10,6 @@ Names that hold the answer whatever is recorded (see generalises) are no rivals 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,7 +45,9 @@ class Standing:
     families: tuple[int, ...]  # best family of each rival name
     contained_in: tuple[str, ...] = ()  # freer names that mimic the answer and are improbable beside it
     rival_probability: float = 0.0  # of the rivals together
-    elsewhere: tuple[Mapping[str, str], ...] = ()  # other places of the same name that explain as much
+    elsewhere: tuple[
+        tuple[int, float], ...
+    ] = ()  # families of the same name at other places that explain as much, with their probabilities
     with_aliases: float = 0.0  # probability of the name at its place and of all that repeats it exactly
     exact: tuple[int, ...] = ()  # families that repeat it exactly, the most probable first
     twins: tuple[int, ...] = ()  # those of the same name, at other places
@@ -64,6 +65,7 @@ def lower_standing(place: Standing, share: float) -> Standing:
         rival_probability=place.rival_probability * share,
         shares=tuple(p * share for p in place.shares),
         exact_shares=tuple(p * share for p in place.exact_shares),
+        elsewhere=tuple((j, p * share) for j, p in place.elsewhere),
         kin=place.kin.times(share) if place.kin else None,
     )
 
@@ -92,7 +94,7 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     alias[own] = True
     return Standing(
         float(scores[own]), mine, names, families, freer,
-        float(probable[of_name].sum() - mine), _elsewhere(setting, scores, own),
+        float(probable[of_name].sum() - mine), _elsewhere(setting, scores, own, probable),
         min(float(probable[alias].sum()), 1.0), exact, twins,  # names that hold the answer do not count in the total
         tuple(float(probable[j]) for j in twins),
         family_about(setting, own, scores, options[:, 0], gap, total, larger),
@@ -123,14 +125,14 @@ def _repeats(setting: Setting, gap: Array, rank: Array, term: Term, basis: Array
     return np.asarray(nearest < EXACT)
 
 
-def _elsewhere(setting: Setting, scores: Array, own: int) -> tuple[Mapping[str, str], ...]:
-    """Places (another sensor, another axis) at which the same name is within STRONG of the answer."""
+def _elsewhere(setting: Setting, scores: Array, own: int, probable: Array) -> tuple[tuple[int, float], ...]:
+    """Families of the same name at other places (another sensor, another axis) within STRONG of the answer, the most probable first."""
     families = setting.found.families
     order = np.argsort(-scores, kind="stable")
     near = [
         int(j) for j in order if families[j].name == families[own].name and scores[j] > scores[own] - STRONG
     ]
-    return tuple(families[j].where for j in near if j != own)
+    return tuple((j, float(probable[j])) for j in near if j != own)
 
 
 def own_arguments(family: Family) -> set[str]:

@@ -25,6 +25,8 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import Whitener, without_span
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.inputs import STATE
+from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.constants import CLOSING, FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import orthonormal
@@ -135,7 +137,18 @@ def _name(mistake: Mistake) -> tuple[str, str]:
 
 
 def hypotheses(problem: Problem) -> Iterator[Mistake]:
-    """All mistakes of all tables (and of all together)."""
+    """All mistakes of all tables (and of all together), and of the log. Tables of a machine that was followed hold no mistake."""
+    if not is_followed(problem.machine):
+        yield from _of_tables(problem)
+    yield from log_hypotheses(problem.recording, problem.machine)
+
+
+def is_followed(machine: Machine) -> bool:
+    """Whether earlier recordings were as the numbers of the machine foretold: nobody typed them, so that a departure is a change of the machine."""
+    return any(i.members and i.parameter == STATE for i in machine.inputs)
+
+
+def _of_tables(problem: Problem) -> Iterator[Mistake]:
     tables = tables_of(problem)
     nothing = _baseline_of(problem, ())
     own = {name: _baseline_of(problem, (effect,)) - nothing for name, effect in tables.items()}
@@ -151,7 +164,6 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
             yield Mistake(name, "unit", (factor - 1.0) * e, prior=prior, factor=factor)
     yield from _swaps(problem, tables, own, nothing)
     yield from _abbe(problem, nothing)
-    yield from log_hypotheses(problem.recording, problem.machine)
 
 
 def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:

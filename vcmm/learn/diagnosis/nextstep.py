@@ -58,11 +58,14 @@ def next_steps(
     """Best add-ons for every answer that has rivals, at other places too; where none of them helps, what confirms the name."""
     out: list[NextStep] = []
     for i, place in enumerate(places):
-        rivals = [*place.twins[:1], *place.families[:1]]
-        shares = [*place.shares[:1], place.rival_probability]
+        here = list(zip(place.twins, place.shares))[:1] or list(
+            place.elsewhere[:1]
+        )  # the same name at another place
+        asked = [*here, *((j, place.rival_probability) for j in place.families[:1])]
+        rivals = [j for j, _ in asked]
         found = [
             f
-            for j, share in zip(rivals, shares if place.twins else shares[-1:])
+            for j, share in asked
             for f in _for_rival(problem, setting, selection, i, j, log_odds(place.probability, share))
         ]
         if rivals and not found:

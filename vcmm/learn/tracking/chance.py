@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 
 def chance_beyond(count: int, square: float) -> float:
@@ -20,3 +21,14 @@ def chance_beyond(count: int, square: float) -> float:
     terms = ((j + shift) * math.log(half) - math.lgamma(j + shift + 1.0) - half for j in range(count // 2))
     whole = math.fsum(math.exp(t) for t in terms)
     return min(1.0, whole + (math.erfc(math.sqrt(half)) if odd else 0.0))
+
+
+@lru_cache(maxsize=256)
+def square_at(count: int, chance: float) -> float:
+    """The square that is exceeded with this chance: the smallest number of floating point with chance_beyond(count, square) <= chance."""
+    low, high = 0.0, 1.0
+    while chance_beyond(count, high) > chance:
+        low, high = high, 2.0 * high
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if chance_beyond(count, middle) > chance else (low, middle)
+    return high

@@ -97,8 +97,10 @@ def effects_on(dated: DatedMachine) -> tuple[Effect, ...]:
 
 
 def as_machine(dated: DatedMachine) -> Machine:
-    """What `load_machine` reads of the files, to rounding."""
+    """What `load_machine` reads of the files, to rounding; before any recording the machine file itself."""
     tracked = dated.followed.tracked
+    if not dated.followed.seen:
+        return tracked.machine
     kept = [i for i in tracked.machine.inputs if i.id not in tracked.used]
     own = [_joint(dated.uncertain, dated.joint(dated.state).matrix, "")] if dated.uncertain else []
     if dated.uncertain and dated.since.any():

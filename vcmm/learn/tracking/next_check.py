@@ -23,6 +23,7 @@ from vcmm.learn.tracking.task_limits import K, TaskLimit
 
 WIDE, LONGEST = 60, 366  # orders kept; days ahead
 MOST = 60  # checks of a plan
+ROUNDING = 1e-13  # of the largest: a way of going on in time below it is rounding
 
 
 @dataclass(frozen=True)
@@ -63,11 +64,19 @@ class _Plans:
     columns: Mapping[str, Array]
 
     @cached_property
-    def ahead(self) -> tuple[tuple[Array, Array], ...]:
-        """Of every limit: (LONGEST + 1, n) how its characteristic on each day depends on the state of today, and (LONGEST + 1,) the variance that comes in."""
+    def ahead(self) -> tuple[tuple[Array, Array, Array], ...]:
+        """Of every limit how its characteristic on each day depends on the state of today, (LONGEST + 1, k) @ (k, n), and (LONGEST + 1,) the variance that comes in.
+
+        k is small: what stays, trend, season and swings are few ways in which a gain goes on in time.
+        """
         carried = [self.motion.carry(np.eye(self.motion.size), d) for d in range(LONGEST + 1)]
         fresh = np.array([self.motion.fresh(d) for d in range(LONGEST + 1)])
-        return tuple((np.array([x.gain @ c for c in carried]), fresh @ x.gain**2) for x in self.limits)
+        out = []
+        for x in self.limits:
+            days, size, ways = np.linalg.svd(np.array([x.gain @ c for c in carried]), full_matrices=False)
+            kept = size > ROUNDING * max(float(size[0]), 1e-300)
+            out.append((days[:, kept] * size[kept], ways[kept], fresh @ x.gain**2))
+        return tuple(out)
 
     def after(self, covariance: Array, days: int) -> Array:
         """The covariance so many days later."""
@@ -88,8 +97,8 @@ class _Plans:
     def holds(self, covariance: Array) -> int:
         """Days for which all limits hold without a break: 0 where they hold today only, -1 where not even today; LONGEST at most."""
         good = np.ones(LONGEST + 1, dtype=bool)
-        for x, (gains, fresh) in zip(self.limits, self.ahead):
-            square = x.rest**2 + fresh + ((gains @ covariance) * gains).sum(axis=1)
+        for x, (days, ways, fresh) in zip(self.limits, self.ahead):
+            square = x.rest**2 + fresh + ((days @ (ways @ covariance @ ways.T)) * days).sum(axis=1)
             good &= K * np.sqrt(np.maximum(square, 0.0)) <= x.limit
         return LONGEST if good.all() else int(np.argmin(good)) - 1
 

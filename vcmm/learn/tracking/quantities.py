@@ -144,12 +144,13 @@ def tracked_machine(machine: Machine) -> TrackedMachine:
 
 
 def _numbers_of(effect: Effect) -> list[str]:
-    """Parameters in which the effect is linear and which it uses at its place."""
+    """Parameters in which the effect is linear, which it uses at its place and nobody has chosen."""
     first = effect.where[:1]
     return [
         f.name
         for f in parameter_fields(effect)
         if not f.metadata["scan"]
+        and not f.metadata["chosen"]
         and (not f.metadata["only"] or first in f.metadata["only"])
         and np.size(getattr(effect, f.name))
     ]

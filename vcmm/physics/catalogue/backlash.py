@@ -34,7 +34,7 @@ class Backlash(Effect):
         gap_parameter="gap",
     )
     diagnosis = ForDiagnosis(
-        special_case_of=("lost_motion", "hysteresis"),
+        special_case_of=("lost_motion", "hysteresis", "lost_motion_speed"),
         shared_physics="play",
         is_uniform=True,
     )

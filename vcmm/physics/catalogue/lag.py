@@ -34,6 +34,9 @@ class ServoLag(Effect, ChoosesColumns):
         ),
         aliases={"1/Kv": "lag", "lag": "lag"},  # both are read, the last is written
     )
+    diagnosis = ForDiagnosis(
+        special_case_of=("lost_motion_speed",),  # of power 1
+    )
     per = "axis"
     needs = ("speed_{axis}_mm_s",)
     axis: str = at("X", "linear or rotary axis")

@@ -51,7 +51,9 @@ class ScaleExpansion(Effect, ChoosesColumns):
             8e-6, "steel 11.5, glass 8, Zerodur 0 um/(m K)", bounds=(-35e-6, 35e-6)
         ),  # zinc 30; negative where the control corrects too much
     )
-    corrected: float = param(0.0, "um/(m K)", "coefficient used by the control's own correction, 0 = none")
+    corrected: float = param(
+        0.0, "um/(m K)", "coefficient used by the control's own correction, 0 = none", chosen=True
+    )
 
     @property
     def link(self) -> str:
@@ -96,7 +98,9 @@ class PartExpansion(Effect):
             bounds=(-1e-4, 1e-4),
         ),
     )
-    corrected: float = param(0.0, "um/(m K)", "coefficient used by the software's own correction, 0 = none")
+    corrected: float = param(
+        0.0, "um/(m K)", "coefficient used by the software's own correction, 0 = none", chosen=True
+    )
 
     @property
     def link(self) -> str:

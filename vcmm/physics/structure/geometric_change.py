@@ -57,7 +57,7 @@ class GeometricChange(Effect):
         cites="Schwenke et al., CIRP Annals 57 (2008) 660: component errors change with time, wear and foundation",
         words=Words(
             seen="{where} is no longer what the table says ({rms})",
-            causes="wear, foundation, transport or a stale calibration",
+            causes="wear, a collision, foundation, transport or a stale calibration",
             confirm="measure {where} again and replace its table",
         ),
     )

@@ -32,7 +32,7 @@ class Squareness(Effect):
         ),
         words=Words(
             seen="{where} is out of square by {angle}",
-            causes="the machine was moved or levelled anew, or a guide was adjusted",
+            causes="a collision, or the machine was moved or levelled anew, or a guide was adjusted",
             confirm="a square or two diagonals, the artefact turned by 90 degrees",
             signed=("angle",),
         ),
@@ -93,7 +93,7 @@ class RotaryLocation(Effect):
         ),
         words=Words(
             seen="the centre line of {where} is not where it should be ({offset}{tilt})",
-            causes="the table was set anew or hit",
+            causes="a collision, or the table was set anew",
             confirm="touch a sphere on the table at four angles",
         ),
         is_calibrated=True,

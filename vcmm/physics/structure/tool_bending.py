@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from vcmm.core.declaration import UM, About, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
-from vcmm.core.run import Array, Run
+from vcmm.core.run import TOOL_AXIS_COLUMNS, Array, Run
 
 
 @dataclass(frozen=True, eq=False)
 class ToolDeflection(Effect):
     """+compliance x force, force = that of the part on the tool, workpiece axes: pushed away, it leaves material.
 
-    rod: the part of the force along the axis of the tool, z while rotary axes are at zero, moves nothing.
+    rod: the part of the force along the axis of the tool (z, where no rotary axis turns it) moves nothing.
     """
 
     name = "tool_deflection"
@@ -57,14 +59,16 @@ class ToolDeflection(Effect):
         return ToolYielding(compliance, tool=tool)
 
     def error_motion(self, run: Run) -> Array:
-        x, y, z = run.vector(*self.needs).T
-        along = 0.0 if self.rod else self.compliance  # a rod 4 d long: 3 d^2 / (16 l^2), 1 % of its bending
-        return motion(run, X=self.compliance * x, Y=self.compliance * y, Z=along * z)
+        force = run.vector(*self.needs)
+        if self.rod:  # a rod 4 d long gives way along its axis by 3 d^2 / (16 l^2), 1 % of its bending
+            force = across_tool(run, force)
+        x, y, z = self.compliance * force.T
+        return motion(run, X=x, Y=y, Z=z)
 
 
 @dataclass(frozen=True, eq=False)
 class ToolBending(ToolDeflection):
-    """tool_deflection of one tool as a rod: it bends across its axis and is stiff along it (rotary axes at zero).
+    """tool_deflection of one tool as a rod: it bends across its axis and is stiff along it.
 
     The cutting job makes it of the stick-out in the set-up; files and diagnosis say `rod = 1` of every tool.
     """
@@ -72,8 +76,9 @@ class ToolBending(ToolDeflection):
     tool: str = at("", "tool number; empty = all")
 
     def error_motion(self, run: Run) -> Array:
-        across = self.compliance * run.label_mask("tool", self.tool)
-        return motion(run, X=across * run.column("force_x_N"), Y=across * run.column("force_y_N"))
+        own = self.compliance * run.label_mask("tool", self.tool)
+        x, y, z = own * across_tool(run, run.vector(*self.needs)).T
+        return motion(run, X=x, Y=y, Z=z)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,4 +86,12 @@ class ToolYielding(ToolBending):
     """tool_deflection of one turning tool, whose edge yields alike in all directions."""
 
     def error_motion(self, run: Run) -> Array:
-        return super(ToolBending, self).error_motion(run) * run.label_mask("tool", self.tool)[:, None]
+        return ToolDeflection.error_motion(self, run) * run.label_mask("tool", self.tool)[:, None]
+
+
+def across_tool(run: Run, force: Array) -> Array:
+    """The part (n, 3) of forces (n, 3) across the axis of the tool, workpiece axes."""
+    if TOOL_AXIS_COLUMNS[0] not in run.columns:
+        return force * np.array([1.0, 1.0, 0.0])
+    axis = run.vector(*TOOL_AXIS_COLUMNS)
+    return np.asarray(force - np.einsum("ni,ni->n", force, axis)[:, None] * axis)

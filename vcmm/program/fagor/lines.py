@@ -2,7 +2,7 @@
 
 Source: FAGOR, CNC 8055 Programming manual (M and EN models), "Canned cycles" (G81: Z is the reference plane, I the depth, K a dwell in hundredths
 of a second; G83: I the peck, J how many, back to 1 mm before the depth reached), G04, G11 to G13, G36, G39, G73; CNC 8025 GP, M for T1.1 and times
-in seconds. What has no like here is told by its name and line, and left out: its moves are missing.
+in seconds. Pockets: `pockets`. What has no like here is told by its name and line, and left out: its moves are missing.
 """
 
 from __future__ import annotations
@@ -10,19 +10,21 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
+from vcmm.program.fagor.pockets import ROWS, WORDS
+
 HOLE = "a hole in the path: its moves are missing"
 SAME = {
     "0", "1", "2", "3", "17", "18", "19", "40", "41", "42", "43", "44", "54", "55", "56", "57", "58", "59", "53", "70", "71", "80", "90", "91", "92",
     "94", "95", "96", "97", "98", "99",
 }  # fmt: skip
 CORNERS = {"5", "7", "50", "51"}  # how a corner is passed, look-ahead: the programmed path stays
-POCKETS = {"69", "87", "88"}  # in force until G80, and not read
+UNREAD = {"69"}  # in force until G80, and not read
 ZONES = {"20", "21", "22"}
-HOLES = {"81", "82", "83", "84", "85", "86", "89"}
+HOLES = {"81", "82", "83", "84", "85", "86", "87", "88", "89"}
 MEANINGS = {
     "6": "absolute centres of arcs", "8": "an arc that goes on in tangent", "9": "an arc through three points", "14": "mirroring of programmed axes",
     "16": "a main plane of two axes", "33": "a thread", "37": "a tangential entry", "38": "a tangential exit", "69": "deep drilling with steps of its own",
-    "72": "scaling", "74": "the way home", "75": "probing", "76": "probing", "79": "a change of a canned cycle", "87": "a rectangular pocket", "88": "a circular pocket",
+    "72": "scaling", "74": "the way home", "75": "probing", "76": "probing", "79": "a change of a canned cycle",
     "93": "a polar origin", "60": "machining on a line", "61": "machining in a parallelogram", "62": "machining in a grid", "63": "machining on a circle",
     "64": "machining on an arc", "65": "machining on a chord",
 }  # fmt: skip
@@ -46,6 +48,9 @@ class FagorLines:
     old: bool = False  # 8025: T1.1, times in seconds
     absolute: bool = True
     cycle: str = ""  # in force
+    pockets: list[tuple[str, dict[str, float]]] = field(
+        default_factory=list
+    )  # code and words of each G87 and G88
 
     def __post_init__(self) -> None:
         self.old = re.search(r"\bT\d+\.\d+", self.text.upper()) is not None
@@ -97,7 +102,7 @@ class FagorLines:
         ):  # limits of a work zone move nothing
             words, codes = [w for w in words if w[0] != "G" or w[1].lstrip("0") not in ZONES], codes - ZONES
         for code in sorted(codes):
-            self.cycle = code if code in POCKETS else self.cycle
+            self.cycle = code if code in UNREAD else self.cycle
             if code in MEANINGS:
                 self.tell(line, f"G{code} of Fagor, {MEANINGS[code]}")
                 return []
@@ -110,7 +115,7 @@ class FagorLines:
             and (
                 codes & {"0", "1", "2", "3"}
                 or set("ZIJK") & set(values)
-                or (self.cycle in POCKETS and set("XY") & set(values))
+                or (self.cycle in UNREAD and set("XY") & set(values))
             )
         ):
             self.tell(
@@ -176,13 +181,25 @@ class FagorLines:
             ("R", values["Q"]),
         ]
 
+    def pocket(self, line: int, code: str, kept: Words, values: dict[str, str]) -> Words:
+        """G87 and G88 become G287 with the number of their words in Q."""
+        if "I" not in values or (self.absolute and "Z" not in values):
+            self.tell(line, f"G{code} of Fagor without Z and I")
+            return []
+        self.pockets.append((code, {k: float(n) for k, n in values.items() if k in WORDS}))
+        plain = [w for w in kept if w[0] not in WORDS and not (w[0] == "G" and w[1].lstrip("0") == code)]
+        made = [("G", "287"), *plain, ("Q", f"{len(self.pockets)}."), ("Z", values["I"])]
+        return [*made, ("R", values["Z"])] if "Z" in values else made
+
     def hole(self, line: int, out: Words, codes: set[str], values: dict[str, str]) -> Words:
         """G81 to G89: Z is the reference plane (R), I the depth (Z). G83: J pecks of I each below Z."""
         repeat = [n for letter, n in out[1:] if letter == "N"]
         if repeat:
             self.tell(line, f"N{repeat[0]} behind a canned cycle of Fagor, repeats")
             return []
-        kept = [w for w in out if w[0] not in "ZIJK"]
+        words = [w for w in out if w[0] not in "ZIJK"]
+        if codes & set(ROWS):
+            return self.pocket(line, (codes & set(ROWS)).pop(), words, values)
         if "I" not in values or (
             "83" in codes and ("J" not in values or (self.absolute and "Z" not in values))
         ):
@@ -191,20 +208,20 @@ class FagorLines:
             )
             return []
         if "Z" in values:
-            kept.append(("R", values["Z"]))
+            words.append(("R", values["Z"]))
         if "83" in codes:
             peck = abs(float(values["I"]))
             deep = peck * abs(float(values["J"]))
             return [
-                *kept,
+                *words,
                 ("Z", _text((float(values["Z"]) if self.absolute else 0.0) - deep)),
                 ("Q", _text(peck)),
             ]
-        kept.append(("Z", values["I"]))
+        words.append(("Z", values["I"]))
         if values.get("K"):
-            kept.append(("P", _text(float(values["K"]) * (1000.0 if self.old else 10.0))))
-            kept = [("G", "82") if w[0] == "G" and w[1].lstrip("0") == "81" else w for w in kept]
-        return kept
+            words.append(("P", _text(float(values["K"]) * (1000.0 if self.old else 10.0))))
+            words = [("G", "82") if w[0] == "G" and w[1].lstrip("0") == "81" else w for w in words]
+        return words
 
 
 def _text(value: float) -> str:

@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 
 from vcmm.program.dialects import FANUC
+from vcmm.program.drilling import Hole
 from vcmm.program.fagor.lines import FagorLines
+from vcmm.program.fagor.pockets import mill
 from vcmm.program.faults import ProgramFault
 from vcmm.program.iso.program import run
 from vcmm.program.levels import Assumption
 from vcmm.program.moves import Program
+from vcmm.program.recorder import Recorder
 from vcmm.program.setup import Setup
 
-MILL = replace(FANUC, name="fagor", peck_clearance=1.0)  # G83: back to 1 mm before the depth reached
+MILL = replace(
+    FANUC, name="fagor", codes="fagor", peck_clearance=1.0
+)  # G83: back to 1 mm before the depth reached
+
+
+def _pocket(code: str, given: dict[str, float]) -> Callable[[Recorder, Hole], None]:
+    """A pocket with its words."""
+    return lambda r, hole: mill(r, hole, code, given)
 
 
 def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
@@ -36,8 +47,9 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     if setup.strict and lines.told:
         line, what, _ = min(lines.told)
         raise ProgramFault(file, line, 1, f"{what} is not understood; write its motion with G1 to G3")
+    own = replace(MILL, pockets=tuple(_pocket(code, given) for code, given in lines.pockets))
     program = run(
-        made, MILL, replace(setup, unit=setup.unit or 1.0), file, trace
+        made, own, replace(setup, unit=setup.unit or 1.0), file, trace
     )  # a Fagor wakes up in mm: G71
-    told = [Assumption(line, what, value) for line, what, value in lines.told]
-    return replace(program, assumed=tuple(sorted([*program.assumed, *told], key=lambda a: a.line)))
+    assumptions = [Assumption(line, what, value) for line, what, value in lines.told]
+    return replace(program, assumed=tuple(sorted([*program.assumed, *assumptions], key=lambda a: a.line)))

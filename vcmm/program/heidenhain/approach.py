@@ -45,17 +45,17 @@ class ApproachBlock(NamedTuple):
 def resolve(
     moves: Sequence[Move],
     sides: Sequence[RadiusCompensation | None],
-    said: Sequence[ApproachBlock],
+    blocks: Sequence[ApproachBlock],
     file: str,
 ) -> tuple[list[Move], Sides]:
     """Replaces the placeholders of kind "approach" (from PS to PA) by their moves. `seconds` of a placeholder is its
     number in `said`."""
     out: list[Move] = []
-    kept: Sides = []
+    sides_out: Sides = []
     for k, move in enumerate(moves):
         if move.kind != "approach":
             out.append(move)
-            kept.append(sides[k])
+            sides_out.append(sides[k])
             continue
         first = next((m for m in moves[k + 1 :] if planar(m)), None)
         if first is None or first.plane != move.plane:
@@ -65,27 +65,27 @@ def resolve(
                 "APPR is not followed by a contour element in its plane",
                 "program the first element (L, C, CR ...) after it",
             )
-        words = said[round(move.seconds)]
+        words = blocks[round(move.seconds)]
         side = sides[k]
         assert side is not None
         for made, beside in _approach(move._replace(seconds=0.0), first, side, words, file):
             out.append(made)
-            kept.append(beside)
-    return out, kept
+            sides_out.append(beside)
+    return out, sides_out
 
 
 def _approach(
-    move: Move, first: Move, side: RadiusCompensation, said: ApproachBlock, file: str
+    move: Move, first: Move, side: RadiusCompensation, block: ApproachBlock, file: str
 ) -> list[tuple[Move, RadiusCompensation | None]]:
     """PS to PH in the plane, down at PH, PH to PA; with what is in force on each."""
-    approach, piece = said.approach, piece_of(first)
+    approach, piece = block.approach, piece_of(first)
     t = tangent(piece, piece.start)
     n = left(t) if side.side == "left" else (t[1], -t[0])
     if approach.kind == "LT":
-        line = _to_help_point(move, along(piece.start, t, -approach.length), said)
+        line = _to_help_point(move, along(piece.start, t, -approach.length), block)
         return [*((m, side) for m in line), (_last(move, line, piece.start), side)]
     if approach.kind == "LN":
-        line = _to_help_point(move, along(piece.start, n, approach.length + side.radius), said)
+        line = _to_help_point(move, along(piece.start, n, approach.length + side.radius), block)
         return [*((m, None) for m in line), (_last(move, line, piece.start), side)]
     target = along(piece.start, n, side.radius)
     centre = along(target, n, approach.radius)
@@ -96,7 +96,7 @@ def _approach(
         one, two, _ = PLANES[move.plane]
         start = (move.start[one], move.start[two])
         help_point = _touching(start, centre, abs(approach.radius), ccw, (file, move.source))
-    line = _to_help_point(move, help_point, said)
+    line = _to_help_point(move, help_point, block)
     height = move.end[PLANES[move.plane][2]]
     arc = _last(move, line, target)._replace(
         kind="arc", centre=in_space(move.plane, centre, height), clockwise=not ccw
@@ -104,11 +104,11 @@ def _approach(
     return [*((m, None) for m in line), (arc, None)]
 
 
-def _to_help_point(move: Move, help_point: Vec, said: ApproachBlock) -> list[Move]:
+def _to_help_point(move: Move, help_point: Vec, block: ApproachBlock) -> list[Move]:
     """PS to PH in the plane, and down at PH."""
     plane, normal = move.plane, PLANES[move.plane][2]
-    feed = said.feed if said.feed is not None else move.feed
-    line = move._replace(kind="rapid", feed=None) if said.rapid else move._replace(kind="line", feed=feed)
+    feed = block.feed if block.feed is not None else move.feed
+    line = move._replace(kind="rapid", feed=None) if block.rapid else move._replace(kind="line", feed=feed)
     ph, low = (in_space(plane, help_point, p[normal]) for p in (move.start, move.end))
     return [line._replace(end=ph), *([line._replace(start=ph, end=low)] if low != ph else [])]
 

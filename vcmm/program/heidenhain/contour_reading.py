@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from typing import Protocol
 
 from vcmm.core.errors import choose_from
+from vcmm.program.contouring import record_contour
 from vcmm.program.faults import ProgramFault
 from vcmm.program.heidenhain.paths import KlartextPaths
 from vcmm.program.heidenhain.text import KlartextBlock
 from vcmm.program.moves import Move
-from vcmm.program.rounding import round_corners
-
-READING_NOTES = ("assumed", "remarks", "remarked", "called")  # what the reading of a contour leaves behind
-
 
 DEEPEST = 20  # contours in contours
 
@@ -55,20 +51,10 @@ def contour_moves(
         r.fault(f"there is no LBL {name} for the contour; add it.{choose_from(name, labels)}")
     if runner.depth > DEEPEST:
         r.fault(f"contours are nested deeper than {DEEPEST}; does LBL {name} call its own cycle?")
-    kept = {f.name: getattr(r, f.name) for f in fields(r) if f.name not in READING_NOTES}
     modes = copy.copy(vars(paths))
-    r.moves, r.sides, r.corners, r.markers, r.tracer = [], [], [], [], None
-    r.feed, r.feed_mode = r.feed or 1.0, "G94"  # that of the contour is the cycle's
-    runner.at, runner.returns = labels[name], [len(runner.lines)]
-    runner.run()
-    moves, _ = round_corners(r.moves, [None] * len(r.moves), r.corners, r.file)
-    side = next((s.side for s in r.sides if s is not None), None)
-    world = r.world
-    for name, value in kept.items():
-        setattr(r, name, value)
+    with record_contour(r) as contour:
+        r.feed, r.feed_mode = r.feed or 1.0, "G94"  # that of the contour is the cycle's
+        runner.at, runner.returns = labels[name], [len(runner.lines)]
+        runner.run()
     vars(paths).update(modes)
-    made = [
-        m._replace(start=world.undo(m.start), end=world.undo(m.end), centre=m.centre and world.undo(m.centre))
-        for m in moves
-    ]
-    return made, side
+    return contour.programmed, contour.side

@@ -1,23 +1,32 @@
-"""Contour cycles of Klartext: 14 (labels), 20 (data), 24 (side finishing), 25 (contour train).
+"""Contour cycles of Klartext: 14 (labels), 20 (data), 24 (side finishing), 25 (contour train); 21 to 23 stand in `areas`.
 
 Source: HEIDENHAIN, TNC 640 User's Manual Cycle Programming, "SL cycles": a contour is a subprogram with RL or RR; Q10 is an infeed, Q11 its feed,
-Q12 that along the contour, Q3 (24: Q14) is left on its side, Q5 the surface, Q1 the depth, Q7 the clearance height; Q9 (25: Q15) is +1 climb, -1
+Q12 that along the contour, Q3 (24: Q14) is left on its side, Q5 the surface, Q1 the depth below it, Q7 the clearance height; Q9 (25: Q15) is +1 climb, -1
 up-cut, 25 with 0 to and fro. With M3 the tool climbs where it is left of its way. Where each infeed is made is the control's own, and told.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from vcmm.program.contouring import beside, flat, is_closed, pieces, reverse
 from vcmm.program.drilling import depths_of
+from vcmm.program.heidenhain.areas import Contours, drill_pilots, finish_floor, rough_out
 from vcmm.program.heidenhain.machining import MachiningCycle
 from vcmm.program.moves import Move
 from vcmm.program.radius import HEIDENHAIN
 
-NEEDED = {"24": ("Q10", "Q11", "Q12"), "25": ("Q1", "Q5", "Q7", "Q10", "Q11", "Q12")}
-CONTOUR_DATA = ("Q1", "Q3", "Q5", "Q7")  # of cycle 20 for 24
+NEEDED = {
+    "21": ("Q10", "Q11", "Q13"), "22": ("Q10", "Q11", "Q12"), "23": ("Q11", "Q12"), "24": ("Q10", "Q11", "Q12"),
+    "25": ("Q1", "Q5", "Q7", "Q10", "Q11", "Q12"),
+}  # fmt: skip
+CONTOUR_DATA = ("Q1", "Q3", "Q5", "Q7")  # of cycle 20 for 21 to 24
+AREAS: Mapping[str, Callable[[MachiningCycle, Contours], None]] = {
+    "21": drill_pilots,
+    "22": rough_out,
+    "23": finish_floor,
+}
 
 
 @dataclass(eq=False)
@@ -35,18 +44,27 @@ class ContourCycles:
             r.fault(f"cycle {c.number} has no contour; add CYCL DEF 14.1 with its label before it")
         if c.number == "25" and len(self.labels) > 1:
             r.fault(f"cycle 25 mills one contour, and cycle 14 names {len(self.labels)}; name one")
-        for name in self.labels:
-            self._along(c, name)
+        found = [self._contour(c, name) for name in self.labels]
+        if c.number in AREAS:
+            AREAS[c.number](c, [(path, side or "left") for path, side in found])
+            return
+        for path, side in found:
+            self._along(c, path, side)
 
-    def _along(self, c: MachiningCycle, name: str) -> None:
+    def _contour(self, c: MachiningCycle, name: str) -> tuple[list[Move], str | None]:
+        """The moves of a label, and its side."""
         moves, side = self.read(name)
         path = [m for m in moves[1:] if m.kind in ("line", "arc")]
         if not path:
             c.recorder.fault(
                 f"LBL {name} makes no contour for cycle {c.number}; write its first point and two moves at least"
             )
-        if side is None and c.number == "24":
-            c.recorder.fault(f"LBL {name} has no RL or RR: on which side cycle 24 mills is not known")
+        if side is None and c.number != "25":
+            c.recorder.fault(f"LBL {name} has no RL or RR: on which side cycle {c.number} mills is not known")
+        return path, side
+
+    def _along(self, c: MachiningCycle, path: list[Move], side: str | None) -> None:
+        """24 and 25."""
         closed = is_closed(path)
         left = c.mm("Q14") if c.number == "24" else c.mm("Q3")
         made = beside(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)
@@ -57,9 +75,9 @@ class ContourCycles:
             f"where cycle {c.number} goes in and out", "straight down at its first point, up at its last",
             f"where cycle {c.number} goes in is the control's own affair and not known; write its contour with APPR and DEP",
         )  # fmt: skip
-        surface, floor, high = c.mm("Q5"), c.mm("Q1"), c.mm("Q7")
+        surface, floor, high = c.mm("Q5"), c.mm("Q5") + c.mm("Q1"), c.mm("Q7")
         if floor >= surface:
-            c.recorder.fault(f"cycle {c.number} needs a depth Q1 below the surface Q5")
+            c.recorder.fault(f"cycle {c.number} needs a negative depth Q1: it counts from the surface Q5")
         c.to(None, None, high, True)
         for level in depths_of(surface, floor, abs(c.mm("Q10"))):
             begin = flat(made[0], False)

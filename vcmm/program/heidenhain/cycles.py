@@ -11,33 +11,25 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from vcmm.program.drilling import whole_count
 from vcmm.program.heidenhain.contours import CONTOUR_DATA, NEEDED, ContourCycles
 from vcmm.program.heidenhain.holes import HOLES, OLD_HOLES
-from vcmm.program.heidenhain.machining import Action, MachiningCycle
+from vcmm.program.heidenhain.machining import MachiningCycle, of_row, read_row
 from vcmm.program.heidenhain.milling import OLD_POCKETS, POCKETS
+from vcmm.program.heidenhain.patterns import PATTERNS
 from vcmm.program.heidenhain.planes import working_plane
 from vcmm.program.heidenhain.text import KlartextReader
-from vcmm.program.heidenhain.threads import thread_milling
+from vcmm.program.heidenhain.threads import THREADS
 from vcmm.program.heidenhain.traces import words_of
 from vcmm.program.heidenhain.transforms import KlartextFrames
 from vcmm.program.moves import PLANES
 from vcmm.program.recorder import Recorder
 from vcmm.program.trace import WordAt
 
-MACHINING = {**HOLES, **POCKETS, "262": (("Q335", "Q239", "Q201", "Q200", "Q203", "Q207"), thread_milling)}
-OLD: Mapping[str, Action] = {**OLD_HOLES, **OLD_POCKETS}
-_DRILL = {1: ("DIST",), 2: ("DEPTH",), 3: ("PECKG",), 4: ("DWELL",), 5: ("F",)}
-_MILL = {1: ("DIST",), 2: ("DEPTH",), 3: ("PECKG", "PLUNGE")}
-PARTS: Mapping[str, Mapping[int, tuple[str, ...]]] = {  # what the blocks n.1, n.2 ... hold; their words change with the language
-    "1": _DRILL, "2": {1: ("DIST",), 2: ("DEPTH",), 3: ("DWELL",), 4: ("F",)}, "3": {**_MILL, 4: ("X",), 5: ("Y",), 6: ("F",)},
-    "4": {**_MILL, 4: ("X",), 5: ("Y",), 6: ("F", "RADIUS")}, "5": {**_MILL, 4: ("RADIUS",), 5: ("F",)},
-    "17": {1: ("DIST",), 2: ("DEPTH",), 3: ("PITCH",)}, "18": {1: ("DEPTH",), 2: ("PITCH",)},
-}  # fmt: skip
+MACHINING = {**HOLES, **POCKETS, **THREADS}
+OLD = {**OLD_HOLES, **OLD_POCKETS}
 STRANGE = {  # old cycles that leave a hole in the path, and whether they act where they stand
     "6": ("cycle 6, rough-out", False), "12": ("cycle 12, program call", False), "15": ("cycle 15, pilot drilling", False),
-    "16": ("cycle 16, contour milling", False), "21": ("cycle 21, pilot drilling", False),
-    "22": ("cycle 22, rough-out", False), "23": ("cycle 23, floor finishing", False),
+    "16": ("cycle 16, contour milling", False),
     "27": ("cycle 27, cylinder surface", False), "28": ("cycle 28, cylinder surface slot", False),
     "29": ("cycle 29, cylinder surface ridge", False), "30": ("cycle 30, 3-D data", False), "31": ("cycle 31, line of 3-D data", False),
     "39": ("cycle 39, cylinder surface contour", False),
@@ -86,12 +78,12 @@ class KlartextCycles:
         values = self.q_values(reader, parameters)
         if number == "247":
             self.frames.preset(round(values.get("Q339", 0.0)))
-        elif number in ("220", "221"):
+        elif number in PATTERNS:
             self.pattern(number, values)
         elif number in MACHINING:
-            needed, action = MACHINING[number]
-            self.check(number, needed, values, column)
-            self.active = MachiningCycle(self.recorder, number, values, action, self.auto_feed)
+            row = MACHINING[number]
+            self.check(number, row.required_names, values, column)
+            self.active = MachiningCycle(self.recorder, number, values, of_row(row), self.auto_feed)
             if self.recorder.tracer is not None:
                 self.words = words_of(reader, self.recorder.tracer)
         elif int(number) in DATA:
@@ -104,12 +96,12 @@ class KlartextCycles:
     def of_contours(
         self, number: str, reader: KlartextReader, parameters: dict[str, float], column: int
     ) -> None:
-        """20: data that 24 takes; 24 and 25: cycles that follow the contours of cycle 14."""
+        """20: data that 21 to 24 take; 21 to 25: cycles over the contours of cycle 14."""
         values = self.q_values(reader, parameters)
         if number == "20":
             self.contours.data = values
             return
-        if number == "24":
+        if number != "25":
             self.check("20", CONTOUR_DATA, self.contours.data, column)
             values = {**self.contours.data, **values}
         self.check(number, NEEDED[number], values, column)
@@ -125,7 +117,7 @@ class KlartextCycles:
         """A cycle that is not modelled."""
         self.recorder.assume(
             what, value, column=column or None,
-            otherwise=f"{what[:1].upper()}{what[1:]} is not understood; known are 1 to 5, 7 to 11, 13, 14, 17 to 20, 24 to 26, 32, 220, 221, 247 and "
+            otherwise=f"{what[:1].upper()}{what[1:]} is not understood; known are 1 to 5, 7 to 11, 13, 14, 17 to 26, 32, 220, 221, 247 and "
             f"{', '.join(MACHINING)}; write the motion with L, C, CR",
         )  # fmt: skip
 
@@ -168,10 +160,10 @@ class KlartextCycles:
             self.recorder.fault(f"cycle {number} repeats a machining cycle, but none is defined")
         heights = {k: values[k] for k in ("Q200", "Q203", "Q204") if k in values}
         c = replace(c, values={**c.values, **heights})
-        data = MachiningCycle(self.recorder, number, values, _missing)
+        row = PATTERNS[number]
         over = c.second if round(values.get("Q301", 1.0)) == 1 else c.clearance
         c.to(None, None, c.second, True)
-        for a, b in circle_points(data) if number == "220" else row_points(data):
+        for a, b in row.primitive(read_row(self.recorder, row, values)):
             c.to(a, b, None, True)
             self.run(c)
             c.to(None, None, over, True)
@@ -219,15 +211,16 @@ class KlartextCycles:
         """1 to 5, 17, 18: each block holds one or two numbers, named in the language of the control."""
         if part == 0:
             reader.rest()
-            self.active = MachiningCycle(self.recorder, number, {}, OLD[number], self.auto_feed)
+            self.active = MachiningCycle(self.recorder, number, {}, of_row(OLD[number].row), self.auto_feed)
             self.words = {}
             return
         if self.active is None or self.active.number != number:
             raise reader.fault(f"CYCL DEF {number}.{part} has no CYCL DEF {number}.0 before it")
-        found = _numbers(reader)
-        names = PARTS[number].get(part, ())
-        values = {**self.active.values, **dict(zip(names, (v for k, v in found if k != "DR")))}
-        values.update({k: v for k, v in found if k in ("X", "Y", "DR")})
+        numbers = _numbers(reader)
+        blocks = OLD[number].blocks
+        names = blocks[part - 1] if part <= len(blocks) else ()
+        values = {**self.active.values, **dict(zip(names, (v for k, v in numbers if k != "DR")))}
+        values.update({k: v for k, v in numbers if k in ("X", "Y", "DR")})
         self.active = replace(self.active, values=values)
 
     def wait(self, reader: KlartextReader) -> None:
@@ -274,32 +267,6 @@ class KlartextCycles:
             r.tracer.cycle = self.words
         c.action(c)
         r.marker = ""
-
-
-def circle_points(c: MachiningCycle) -> list[tuple[float, float]]:
-    """220: Q241 points on a circle of diameter Q244 about Q216, Q217, from Q245 by Q247, or evenly to Q246."""
-    count, first, span = whole_count(c.plain("Q241")), c.plain("Q245"), c.plain("Q246") - c.plain("Q245")
-    closed = abs(abs(span) - 360.0) < 1e-9
-    step = c.plain("Q247") or span / max(count if closed else count - 1, 1)
-    angles = [math.radians(first + k * step) for k in range(count)]
-    a, b, radius = c.mm("Q216"), c.mm("Q217"), c.mm("Q244") / 2.0
-    return [(a + radius * math.cos(w), b + radius * math.sin(w)) for w in angles]
-
-
-def row_points(c: MachiningCycle) -> list[tuple[float, float]]:
-    """221: Q243 rows of Q242 points, Q238 and Q237 apart, from Q225, Q226, turned about it by Q224; to and fro."""
-    out, w = [], math.radians(c.plain("Q224"))
-    columns, lines = whole_count(c.plain("Q242")), whole_count(c.plain("Q243", 1.0))
-    for line in range(lines):
-        for k in range(columns) if line % 2 == 0 else reversed(range(columns)):
-            x, y = k * c.mm("Q237"), line * c.mm("Q238")
-            out.append(
-                (
-                    c.mm("Q225") + x * math.cos(w) - y * math.sin(w),
-                    c.mm("Q226") + x * math.sin(w) + y * math.cos(w),
-                )
-            )
-    return out
 
 
 def _feed_word(reader: KlartextReader) -> float:

@@ -108,9 +108,9 @@ def tool_centre(paths: KlartextPaths, reader: KlartextReader) -> None:
             reader.at += 1
             sweeps = kind == "VECTOR"
         elif word == "REFPNT":
-            said = reader.rest().upper()
-            if said != "TIP-TIP":
-                _refuse(paths, f"REFPNT {said} of TCPM", "the tip leads and turns", place)
+            words = reader.rest().upper()
+            if words != "TIP-TIP":
+                _refuse(paths, f"REFPNT {words} of TCPM", "the tip leads and turns", place)
         elif word == "F":
             reader.value("F")
         elif word != "FMAX":

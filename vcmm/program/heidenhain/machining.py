@@ -6,8 +6,10 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from vcmm.program.cutter import CycleCutter
+from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
 from vcmm.program.drilling import Hole
 from vcmm.program.moves import Point
 from vcmm.program.recorder import Recorder
@@ -69,13 +71,14 @@ class MachiningCycle:
         return value * (2.54 if self.recorder.unit > 1.0 else 1.0)
 
     @contextmanager
-    def feed_at(self, feed: float) -> Iterator[bool]:
-        """Moves at this feed, mm/min; yields whether that is rapid."""
-        r = self.recorder
-        kept, mode = r.feed, r.feed_mode
+    def feed_at(self, *feeds: float) -> Iterator[bool]:
+        """Moves at the first of these feeds that is not zero, mm/min, that of TOOL CALL for FAUTO; yields whether that is rapid."""
+        r, feed = self.recorder, next(filter(None, feeds), 0.0)
+        feed = (self.auto_feed or 0.0) if math.isnan(feed) else feed
+        before, mode = r.feed, r.feed_mode
         r.feed, r.feed_mode = feed, "G94"
         yield math.isinf(feed)
-        r.feed, r.feed_mode = kept, mode
+        r.feed, r.feed_mode = before, mode
 
     @property
     def cutter(self) -> CycleCutter:
@@ -98,3 +101,32 @@ class MachiningCycle:
     def at(self, a: float, b: float, height: float) -> Point:
         """A point from its coordinates in the plane and along the tool axis."""
         return self.cutter.point((a, b), height)
+
+
+KlartextPrimitive = Callable[[MachiningCycle, Values], None]
+
+
+class BlockwiseCycle(NamedTuple):
+    """An old cycle: each of its blocks n.1, n.2 ... holds one or two numbers, whose words change with the language of the control."""
+
+    blocks: tuple[tuple[str, ...], ...]
+    row: Cycle[KlartextPrimitive]
+
+
+def blockwise(parameters: str, primitive: KlartextPrimitive) -> BlockwiseCycle:
+    """A row whose blocks are divided by ";"; behind "|" what comes by its own word."""
+    blocks = tuple(
+        tuple(word.split()[0] for word in block.split(","))
+        for block in parameters.partition("|")[0].split(";")
+    )
+    return BlockwiseCycle(blocks, cycle(parameters.replace(";", ",").replace("|", ","), primitive))
+
+
+def read_row(r: Recorder, row: Cycle[Any], values: Mapping[str, float]) -> Values:
+    """What a cycle of a table is given; feeds of programs in inches count 0.1 inch/min."""
+    return row.read(values, in_units(r.unit, 2.54 if r.unit > 1.0 else 1.0))
+
+
+def of_row(row: Cycle[KlartextPrimitive]) -> Action:
+    """What a cycle of a table does."""
+    return lambda c: row.primitive(c, read_row(c.recorder, row, c.values))

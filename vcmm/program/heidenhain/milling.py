@@ -12,8 +12,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
+from vcmm.program.cutter import Flat
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import depths_of, whole_count
-from vcmm.program.heidenhain.machining import Action, MachiningCycle
+from vcmm.program.heidenhain.machining import BlockwiseCycle, KlartextPrimitive, MachiningCycle, blockwise
 from vcmm.program.moves import PLANES
 
 CORNERS = {
@@ -33,7 +35,7 @@ class Clearing:
     surface: float
     floor: float
     step: float
-    plunge: float
+    plunge: tuple[float, ...]
     feed: float
     leave: float
 
@@ -51,167 +53,165 @@ def clear(c: MachiningCycle, pieces: Sequence[PathPiece], data: Clearing) -> Non
     path = shift_pieces(pieces, (a, b))
     c.to(None, None, data.over, True)
     for depth in depths_of(data.surface, data.floor, data.step):
-        with c.feed_at(data.plunge):
+        with c.feed_at(*data.plunge):
             c.to(a, b, depth, False)
         with c.feed_at(data.feed):
             c.cutter.follow([*path, PathPiece((a, b))], depth)
     c.to(None, None, data.leave, True)
 
 
-def _q_data(c: MachiningCycle) -> Clearing:
+def _q_data(c: MachiningCycle, v: Values) -> Clearing:
     """Heights and feeds of 251 to 253. Q215 = 2 finishes only: to the depth at once where Q338 is zero."""
-    floor = c.surface + c.mm("Q201") + (c.mm("Q369") if round(c.plain("Q215")) == 1 else 0.0)
-    step = c.mm("Q338") if round(c.plain("Q215")) == 2 else c.mm("Q202")
+    floor = c.surface + v["depth"] + (v["floor_left"] if v.number("mode") == 1 else 0.0)
+    step = v["finish_step"] if v.number("mode") == 2 else v["step"]
     step = step or c.surface - floor
     return Clearing(
-        over=c.clearance, surface=c.surface, floor=floor, step=step, plunge=c.feed("Q206"), feed=c.feed("Q207"), leave=c.second
+        over=c.clearance, surface=c.surface, floor=floor, step=step, plunge=(v["plunge"],), feed=v["feed"], leave=c.second
     )  # fmt: skip
 
 
-def _step(c: MachiningCycle, radius: float) -> float:
+def _step(v: Values, radius: float) -> float:
     """Q370 times the tool radius; half the width at once where the tool is not known."""
-    return (c.plain("Q370", 1.0) or 1.0) * radius
+    return (v["overlap"] or 1.0) * radius
 
 
-def _way(c: MachiningCycle) -> bool:
+def _way(v: Values) -> bool:
     """Clockwise: up-cut in a pocket with M3."""
-    return round(c.plain("Q351", 1.0)) == -1
+    return round(v.without("climb", 1.0)) == -1
 
 
 def _pocket(
-    c: MachiningCycle, size: tuple[float, float], corner: float, turn: float, data: Clearing, step: float
-) -> None:
+    c: MachiningCycle, size: tuple[float, float], corner: float, turn: float, clockwise: bool, data: Clearing, step: float
+) -> None:  # fmt: skip
     """A rectangle about where the tool stands."""
     _note_clearing(c)
-    clear(c, rectangle(size, step, corner, _way(c), math.radians(turn)), data)
+    clear(c, rectangle(size, step, corner, clockwise, turn), data)
 
 
-def _to_middle(c: MachiningCycle, length: float, width: float, turn: float) -> None:
-    """From the corner that Q367 names to the middle."""
-    p, q = CORNERS.get(round(c.plain("Q367")), (0.0, 0.0))
-    x, y = -p * length / 2.0, -q * width / 2.0
-    w = math.radians(turn)
+def _to_middle(c: MachiningCycle, x: float, y: float, turn: float) -> None:
+    """By (x, y), turned, from the place that Q367 names to the middle."""
     a, b = c.here()
     c.to(None, None, c.clearance, True)
-    c.to(a + x * math.cos(w) - y * math.sin(w), b + x * math.sin(w) + y * math.cos(w), None, True)
+    c.to(a + x * math.cos(turn) - y * math.sin(turn), b + x * math.sin(turn) + y * math.cos(turn), None, True)
 
 
-def rectangular(c: MachiningCycle) -> None:
+def rectangular(c: MachiningCycle, v: Values) -> None:
     """251: length Q218, width Q219, corners Q220, turned by Q224."""
-    radius, left = c.radius(), c.mm("Q368") if round(c.plain("Q215")) == 1 else 0.0
-    length, width, turn = c.mm("Q218"), c.mm("Q219"), c.plain("Q224")
-    _to_middle(c, length, width, turn)
-    size = (max(length / 2.0 - radius - left, 0.0), max(width / 2.0 - radius - left, 0.0))
-    _pocket(c, size, max(c.mm("Q220") - radius, 0.0), turn, _q_data(c), _step(c, radius))
+    radius, left = c.radius(), v["left"] if v.number("mode") == 1 else 0.0
+    p, q = CORNERS.get(v.number("place"), (0.0, 0.0))
+    _to_middle(c, -p * v["length"] / 2.0, -q * v["width"] / 2.0, v["turn"])
+    size = (max(v["length"] / 2.0 - radius - left, 0.0), max(v["width"] / 2.0 - radius - left, 0.0))
+    corner = max(v["corner"] - radius, 0.0)
+    _pocket(c, size, corner, v["turn"], _way(v), _q_data(c, v), _step(v, radius))
 
 
-def circular(c: MachiningCycle) -> None:
+def circular(c: MachiningCycle, v: Values) -> None:
     """252: diameter Q223."""
-    radius, left = c.radius(), c.mm("Q368") if round(c.plain("Q215")) == 1 else 0.0
+    radius, left = c.radius(), v["left"] if v.number("mode") == 1 else 0.0
     _note_clearing(c)
-    clear(c, circle(max(c.mm("Q223") / 2.0 - radius - left, 0.0), _step(c, radius), _way(c)), _q_data(c))
+    clear(c, circle(max(v["diameter"] / 2.0 - radius - left, 0.0), _step(v, radius), _way(v)), _q_data(c, v))
 
 
-def slot(c: MachiningCycle) -> None:
+def slot(c: MachiningCycle, v: Values) -> None:
     """253: length Q218, width Q219, turned by Q374; Q367: middle, ends."""
-    radius, turn = c.radius(), c.plain("Q374")
-    length, width = c.mm("Q218"), c.mm("Q219")
+    radius, length, width = c.radius(), v["length"], v["width"]
     along = {0: 0.0, 1: 0.5, 2: 0.5 - width / 2 / length, 3: width / 2 / length - 0.5, 4: -0.5}
-    shift = along.get(round(c.plain("Q367")), 0.0) * length if length else 0.0
-    a, b = c.here()
-    w = math.radians(turn)
-    c.to(None, None, c.clearance, True)
-    c.to(a + shift * math.cos(w), b + shift * math.sin(w), None, True)
+    _to_middle(c, along.get(v.number("place"), 0.0) * length if length else 0.0, 0.0, v["turn"])
     size = (max(length / 2.0 - radius, 0.0), max(width / 2.0 - radius, 0.0))
-    _pocket(c, size, size[1], turn, _q_data(c), _step(c, radius))
+    _pocket(c, size, size[1], v["turn"], _way(v), _q_data(c, v), _step(v, radius))
 
 
 # -- 3, 4, 5: from where the tool stands --------------------------------------------------------------------------------
-def _old_data(c: MachiningCycle) -> Clearing:
+def _old_data(c: MachiningCycle, v: Values) -> Clearing:
     start = c.recorder.p[PLANES[c.recorder.plane][2]]
-    surface = start - abs(c.mm("DIST"))
-    floor = surface - abs(c.mm("DEPTH"))
-    step = abs(c.mm("PECKG")) or surface - floor
+    surface = start - v["DIST"]
+    floor = surface - v["DEPTH"]
+    step = v["PECKG"] or surface - floor
     return Clearing(
-        over=start, surface=surface, floor=floor, step=step, plunge=c.feed("PLUNGE", "F"), feed=c.feed("F"), leave=start
+        over=start, surface=surface, floor=floor, step=step, plunge=(v["PLUNGE"], v["F"]), feed=v["F"], leave=start
     )  # fmt: skip
 
 
-def old_pocket(c: MachiningCycle) -> None:
+def old_pocket(c: MachiningCycle, v: Values) -> None:
     """4: X by Y about where the tool stands, corners RADIUS."""
     radius = c.radius()
-    size = (max(abs(c.mm("X")) / 2.0 - radius, 0.0), max(abs(c.mm("Y")) / 2.0 - radius, 0.0))
-    _pocket(c, size, max(c.mm("RADIUS") - radius, 0.0), 0.0, _old_data(c), radius)
+    size = (max(v["X"] / 2.0 - radius, 0.0), max(v["Y"] / 2.0 - radius, 0.0))
+    _pocket(c, size, max(v["RADIUS"] - radius, 0.0), 0.0, False, _old_data(c, v), radius)
 
 
-def old_circle(c: MachiningCycle) -> None:
+def old_circle(c: MachiningCycle, v: Values) -> None:
     """5: RADIUS about where the tool stands."""
     radius = c.radius()
     _note_clearing(c)
-    clear(c, circle(max(abs(c.mm("RADIUS")) - radius, 0.0), radius, c.plain("DR") < 0), _old_data(c))
+    clear(c, circle(max(v["RADIUS"] - radius, 0.0), radius, v["DR"] < 0), _old_data(c, v))
 
 
-def old_slot(c: MachiningCycle) -> None:
+def old_slot(c: MachiningCycle, v: Values) -> None:
     """3: from where the tool stands, at one end of the slot, along the longer of X and Y and back."""
-    x, y, r = c.mm("X"), c.mm("Y"), c.radius()
+    x, y, r = v["X"], v["Y"], c.radius()
     long = 0 if abs(x) >= abs(y) else 1
     length = (x, y)[long]
     size = math.copysign(max(abs(length) - 2.0 * r, 0.0), length)
     end = (size, 0.0) if long == 0 else (0.0, size)
     _note_clearing(c)
-    clear(c, [PathPiece(end)], _old_data(c))
+    clear(c, [PathPiece(end)], _old_data(c, v))
 
 
 # -- faces --------------------------------------------------------------------------------------------------------------
-def multipass(c: MachiningCycle) -> None:
+def multipass(c: MachiningCycle, v: Values) -> None:
     """230: Q240 rows from Q225, Q226 at Q227, each Q218 long, over Q219; Q206 down, Q207 along, Q209 across."""
-    level, count = c.mm("Q227"), whole_count(c.plain("Q240", 2.0))
-    ends = rows((c.mm("Q225"), c.mm("Q226")), (c.mm("Q218"), c.mm("Q219")), count)
-    c.to(None, None, level + c.mm("Q200"), True)
+    level, count = v["top"], whole_count(v["rows"])
+    ends = rows((v["x"], v["y"]), (v["length"], v["width"]), count)
+    c.to(None, None, level + v["clear"], True)
     c.to(*ends[0], None, True)
-    with c.feed_at(c.feed("Q206")):
+    with c.feed_at(v["plunge"]):
         c.to(None, None, level, False)
-    _along(c, ends, c.feed("Q207"), c.feed("Q209", "Q207"))
-    c.to(None, None, level + c.mm("Q200"), True)
+    _along(c, ends, (v["feed"],), (v["across"], v["feed"]))
+    c.to(None, None, level + v["clear"], True)
 
 
-def _along(c: MachiningCycle, ends: Sequence[tuple[float, float]], feed: float, across: float) -> None:
+def _along(
+    c: MachiningCycle, ends: Sequence[Flat], feed: tuple[float, ...], across: tuple[float, ...]
+) -> None:
     """Rows at one feed, from row to row at another."""
     for k, end in enumerate(ends[1:]):
-        with c.feed_at(feed if k % 2 == 0 else across) as rapid:
+        with c.feed_at(*(feed if k % 2 == 0 else across)) as rapid:
             c.to(*end, None, rapid)
 
 
-def face(c: MachiningCycle) -> None:
+def face(c: MachiningCycle, v: Values) -> None:
     """232: from Q227 to Q386 by Q202 at most; rows Q370 of the tool diameter apart at most, Q357 beside the face at their ends."""
     radius = c.radius()
-    long, wide, side = c.mm("Q218"), c.mm("Q219"), c.mm("Q357") + radius
-    count = (
-        max(1, math.ceil(abs(wide) / max((c.plain("Q370", 1.0) or 1.0) * 2.0 * radius, 1e-9)))
-        if radius
-        else 2
-    )
-    top, floor = c.mm("Q227"), c.mm("Q386") + c.mm("Q369")
+    long, wide, side = v["length"], v["width"], v["beside"] + radius
+    count = max(1, math.ceil(abs(wide) / max((v["overlap"] or 1.0) * 2.0 * radius, 1e-9))) if radius else 2
+    top, floor = v["top"], v["floor"] + v["floor_left"]
     sign = math.copysign(1.0, long)
-    ends = rows((c.mm("Q225") - sign * side, c.mm("Q226")), (long + 2 * sign * side, wide), count + 1)
-    if round(c.plain("Q389")) not in (0, 1, 2):
+    ends = rows((v["x"] - sign * side, v["y"]), (long + 2 * sign * side, wide), count + 1)
+    if v.number("way") not in (0, 1, 2):
         c.recorder.remark("cycle 232 with a spiral (Q389 = 3, 4) is read as rows to and fro")
     _note_clearing(c)
-    levels = depths_of(top, floor, c.mm("Q202") or top - floor)
+    levels = depths_of(top, floor, v["step"] or top - floor)
     for depth in levels:
-        c.to(None, None, max(top, depth) + c.mm("Q200"), True)
+        c.to(None, None, max(top, depth) + v["clear"], True)
         c.to(*ends[0], None, True)
-        with c.feed_at(c.feed("Q253")) as rapid:
+        with c.feed_at(v["approach"]) as rapid:
             c.to(None, None, depth, rapid)
-        _along(c, ends, c.feed("Q207"), c.feed("Q253", "Q207"))
-    c.to(None, None, top + max(c.mm("Q200"), c.mm("Q204")), True)
+        _along(c, ends, (v["feed"],), (v["approach"], v["feed"]))
+    c.to(None, None, top + max(v["clear"], v["second"]), True)
 
 
-POCKETS: Mapping[str, tuple[tuple[str, ...], Action]] = {
-    "230": (("Q225", "Q226", "Q227", "Q218", "Q219", "Q240", "Q206", "Q207"), multipass),
-    "232": (("Q225", "Q226", "Q227", "Q386", "Q218", "Q219", "Q202", "Q207"), face),
-    "251": (("Q218", "Q219", "Q207", "Q201", "Q202", "Q206", "Q200", "Q203"), rectangular),
-    "252": (("Q223", "Q207", "Q201", "Q202", "Q206", "Q200", "Q203"), circular),
-    "253": (("Q218", "Q219", "Q207", "Q201", "Q202", "Q206", "Q200", "Q203"), slot),
+_DEPTHS = "Q351=climb count?, Q201=depth mm!, Q202=step mm!, Q369=floor_left mm, Q206=plunge feed!, Q338=finish_step mm, Q200=clear mm!, Q203=surface mm!, Q204=second mm, Q370=overlap plain"
+_FACE = "Q225=x mm!, Q226=y mm!, Q227=top mm!"
+POCKETS: Mapping[str, Cycle[KlartextPrimitive]] = {
+    "230": cycle(f"{_FACE}, Q218=length mm!, Q219=width mm!, Q240=rows count!, Q206=plunge feed!, Q207=feed feed!, Q209=across feed, Q200=clear mm", multipass),
+    "232": cycle(f"Q389=way count, {_FACE}, Q386=floor mm!, Q218=length mm!, Q219=width mm!, Q202=step mm!, Q369=floor_left mm, Q370=overlap plain, Q207=feed feed!, Q253=approach feed, Q200=clear mm, Q357=beside mm, Q204=second mm", face),
+    "251": cycle(f"Q215=mode count, Q218=length mm!, Q219=width mm!, Q220=corner mm, Q368=left mm, Q224=turn deg, Q367=place count, Q207=feed feed!, {_DEPTHS}", rectangular),
+    "252": cycle(f"Q215=mode count, Q223=diameter mm!, Q368=left mm, Q207=feed feed!, {_DEPTHS}", circular),
+    "253": cycle(f"Q215=mode count, Q218=length mm!, Q219=width mm!, Q368=left mm, Q374=turn deg, Q367=place count, Q207=feed feed!, {_DEPTHS}", slot),
 }  # fmt: skip
-OLD_POCKETS: Mapping[str, Action] = {"3": old_slot, "4": old_pocket, "5": old_circle}
+_DOWN = "DIST size; DEPTH size; PECKG size, PLUNGE feed"
+OLD_POCKETS: Mapping[str, BlockwiseCycle] = {
+    "3": blockwise(f"{_DOWN}; X mm; Y mm; F feed", old_slot),
+    "4": blockwise(f"{_DOWN}; X size; Y size; F feed, RADIUS mm | DR plain", old_pocket),
+    "5": blockwise(f"{_DOWN}; RADIUS size; F feed | DR plain", old_circle),
+}

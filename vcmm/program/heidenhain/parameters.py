@@ -49,11 +49,11 @@ class KlartextParameters:
     def unset(self, name: str) -> float:
         """A parameter that nothing has set: those that the control keeps, else zero."""
         r, tool = self.recorder, self.recorder.tool_data
-        kept: Mapping[str, float | None] = {
+        before: Mapping[str, float | None] = {
             "Q108": None if tool.radius is None else tool.radius / r.unit, "Q109": float(r.tool_axis), "Q113": float(r.unit > 1.0),
             "Q114": tool.length / r.unit, "Q111": 0.0, "Q112": 1.0, "Q110": {0: -1.0, 1: 0.0, -1: 1.0}[r.sense],
         }  # fmt: skip
-        value = kept.get(name)
+        value = before.get(name)
         if value is not None:
             return value
         if r.setup.strict:
@@ -160,22 +160,22 @@ class KlartextParameters:
         """IF a EQU | NE | GT | LT b GOTO LBL, IF Q5 IS [UN]DEFINED GOTO LBL, up to the name of the label."""
         reader.expect("IF", "in a jump, as in FN 9: IF +Q1 EQU +5 GOTO LBL 2")
         if reader.upper() == "QS" or any(t.kind == "string" for t in reader.tokens[: len(reader.tokens) - 1]):
-            kept = False
+            holds = False
             while not reader.is_done and reader.upper() != "GOTO":
                 reader.at += 1
             self.recorder.assume("a condition on texts", "not met", "QS (text parameters) are not understood")
         elif reader.is_parameter() and reader.upper(2) == "IS":
-            kept = (reader.parameter() in self.values) == (reader.upper(1) == "DEFINED")
+            holds = (reader.parameter() in self.values) == (reader.upper(1) == "DEFINED")
             reader.at += 2
         else:
             first, word = reader.value("IF"), reader.upper()
             if word not in CONDITIONS:
                 raise reader.fault(f"a condition is due here.{choose_from(word, CONDITIONS)}")
             reader.at += 1
-            kept = CONDITIONS[word](first, reader.value("IF"))
+            holds = CONDITIONS[word](first, reader.value("IF"))
         reader.expect("GOTO", "after the condition")
         reader.expect("LBL", "after GOTO")
-        return kept
+        return holds
 
     def alarm(self, reader: KlartextReader, column: int) -> None:
         """FN 14: ERROR = 1000 stops the program."""
@@ -200,16 +200,16 @@ class KlartextParameters:
         reader.expect("SYSREAD", "after FN 18:")
         name = reader.parameter()
         reader.expect("=", f"after {name}")
-        given: dict[str, int] = {}
+        numbers: dict[str, int] = {}
         reader.expect("ID", "of SYSREAD, as in ID270 NR1 IDX3")
-        given["ID"] = round(reader.value("ID"))
+        numbers["ID"] = round(reader.value("ID"))
         for word in ("NR", "IDX"):
             if reader.accept(word):
-                given[word] = round(reader.value(word))
+                numbers[word] = round(reader.value(word))
         reader.rest()  # .SUB and the like
-        known = self.present(given)
-        if known is None:
-            what = f"SYSREAD {' '.join(f'{k}{v}' for k, v in given.items())}"
+        value = self.present(numbers)
+        if value is None:
+            what = f"SYSREAD {' '.join(f'{k}{v}' for k, v in numbers.items())}"
             self.recorder.assume(
                 what,
                 ZERO,
@@ -218,20 +218,20 @@ class KlartextParameters:
             )
             self.guessed = True
             self.recorder.states.asked = what
-        self.values[name] = known or 0.0
+        self.values[name] = value or 0.0
 
-    def present(self, given: Mapping[str, int]) -> float | None:
+    def present(self, numbers: Mapping[str, int]) -> float | None:
         """System data that follow from the program: position (270, 240), tool (20, 50, 60); None: the machine's."""
-        r, place = self.recorder, (given["ID"], given.get("NR", 0))
-        axis = given.get("IDX", 0) - 1
+        r, place = self.recorder, (numbers["ID"], numbers.get("NR", 0))
+        axis = numbers.get("IDX", 0) - 1
         if place == (270, 1) and axis in (0, 1, 2):
             return r.p[axis] / r.unit
         if place == (240, 1) and axis in (0, 1, 2) and not r.setup.strict and r.moves:
             return r.q[axis] / r.unit
         if place == (20, 1) and r.tool:
             return float(r.tool)
-        tool = r.setup.tools.get(given.get("IDX", r.tool))
-        if given["ID"] == 50 and tool is not None and place[1] in (1, 2):
+        tool = r.setup.tools.get(numbers.get("IDX", r.tool))
+        if numbers["ID"] == 50 and tool is not None and place[1] in (1, 2):
             size = tool.length if place[1] == 1 else tool.radius
             return None if size is None else size / r.unit
         return None

@@ -140,9 +140,9 @@ class KlartextPaths(KlartextTechnology):
         self.r.assume(
             "3-D compensation and tool directions (LN)", "the points as programmed, the tool along TX TY TZ", matters=False,
         )  # fmt: skip
-        taken = {name: words.take(name) for name in vectors}
-        if any(taken[f"T{a}"] is not None for a in AXES):
-            x, y, z = (taken[f"T{a}"] or 0.0 for a in AXES)
+        values = {name: words.take(name) for name in vectors}
+        if any(values[f"T{a}"] is not None for a in AXES):
+            x, y, z = (values[f"T{a}"] or 0.0 for a in AXES)
             self.r.point_to((x, y, z))
         rapid = self.technology(words)
         if words.has(*AXES, *ROTARY):

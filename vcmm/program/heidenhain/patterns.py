@@ -1,16 +1,19 @@
-"""PATTERN DEF of Klartext: the points at which CYCL CALL PAT calls the machining cycle.
+"""PATTERN DEF of Klartext: the points at which CYCL CALL PAT calls the machining cycle; cycles 220 and 221, which call it at once.
 
-Source: HEIDENHAIN, TNC 640 User's Manual Cycle Programming, "PATTERN DEF". Z of a point is where its machining begins; it counts on
+Source: HEIDENHAIN, TNC 640 User's Manual Cycle Programming, "PATTERN DEF", "Point patterns". Z of a point is where its machining begins; it counts on
 top of the surface of the cycle.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
+from vcmm.program.cutter import Flat
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import whole_count
 from vcmm.program.heidenhain.text import KlartextReader
+from vcmm.program.hole_patterns import hole_circle, hole_grid, hole_line
 
 Spot = tuple[float, float, float]  # in the plane and along the tool axis, in the unit of the program
 KINDS = ("POS", "ROW", "PAT", "FRAME", "CIRC", "PITCHCIRC")
@@ -45,22 +48,19 @@ def _words(reader: KlartextReader, kind: str) -> dict[str, float]:
 
 
 def _points(kind: str, w: Mapping[str, float]) -> Iterator[Spot]:
-    x, y, z = w.get("X", 0.0), w.get("Y", 0.0), w.get("Z", 0.0)
+    spot, z = (w.get("X", 0.0), w.get("Y", 0.0)), w.get("Z", 0.0)
+    if kind in ("PAT", "FRAME"):
+        yield from _grid(kind, w, (*spot, z))
+        return
+    count, start = whole_count(w.get("NUM", 1.0)), w.get("START", 0.0)
+    step = w.get("STEP", 0.0) if kind == "PITCHCIRC" else 360.0 / max(count, 1)
     if kind == "POS":
-        yield x, y, z
+        spots = [spot]
     elif kind == "ROW":
-        turn = math.radians(w.get("ROT", 0.0))
-        for k in range(whole_count(w.get("NUM", 1.0))):
-            d = k * w.get("D", 0.0)
-            yield x + d * math.cos(turn), y + d * math.sin(turn), z
-    elif kind in ("PAT", "FRAME"):
-        yield from _grid(kind, w, (x, y, z))
+        spots = hole_line(spot, math.radians(w.get("ROT", 0.0)), [k * w.get("D", 0.0) for k in range(count)])
     else:
-        count, start = whole_count(w.get("NUM", 1.0)), w.get("START", 0.0)
-        step = w.get("STEP", 0.0) if kind == "PITCHCIRC" else 360.0 / max(count, 1)
-        for k in range(count):
-            angle = math.radians(start + k * step)
-            yield x + w.get("D", 0.0) / 2 * math.cos(angle), y + w.get("D", 0.0) / 2 * math.sin(angle), z
+        spots = hole_circle(spot, w.get("D", 0.0) / 2, [math.radians(start + k * step) for k in range(count)])
+    yield from ((x, y, z) for x, y in spots)
 
 
 def _grid(kind: str, w: Mapping[str, float], origin: Spot) -> Iterator[Spot]:
@@ -78,3 +78,24 @@ def _grid(kind: str, w: Mapping[str, float], origin: Spot) -> Iterator[Spot]:
                 origin[1] + a * math.sin(p) + b * math.sin(q),
                 origin[2],
             )
+
+
+def circle_points(v: Values) -> list[Flat]:
+    """220: from Q245 by Q247, or evenly to Q246."""
+    count, first, span = whole_count(v["count"]), v["first"], v["last"] - v["first"]
+    closed = abs(abs(span) - 360.0) < 1e-9
+    step = v["step"] or span / max(count if closed else count - 1, 1)
+    angles = [math.radians(first + k * step) for k in range(count)]
+    return hole_circle((v["x"], v["y"]), v["diameter"] / 2.0, angles)
+
+
+def row_points(v: Values) -> list[Flat]:
+    """221: Q243 rows of Q242 points, Q238 and Q237 apart, turned by Q224."""
+    counts = whole_count(v["columns"]), whole_count(v.without("rows", 1.0))
+    return hole_grid((v["x"], v["y"]), v["turn"], counts, (v["along"], v["across"]))
+
+
+PATTERNS: Mapping[str, Cycle[Callable[[Values], list[Flat]]]] = {
+    "220": cycle("Q216=x mm, Q217=y mm, Q244=diameter mm, Q245=first plain, Q246=last plain, Q247=step plain, Q241=count count", circle_points),
+    "221": cycle("Q225=x mm, Q226=y mm, Q237=along mm, Q238=across mm, Q242=columns count, Q243=rows count?, Q224=turn deg", row_points),
+}  # fmt: skip

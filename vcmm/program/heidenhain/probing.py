@@ -57,8 +57,8 @@ class KlartextProbing:
         """Coordinate of the surface expected at `target` (mm), along an axis in a sense."""
         r = self.recorder
         feeler = Feeler(r, r.tool_data)
-        kept, r.feed_mode, r.feed = (r.feed_mode, r.feed), "G94", FEED
+        before, r.feed_mode, r.feed = (r.feed_mode, r.feed), "G94", FEED
         r.straight(at(target, axis, target[axis] - sense * (CLEARANCE + feeler.radius)), True)
-        found = feeler.surface(axis, target[axis], sense)
-        r.feed_mode, r.feed = kept
-        return found
+        reads = feeler.surface(axis, target[axis], sense)
+        r.feed_mode, r.feed = before
+        return reads

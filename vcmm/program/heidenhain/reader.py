@@ -14,6 +14,7 @@ from vcmm.program.faults import BlockFault, ProgramFault
 from vcmm.program.heidenhain.contour_reading import contour_moves, labels_of
 from vcmm.program.heidenhain.cycles import KlartextCycles
 from vcmm.program.heidenhain.features import function, transform
+from vcmm.program.heidenhain.free import FREE, FreeContours
 from vcmm.program.heidenhain.orienting import retracting
 from vcmm.program.heidenhain.parameters import KlartextParameters
 from vcmm.program.heidenhain.paths import KlartextPaths
@@ -38,11 +39,9 @@ __all__ = ["read", "tokenize"]
 LONGEST = 500_000  # blocks executed again before a program counts as endless
 DEEPEST = 19  # nested subprograms, as on the control
 PARAXIAL = tuple(f"{i}{a}" for a in "XYZABCUVW" for i in ("", "I"))
-FREE = ("FL", "FC", "FLT", "FCT", "FPOL", "FSELECT")
 NOT_MOVING = {  # blocks that move nothing here, and whether the path hangs on them
-    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False,
+    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False, "AFC": False,
     "TRANSFER": False, "POLARKIN": True, "TABDATA": True, "MONITORING": False, "SECTION": False, "OCM": True, "DIALOG": False, "TURNDATA": True,
-    "AFC": False,
 }  # fmt: skip
 HOLE = "a hole in the path: its moves are missing"
 
@@ -79,9 +78,11 @@ class _Runner:
     pole: dict[str, WordAt] = field(default_factory=dict)  # words of the CC in force, where traces are kept
     spots: list[Spot] = field(default_factory=list)  # of PATTERN DEF
     probing: KlartextProbing = field(init=False)
+    free: FreeContours = field(init=False)
 
     def __post_init__(self) -> None:
         self.probing = KlartextProbing(self.recorder, self.parameters.values)
+        self.free = FreeContours(self.recorder, self.paths)
 
     def run(self) -> bool:
         """True where M2 or M30 has ended it."""
@@ -89,6 +90,8 @@ class _Runner:
         self.give_way()
         while self.at < len(self.lines):
             line = self.lines[self.at]
+            if self.free.waiting and not self.free.goes_on(line) and self.free.flush():
+                return True
             self.recorder.source = Source(line.number, line.first, line.last)
             self.executed += 1
             if self.executed > LONGEST + len(self.lines):
@@ -109,7 +112,7 @@ class _Runner:
                 raise ProgramFault(
                     self.recorder.file, line.number, max(fault.column, 1), fault.text
                 ) from None
-        return False
+        return self.free.flush()
 
     def _endless(self) -> bool:
         """Whether a jump back finds everything as an earlier one found it."""
@@ -152,9 +155,9 @@ class _Runner:
             return paths.circle(reader, word)
         simple: dict[str, Callable[[KlartextReader], bool | None]] = {
             "L": paths.straight, "LP": paths.polar_line, "CC": paths.set_pole, "APPR": paths.approach, "DEP": paths.departure,
-            "RND": lambda r: paths.corner(r, "round"), "CHF": lambda r: paths.corner(r, "chamfer"), "BEGIN": self.begin, "END": self.end,
-            "BLK": self.blank, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
-            "CYCLE": self.cycle, "STOP": self.stop, "LN": paths.normal_line, "SPL": paths.spline, "PLANE": lambda r: plane(paths.cycles.frames, r),
+            "RND": lambda r: self.free.corner(r, "round"), "CHF": lambda r: self.free.corner(r, "chamfer"), "BEGIN": self.begin, "END": self.end,
+            "BLK": lambda r: bool(r.rest()) and False, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
+            "CYCLE": self.cycle, "STOP": self.functions, "LN": paths.normal_line, "SPL": paths.spline, "PLANE": lambda r: plane(paths.cycles.frames, r),
             "PATTERN": self.pattern, "TCH": self.probe, "FUNCTION": lambda r: function(paths, r), "TRANS": lambda r: transform(paths.cycles.frames, r),
             "QS": self.parameters.text, "DECLARE": self.parameters.declare, "ERROR": self.parameters.text,
         }  # fmt: skip
@@ -168,17 +171,21 @@ class _Runner:
             return self.paraxial(reader)
         if word in ("M", "F", "FMAX", "FAUTO", "RL", "RR"):
             return self.functions(reader)
-        if word in FREE or word in NOT_MOVING:
+        if word in FREE:
+            self.free.read(reader, self.lines[self.at - 1].block)
+            return False
+        if word in NOT_MOVING:
             return self.strange(reader, word)
         return self.unknown(reader, [*simple, "C", "CR", "CT", "CP", "CTP", "Q"])
 
     def strange(self, reader: KlartextReader, word: str) -> bool:
         """Blocks that are named and passed over."""
         column, matters = reader.column, NOT_MOVING.get(word, True)
-        what = "the free contour (FK: FL, FC ...)" if word in FREE else f"{word} {reader.upper(1)}".strip()
-        value = HOLE if word in FREE else "passed over"
-        refusal = f"{word} is not understood; rewrite the block with L, C, CR"
-        self.recorder.assume(what, value, refusal, column=column, matters=matters)
+        what, refusal = (
+            f"{word} {reader.upper(1)}".strip(),
+            f"{word} is not understood; rewrite the block with L, C, CR",
+        )
+        self.recorder.assume(what, "passed over", refusal, column=column, matters=matters)
         reader.rest()
         return False
 
@@ -195,19 +202,19 @@ class _Runner:
         reader.accept("PROBE")
         number, column = reader.upper(), reader.column
         probing = self.probing
-        known = int(number) if number.isdigit() else 0
-        if number in ("0.0", "0.1") or known in CYCLES:
+        code = int(number) if number.isdigit() else 0
+        if number in ("0.0", "0.1") or code in CYCLES:
             reader.at += 1
         if number == "0.0":
             probing.first(reader)
         elif number == "0.1":
             probing.second(reader)
-        elif known in CYCLES:
+        elif code in CYCLES:
             values = self.parameters.values
-            touch_cycle(self.recorder, values, known, self.paths.cycles.q_values(reader, values), column)
+            touch_cycle(self.recorder, values, code, self.paths.cycles.q_values(reader, values), column)
         else:
             reader.rest()
-            why = f" ({LATER[known]})" if known in LATER else ""
+            why = f" ({LATER[code]})" if code in LATER else ""
             self.recorder.assume(
                 f"TCH PROBE {number}", "passed over: nothing is probed, its results are 0",
                 f"TCH PROBE {number}{why} is not understood; known are 0, {', '.join(map(str, CYCLES))}: probe with these, or take it out",
@@ -226,7 +233,7 @@ class _Runner:
         )
 
     def functions(self, reader: KlartextReader) -> bool:
-        """A block of M functions only."""
+        """A block of M functions only; STOP with M functions: M2 and M30 end the program."""
         if any(t.text.upper() in PARAXIAL for t in reader.tokens):
             return self.paraxial(reader)
         words = read_words(reader, ())
@@ -234,10 +241,6 @@ class _Runner:
             return retracting(self.paths, words)
         self.paths.technology(words)
         return self.paths.after(words)
-
-    def stop(self, reader: KlartextReader) -> bool:
-        """STOP with M functions: they act as in a block of their own, and M2 and M30 end the program."""
-        return self.functions(reader)
 
     # -- frame of the program --
     def begin(self, reader: KlartextReader) -> None:
@@ -253,10 +256,6 @@ class _Runner:
         reader.rest()
         return True
 
-    def blank(self, reader: KlartextReader) -> None:
-        """BLK FORM: the raw part; for simulation graphics, moves nothing."""
-        reader.rest()
-
     def tool(self, reader: KlartextReader) -> None:
         if reader.accept("CALL"):
             call_tool(self.paths, reader)
@@ -270,8 +269,12 @@ class _Runner:
         if reader.upper(-1) == "CYCLE":
             self.recorder.remark("CYCLE is read as CYCL")
         if reader.accept("DEF"):
-            self.paths.cycles.auto_feed = self.paths.auto_feed
-            self.paths.cycles.define(reader, self.parameters.values)
+            cycles, before = self.paths.cycles, self.paths.cycles.active
+            cycles.auto_feed = self.paths.auto_feed
+            cycles.define(reader, self.parameters.values)
+            self.paths.modal_call &= (
+                cycles.active is before
+            )  # a new machining cycle ends M89, and so does CYCL CALL
         elif reader.accept("CALL"):
             self.cycle_call(reader)
         else:
@@ -280,6 +283,7 @@ class _Runner:
     def cycle_call(self, reader: KlartextReader) -> None:
         """CYCL CALL, CYCL CALL POS X Y Z, CYCL CALL PAT F."""
         paths, kind = self.paths, reader.upper()
+        paths.modal_call = False
         reader.at += kind in ("POS", "PAT")
         words = read_words(reader, ())
         rapid = paths.technology(words)
@@ -389,8 +393,8 @@ class _Runner:
         reader.expect(":", f"after FN {code}")
         if not 9 <= code <= 12:
             return self.parameters.function(reader, code, column)
-        kept = self.parameters.condition(reader)
+        holds = self.parameters.condition(reader)
         target = self.find(reader)
-        if kept:
+        if holds:
             self.at = target
         return False

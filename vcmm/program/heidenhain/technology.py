@@ -139,7 +139,12 @@ class KlartextTechnology:
         """M functions that act after the motion. True at the end of the program."""
         if 89 in words.m:
             self.modal_call = True
-        if 99 in words.m or (self.modal_call and 89 not in words.m and words.has_moved):
+            if words.has_moved:
+                self.r.assume(
+                    "whether M89 calls the cycle in its own block", 'it does: "program the first cycle call with M89" (TNC 640); in the technical '
+                    "manual of the TNC 306 every following positioning block does",
+                )  # fmt: skip
+        if 99 in words.m or (self.modal_call and words.has_moved):
             self.cycles.call()
         if 99 in words.m:
             self.modal_call = False

@@ -62,12 +62,19 @@ class PlainKlartext(NamedTuple):
 class KlartextBlock:
     """A block: its tokens without blanks, comments and block number; where it stands. Those of a plain line are read when asked for."""
 
-    __slots__ = ("_tokens", "first", "last", "number", "text")
+    __slots__ = ("_tokens", "block", "first", "last", "number", "text")
 
     def __init__(
-        self, tokens: tuple[Token, ...] | None, number: int, first: int, last: int, text: str = ""
+        self,
+        tokens: tuple[Token, ...] | None,
+        number: int,
+        first: int,
+        last: int,
+        text: str = "",
+        block: str = "",
     ) -> None:
         self._tokens, self.number, self.first, self.last, self.text = tokens, number, first, last, text
+        self.block = int(block) if block.isdigit() else -1  # its block number, -1 without one
 
     @property
     def plain(self) -> bool:
@@ -121,14 +128,14 @@ def blocks_of(text: str) -> list[KlartextBlock]:
             blocks.append(plain)
             continue
         line = [t._replace(line=at) for t in tokenize(written)] if isinstance(written, str) else written
-        kept = [t for t in line if t.kind not in ("space", "comment")]
-        continued = remark and not (kept and kept[0].kind == "number")
+        tokens = [t for t in line if t.kind not in ("space", "comment")]
+        continued = remark and not (tokens and tokens[0].kind == "number")
         remark = False
-        if not row and (continued or _is_structure(kept)):
+        if not row and (continued or _is_structure(tokens)):
             remark = continued and _goes_on(line)
             continue
         goes_on = _goes_on(line)
-        row += _pieces([t for t in kept if t.text != "~"])
+        row += _pieces([t for t in tokens if t.text != "~"])
         if goes_on and all(t.kind == "number" for t in row):
             row, remark = [], True
         elif not goes_on and row:
@@ -189,7 +196,8 @@ def _line(row: list[Token]) -> KlartextBlock:
     tokens = row[1:] if first.kind == "number" else row
     same = [t for t in row if t.line == first.line]
     last = same[-1]
-    return KlartextBlock(tuple(tokens), first.line, first.column, last.column + len(last.text))
+    block = first.text if first.kind == "number" else ""
+    return KlartextBlock(tuple(tokens), first.line, first.column, last.column + len(last.text), block=block)
 
 
 def _raise_power(a: float, b: float) -> float:

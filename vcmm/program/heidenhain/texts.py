@@ -37,11 +37,11 @@ class KlartextTexts:
         self.values[number] = text
         return True
 
-    def text(self, written: str, value_of: Evaluate) -> str | None:
+    def text(self, expression: str, value_of: Evaluate) -> str | None:
         """The text of an expression without blanks; None where it is not known."""
         out, place = "", 0
-        while place < len(written):
-            term = _TERM.match(written, place)
+        while place < len(expression):
+            term = _TERM.match(expression, place)
             if term is None:
                 return None
             made = self._term(term, value_of)
@@ -49,7 +49,7 @@ class KlartextTexts:
                 return None
             out += made
             place = term.end()
-            if place < len(written) and not written.startswith("||", place):
+            if place < len(expression) and not expression.startswith("||", place):
                 return None
             place += 2
         return out
@@ -64,13 +64,13 @@ class KlartextTexts:
             return None if whole is None or begin < 0 else whole[begin : begin + round(value_of(term[5]))]
         return f"{value_of(term[6]):.{max(round(value_of(term[7])), 0)}f}"
 
-    def number(self, written: str, value_of: Evaluate) -> float | None:
+    def number(self, text: str, value_of: Evaluate) -> float | None:
         """TONUMB, STRLEN, INSTR, STRCOMP, without blanks; None where it is not known."""
-        found = _NUMBER.fullmatch(written)
-        whole = self.values.get(found[2]) if found else None
-        if found is None or whole is None:
+        match = _NUMBER.fullmatch(text)
+        whole = self.values.get(match[2]) if match else None
+        if match is None or whole is None:
             return None
-        function, other = found[1].upper(), self.values.get(found[3] or "")
+        function, other = match[1].upper(), self.values.get(match[3] or "")
         if function == "STRLEN":
             return float(len(whole))
         if function == "TONUMB":
@@ -82,5 +82,5 @@ class KlartextTexts:
             return None
         if function == "STRCOMP":
             return float((whole > other) - (whole < other))
-        place = whole.find(other, round(value_of(found[4] or "0")))
+        place = whole.find(other, round(value_of(match[4] or "0")))
         return float(place if place >= 0 else len(whole))

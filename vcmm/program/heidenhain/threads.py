@@ -8,40 +8,41 @@ back to the middle. That the way in and out is half a circle at one height is to
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
-from vcmm.program.chords import arc_or_chords
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import whole_count
-from vcmm.program.heidenhain.machining import MachiningCycle
+from vcmm.program.heidenhain.machining import KlartextPrimitive, MachiningCycle
 
 
-def thread_milling(c: MachiningCycle) -> None:
+def thread_milling(c: MachiningCycle, v: Values) -> None:
     """262: diameter Q335, pitch Q239 (negative: left-hand), depth Q201. Climb (Q351 = 1) inside is counter-clockwise: a right-hand
     thread rises then, and goes down in up-cut."""
-    r, pitch = c.recorder, c.mm("Q239")
+    r, pitch = c.recorder, v["pitch"]
     if not pitch:
         r.fault(f"cycle {c.number} has no pitch Q239; add it")
-    radius = max(c.mm("Q335") / 2.0 - c.radius(), 0.0)
-    floor, counter = c.surface + c.mm("Q201"), round(c.plain("Q351", 1.0)) != -1
+    radius = max(v["diameter"] / 2.0 - c.radius(), 0.0)
+    floor, counter = c.surface + v["depth"], round(v.without("climb", 1.0)) != -1
     rises = counter == (pitch > 0)
     r.assume(
         f"how cycle {c.number} leads in and out", "in half a circle at one height",
         f"how cycle {c.number} leads in is the control's own affair and not known; write its helix with CP", matters=True,
     )  # fmt: skip
-    levels, turns = _levels(c, floor, abs(pitch))
+    levels, turns = _levels(c, v, floor, abs(pitch))
     middle = c.here()
     c.to(None, None, c.clearance, True)
     for low in levels:
         first, last = (low, low + turns * abs(pitch)) if rises else (low + turns * abs(pitch), low)
-        with c.feed_at(c.feed("Q253", "Q207")) as rapid:
+        with c.feed_at(v["approach"], v["feed"]) as rapid:
             c.to(*middle, first, rapid)
-        with c.feed_at(c.feed("Q207")):
-            _helix(c, middle, radius, (first, last), turns, not counter)
+        with c.feed_at(v["feed"]):
+            c.cutter.thread(middle, radius, (first, last), abs(pitch), not counter)
     c.to(None, None, c.second, True)
 
 
-def _levels(c: MachiningCycle, floor: float, pitch: float) -> tuple[list[float], int]:
+def _levels(c: MachiningCycle, v: Values, floor: float, pitch: float) -> tuple[list[float], int]:
     """Where the helices end below, and their turns."""
-    steps = round(c.plain("Q355"))
+    steps = v.number("turns")
     if steps == 0:
         return [floor], 1
     length = c.surface - floor
@@ -51,14 +52,6 @@ def _levels(c: MachiningCycle, floor: float, pitch: float) -> tuple[list[float],
     return [floor + k * steps * pitch for k in range(count)], 1
 
 
-def _helix(
-    c: MachiningCycle, middle: tuple[float, float], radius: float, heights: tuple[float, float], turns: int, clockwise: bool
-) -> None:  # fmt: skip
-    """Half a circle out, the helix, half a circle back."""
-    r, (a, b), (first, last) = c.recorder, middle, heights
-    if not radius:
-        c.to(a, b, last, False)
-        return
-    arc_or_chords(r, c.at(a + radius, b, first), c.at(a + radius / 2.0, b, first), clockwise)
-    arc_or_chords(r, c.at(a + radius, b, last), c.at(a, b, first), clockwise, turns)
-    arc_or_chords(r, c.at(a, b, last), c.at(a + radius / 2.0, b, last), clockwise)
+THREADS: Mapping[str, Cycle[KlartextPrimitive]] = {
+    "262": cycle("Q335=diameter mm!, Q239=pitch mm!, Q201=depth mm!, Q355=turns count, Q253=approach feed, Q351=climb count?, Q200=clear mm!, Q203=surface mm!, Q204=second mm, Q207=feed feed!", thread_milling),
+}  # fmt: skip

@@ -41,11 +41,17 @@ def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
     assert token is not None
     tools = p.r.setup.tools
     if token.kind != "string":
-        number = round(reader.value("TOOL CALL"))
-        known = p.defined.get(number) or tools.get(number)
-        if known is None and number:
+        value = reader.value("TOOL CALL")
+        number = int(value)
+        if value != number:
+            p.r.assume(
+                f"tool {value:g}, an index of tool {number}", f"the numbers of tool {number}",
+                f"TOOL CALL {value:g} takes length and radius of an index of tool {number}, which a set-up does not know; call a tool with a number of its own",
+            )  # fmt: skip
+        tool = p.defined.get(number) or tools.get(number)
+        if tool is None and number:
             unknown_tool(p.r, number, f"TOOL CALL {number}")
-        return known or Tool(number), f"TOOL CALL {number}"
+        return tool or Tool(number), f"TOOL CALL {number}"
     reader.at += 1
     name = token.text[1:-1]
     named = next((t for t in tools.values() if t.name.upper() == name.upper()), None)
@@ -67,13 +73,13 @@ def define_tool(p: KlartextPaths, reader: KlartextReader) -> None:
     if length is None and radius is None:
         return  # preparation of a tool from the table
     base = p.r.setup.tools.get(number, Tool(number))
-    for what, given, stated in (
+    for what, value, entry in (
         ("length", length, base.length if number in p.r.setup.tools and base.length_stated else None),
         ("radius", radius, base.radius),
     ):
-        if given is not None and stated is not None and abs(given * p.r.unit - stated) > 1e-9:
+        if value is not None and entry is not None and abs(value * p.r.unit - entry) > 1e-9:
             p.r.remark(
-                f"TOOL DEF {number}: the {what} {given * p.r.unit:g} mm of the program counts, not the {stated:g} mm of the set-up"
+                f"TOOL DEF {number}: the {what} {value * p.r.unit:g} mm of the program counts, not the {entry:g} mm of the set-up"
             )
     p.defined[number] = replace(
         base, length=base.length if length is None else length * p.r.unit,

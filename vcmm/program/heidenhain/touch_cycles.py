@@ -10,253 +10,221 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
+from vcmm.program.cutter import Flat
+from vcmm.program.cycle_tables import Cycle, cycle, in_units
 from vcmm.program.heidenhain.probing import FEED
 from vcmm.program.heidenhain.touches import TouchCycle
+from vcmm.program.measuring import Findings, circle, rectangle, width
 from vcmm.program.probing import measuring_cycle, meeting
 from vcmm.program.recorder import Recorder
 
-LENGTHS_NOT = frozenset(
-    (
-        "Q247",
-        "Q267",
-        "Q272",
-        "Q291",
-        "Q292",
-        "Q293",
-        "Q301",
-        "Q303",
-        "Q304",
-        "Q305",
-        "Q307",
-        "Q325",
-        "Q381",
-        "Q402",
-        "Q423",
-    )
-)
+
+class TouchRow(NamedTuple):
+    """A row; results, as in "Q151=x Q161=-x" (-: less what was expected); what the machine sets by them."""
+
+    row: Cycle[Callable[[TouchCycle], Findings]]
+    results: str
+    then: Callable[[TouchCycle, Findings], None] = lambda c, found: None
 
 
 def touch_cycle(
-    r: Recorder, values: dict[str, float], number: int, given: Mapping[str, float], column: int
+    r: Recorder, values: dict[str, float], number: int, parameters: Mapping[str, float], column: int
 ) -> None:
     """Runs a cycle of CYCLES with its parameters in the unit of the program. Raises ProgramFault."""
-    q = {name: v if name in LENGTHS_NOT else v * r.unit for name, v in given.items()}
-    cycle = TouchCycle(r, values, number, q, column)
-    needed, action = CYCLES[number]
+    row, results, then = CYCLES[number]
+    c = TouchCycle(r, row.read(parameters, in_units(r.unit, r.unit)), column, values, number, parameters)
     with measuring_cycle(r, f"TCH PROBE {number}", FEED):
-        cycle.check(*needed)
-        action(cycle)
+        c.check(*row.required_names)
+        findings = row.primitive(c)
+        for name, _, meaning in (word.partition("=") for word in results.split()):
+            should, reads = findings[meaning.lstrip("-")]
+            value = reads - should if meaning.startswith("-") else reads
+            values[name] = value if meaning == "angle" else value / r.unit
+        then(c, findings)
 
 
-def _slope(c: TouchCycle) -> float:
+# -- what is measured -----------------------------------------------------------------------------------------------------
+def _slope(c: TouchCycle) -> Findings:
     """Degrees by which the line through two touches leans from the axis along which it runs, counter-clockwise."""
-    axis, sense, one, two = c.axis(2), c.sense(), c.point("Q263", "Q264"), c.point("Q265", "Q266")
+    axis, sense, one, two = c.axis(2), c.sense(), (c.v["x"], c.v["y"]), (c.v["x2"], c.v["y2"])
     if one[1 - axis] == two[1 - axis]:
-        c.recorder.fault(
+        c.r.fault(
             f"TCH PROBE {c.number}: both points lie at one place along the surface; set them apart", c.column
         )
     a, b = c.side(one, axis, sense), c.side(two, axis, sense)
     c.leave()
     lean = (b[axis] - a[axis]) / (b[1 - axis] - a[1 - axis])
-    return math.degrees(math.atan(lean if axis == 1 else -lean))
+    return {"angle": (0.0, math.degrees(math.atan(lean if axis == 1 else -lean)))}
 
 
-def _rotation(c: TouchCycle) -> None:
-    """400: by a line through two points."""
-    found = _slope(c)
-    c.angle(found)
-    c.turn(found)
+def _from_main_axis(c: TouchCycle) -> Findings:
+    """The angle of a line from the main axis of the plane."""
+    angle = _slope(c)["angle"][1] + (90.0 if c.axis(2) == 0 else 0.0)
+    return {"angle": (0.0, angle)}
 
 
-def _two_holes(c: TouchCycle) -> None:
-    """401: by the line through the middles of two holes."""
-    if c.value("Q402"):
-        c.recorder.fault(
+def _two_holes(c: TouchCycle) -> Findings:
+    """The line through the middles of two holes."""
+    if c.v["table"]:
+        c.r.fault(
             "TCH PROBE 401: Q402 = 1 turns the rotary table, which is not understood; with Q402 = 0 the preset is turned",
             c.column,
         )
-    (x1, y1), (x2, y2) = c.hole(*c.point("Q268", "Q269")), c.hole(*c.point("Q270", "Q271"))
-    found = math.degrees(math.atan2(y2 - y1, x2 - x1))
-    c.angle(found)
-    c.turn(found)
+    (x1, y1), (x2, y2) = (c.hole(c.v[f"x{k}"], c.v[f"y{k}"]) for k in (1, 2))
+    return {"angle": (0.0, math.degrees(math.atan2(y2 - y1, x2 - x1)))}
 
 
-def _middle(c: TouchCycle) -> None:
-    """408, 409: the middle of a slot, of a ridge."""
-    axis = c.axis(2)
-    middle, width = c.width(c.point("Q321", "Q322"), axis, c.q["Q311"], c.number == 408)
-    c.result(Q157=middle, Q166=width)
-    reads: list[float | None] = [middle if k == axis else None for k in range(3)]
-    should: list[float | None] = [c.value("Q405") if k == axis else None for k in range(3)]
-    if c.value("Q381"):
-        c.check("Q382", "Q383", "Q384")
-        reads[2], should[2] = c.top(*c.point("Q382", "Q383", "Q384")), c.value("Q333")
-    c.shift(reads, should)
+def _middle(c: TouchCycle, inside: bool) -> Findings:
+    """A slot, a ridge."""
+    findings = width(c, inside, c.axis(2), c.v["size"])
+    return {**findings, "middle": findings["xy"[c.axis(2)]]}
 
 
-def _rectangle(
-    c: TouchCycle, middle: tuple[float, ...], sizes: tuple[float, ...], inside: bool
-) -> tuple[float, float]:
-    x, one = c.width(middle, 0, sizes[0], inside)
-    y, two = c.width((x, middle[1]), 1, sizes[1], inside)
-    c.result(Q151=x, Q152=y, Q154=one, Q155=two)
-    return x, y
-
-
-def _rectangle_datum(c: TouchCycle) -> None:
-    """410, 411."""
-    c.datum([*_rectangle(c, c.point("Q321", "Q322"), c.point("Q323", "Q324"), c.number == 410), None])
-
-
-def _circle_datum(c: TouchCycle) -> None:
-    """412, 413."""
-    x, y, size = c.circle(c.point("Q321", "Q322", "Q262"), c.number == 412)
-    c.result(Q151=x, Q152=y, Q153=size)
-    c.datum([x, y, None])
-
-
-def _corner(c: TouchCycle) -> None:
-    """414: an outer corner by two points of the edge along X (Q263, Q264 and Q326 further) and two of that along Y (Q296, Q297; Q327)."""
-    (x1, y1), (x3, y3) = c.point("Q263", "Q264"), c.point("Q296", "Q297")
+def _corner(c: TouchCycle) -> Findings:
+    """An outer corner by two points of the edge along X (Q263, Q264 and Q326 further) and two of that along Y (Q296, Q297; Q327)."""
+    (x1, y1), (x3, y3) = (c.v["x"], c.v["y"]), (c.v["x3"], c.v["y3"])
     sense = (math.copysign(1.0, x1 - x3), math.copysign(1.0, y3 - y1))
-    lower = [c.side((x1 + k * sense[0] * abs(c.q["Q326"]), y1), 1, sense[1]) for k in (0, 1)]
-    left = [c.side((x3, y3 + k * sense[1] * abs(c.q["Q327"])), 0, sense[0]) for k in (0, 1)]
+    lower = [c.side((x1 + k * sense[0] * c.v["further_x"], y1), 1, sense[1]) for k in (0, 1)]
+    left = [c.side((x3, y3 + k * sense[1] * c.v["further_y"]), 0, sense[0]) for k in (0, 1)]
     c.leave()
     x, y, angles = meeting([lower, left], sense, c.feeler.radius)
-    c.result(Q151=x, Q152=y)
-    here = c.recorder.world.apply((x, y, c.recorder.p[2]))
-    if c.value("Q304"):
-        c.angle(angles[0])
-        c.turn(angles[0])
-        x, y, _ = c.recorder.world.undo(here)
-    c.datum([x, y, None])
+    return {"x": (0.0, x), "y": (0.0, y), "turn": (0.0, angles[0])}
 
 
-def _pitch_circle(c: TouchCycle) -> None:
-    """416: the middle of the circle through three holes at the angles Q291, Q292, Q293."""
-    x, y = c.point("Q273", "Q274")
-    found = []
-    for name in ("Q291", "Q292", "Q293"):
-        angle = math.radians(c.q[name])
-        found.append(
-            (*c.hole(x + c.q["Q262"] / 2.0 * math.cos(angle), y + c.q["Q262"] / 2.0 * math.sin(angle)), 0.0)
-        )
-    made = c.feeler.circle(found, True)
-    c.result(Q151=made.x, Q152=made.y, Q153=made.diameter - 2.0 * c.feeler.radius)
-    c.datum([made.x, made.y, None])
+def _pitch_circle(c: TouchCycle) -> Findings:
+    """The middle of the circle through three holes at the angles Q291, Q292, Q293."""
+    middles, half = [], c.v["size"] / 2.0
+    for angle in (math.radians(c.v[name]) for name in ("one", "two", "three")):
+        middles.append((*c.hole(c.v["x"] + half * math.cos(angle), c.v["y"] + half * math.sin(angle)), 0.0))
+    made = c.feeler.circle(middles, True)
+    return {"x": (0.0, made.x), "y": (0.0, made.y), "size": (0.0, made.diameter - 2.0 * c.feeler.radius)}
 
 
-def _height(c: TouchCycle) -> None:
-    """417: a datum in the touch probe axis."""
-    found = c.top(*c.point("Q263", "Q264", "Q294"))
-    c.result(Q160=found)
-    c.shift([None, None, found], [None, None, c.value("Q333")])
-
-
-def _four_holes(c: TouchCycle) -> None:
-    """418: where the lines through holes 1 and 3, and through 2 and 4 cross."""
-    names = (("Q268", "Q269"), ("Q270", "Q271"), ("Q316", "Q317"), ("Q318", "Q319"))
-    one, two, three, four = (c.hole(*c.point(*pair)) for pair in names)
+def _four_holes(c: TouchCycle) -> Findings:
+    """Where the lines through holes 1 and 3, and through 2 and 4 cross."""
+    one, two, three, four = (c.hole(c.v[f"x{k}"], c.v[f"y{k}"]) for k in (1, 2, 3, 4))
     (ax, ay), (bx, by) = (three[0] - one[0], three[1] - one[1]), (four[0] - two[0], four[1] - two[1])
     det = ax * by - ay * bx
     if abs(det) < 1e-9:
-        c.recorder.fault(
+        c.r.fault(
             "TCH PROBE 418: the lines through holes 1 and 3 and through 2 and 4 are parallel; check the order of the holes",
             c.column,
         )
     t = ((two[0] - one[0]) * by - (two[1] - one[1]) * bx) / det
-    x, y = one[0] + t * ax, one[1] + t * ay
-    c.result(Q151=x, Q152=y)
-    c.datum([x, y, None])
+    return {"x": (0.0, one[0] + t * ax), "y": (0.0, one[1] + t * ay)}
 
 
-def _one_axis(c: TouchCycle) -> None:
-    """419: a datum in one axis; it then reads Q333."""
-    axis = c.axis(3)
-    found = _along(c)
-    c.shift(
-        [found if k == axis else None for k in range(3)],
-        [c.value("Q333") if k == axis else None for k in range(3)],
-    )
+def _height(c: TouchCycle) -> Findings:
+    return {"z": (c.v["z"], c.top(c.v["x"], c.v["y"], c.v["z"]))}
 
 
-def _along(c: TouchCycle) -> float:
-    """Coordinate of a surface along Q272 in sense Q267, at Q263, Q264 and the height Q261."""
-    axis, sense = c.axis(3), c.sense()
-    x, y, z = c.point("Q263", "Q264", "Q261")
-    if axis == 2:
-        return c.top(x, y, z, sense)
-    found = c.coordinate((x, y), axis, sense)
+def _along(c: TouchCycle) -> Findings:
+    """A surface along Q272 in sense Q267, at Q263, Q264 and the height Q261."""
+    axis, sense, spot = c.axis(3), c.sense(), (c.v["x"], c.v["y"])
+    reads = c.top(*spot, c.v["height"], sense) if axis == 2 else c.coordinate(spot, axis, sense)
     c.leave()
-    return found
+    return {"place": (0.0, reads)}
 
 
-def _measured_angle(c: TouchCycle) -> None:
-    """420: the angle of a line from the main axis of the plane."""
-    c.angle(_slope(c) + (90.0 if c.axis(2) == 0 else 0.0))
-
-
-def _measured_circle(c: TouchCycle) -> None:
-    """421, 422."""
-    nominal = c.point("Q273", "Q274", "Q262")
-    x, y, size = c.circle(nominal, c.number == 421)
-    c.result(Q151=x, Q152=y, Q153=size, Q161=x - nominal[0], Q162=y - nominal[1], Q163=size - nominal[2])
-
-
-def _measured_rectangle(c: TouchCycle) -> None:
-    """423, 424."""
-    middle, sizes = c.point("Q273", "Q274"), c.point("Q282", "Q283")
-    x, y = _rectangle(c, middle, sizes, c.number == 423)
-    unit = c.recorder.unit
-    found = (c.values["Q154"] * unit, c.values["Q155"] * unit)
-    c.result(Q161=x - middle[0], Q162=y - middle[1], Q164=found[0] - sizes[0], Q165=found[1] - sizes[1])
-
-
-def _measured_slot(c: TouchCycle) -> None:
-    """425: a width from inside, the second side Q310 further along it."""
-    axis, start, size = c.axis(2), c.point("Q328", "Q329"), c.q["Q311"]
-    ends = []
+def _slot(c: TouchCycle) -> Findings:
+    """A width from inside, the second side Q310 further along it."""
+    axis, size, ends = c.axis(2), c.v["size"], []
     for side in (1.0, -1.0):
-        expected = list(start)
+        expected = [c.v["x"], c.v["y"]]
         expected[axis] += side * size / 2.0
-        expected[1 - axis] += c.value("Q310") if side < 0.0 else 0.0
-        ends.append(c.coordinate(expected, axis, side))
-    c.leave()
-    _width_results(c, ends[1], ends[0])
+        expected[1 - axis] += c.v["further"] if side < 0.0 else 0.0
+        ends.append(c.coordinate((expected[0], expected[1]), axis, side))
+    return _width_of(c, ends[1], ends[0])
 
 
-def _measured_ridge(c: TouchCycle) -> None:
-    """426: a width from outside, by a point of either side."""
-    axis, one, two = c.axis(2), c.point("Q263", "Q264"), c.point("Q265", "Q266")
+def _ridge(c: TouchCycle) -> Findings:
+    """A width from outside, by a point of either side."""
+    axis, one, two = c.axis(2), (c.v["x"], c.v["y"]), (c.v["x2"], c.v["y2"])
     sense = math.copysign(1.0, two[axis] - one[axis])
-    ends = sorted((c.coordinate(one, axis, sense), c.coordinate(two, axis, -sense)))
+    low, high = sorted((c.coordinate(one, axis, sense), c.coordinate(two, axis, -sense)))
+    return _width_of(c, low, high)
+
+
+def _width_of(c: TouchCycle, low: float, high: float) -> Findings:
     c.leave()
-    _width_results(c, ends[0], ends[1])
+    return {"size": (c.v["size"], high - low), "middle": (0.0, (high + low) / 2.0)}
 
 
-def _width_results(c: TouchCycle, low: float, high: float) -> None:
-    c.result(Q156=high - low, Q157=(high + low) / 2.0, Q166=high - low - c.q["Q311"])
+# -- what the machine sets by it ------------------------------------------------------------------------------------------
+def _set_datum(c: TouchCycle, findings: Findings) -> None:
+    c.datum([findings["x"][1], findings["y"][1], None], [c.v["new_x"], c.v["new_y"], None])
 
 
-def _measured_coordinate(c: TouchCycle) -> None:
-    """427."""
-    c.result(Q160=_along(c))
+def _set_axis(c: TouchCycle, findings: Findings) -> None:
+    """The axis along which it measured; it then reads Q405 (slot, ridge), Q333."""
+    (reads,) = (findings[k][1] for k in ("middle", "place", "z") if k in findings)
+    axis = 2 if "z" in findings else c.axis(3)
+    new = c.v["new"] if "middle" in findings else c.v["new_z"]
+    c.datum([reads if k == axis else None for k in range(3)], [new if k == axis else None for k in range(3)])
 
 
-LINE = ("Q263", "Q264", "Q265", "Q266", "Q261")
-BESIDE = ("Q263", "Q264", "Q261", "Q272", "Q267")
-CYCLES: Mapping[int, tuple[tuple[str, ...], Callable[[TouchCycle], None]]] = {
-    400: (LINE, _rotation), 401: (("Q268", "Q269", "Q270", "Q271", "Q261"), _two_holes), 408: (("Q321", "Q322", "Q311", "Q261"), _middle),
-    409: (("Q321", "Q322", "Q311", "Q261"), _middle), 410: (("Q321", "Q322", "Q323", "Q324", "Q261"), _rectangle_datum),
-    411: (("Q321", "Q322", "Q323", "Q324", "Q261"), _rectangle_datum), 412: (("Q321", "Q322", "Q262", "Q261"), _circle_datum),
-    413: (("Q321", "Q322", "Q262", "Q261"), _circle_datum), 414: (("Q263", "Q264", "Q326", "Q296", "Q297", "Q327", "Q261"), _corner),
-    416: (("Q273", "Q274", "Q262", "Q291", "Q292", "Q293", "Q261"), _pitch_circle), 417: (("Q263", "Q264", "Q294"), _height),
-    418: (("Q268", "Q269", "Q270", "Q271", "Q316", "Q317", "Q318", "Q319", "Q261"), _four_holes), 419: (BESIDE, _one_axis),
-    420: (LINE, _measured_angle), 421: (("Q273", "Q274", "Q262", "Q261"), _measured_circle), 422: (("Q273", "Q274", "Q262", "Q261"), _measured_circle),
-    423: (("Q273", "Q274", "Q282", "Q283", "Q261"), _measured_rectangle), 424: (("Q273", "Q274", "Q282", "Q283", "Q261"), _measured_rectangle),
-    425: (("Q328", "Q329", "Q311", "Q261"), _measured_slot), 426: (("Q263", "Q264", "Q265", "Q266", "Q311", "Q261"), _measured_ridge),
-    427: (BESIDE, _measured_coordinate),
+def _set_turn(c: TouchCycle, findings: Findings) -> None:
+    c.turn(findings["angle"][1])
+
+
+def _set_corner(c: TouchCycle, findings: Findings) -> None:
+    """The datum, and a basic rotation before it where Q304 = 1 asks for it."""
+    spot: Flat = (findings["x"][1], findings["y"][1])
+    if c.v["turns"]:
+        here = c.r.world.apply((*spot, c.r.p[2]))
+        c.values["Q150"] = findings["turn"][1]
+        c.turn(findings["turn"][1])
+        spot = c.r.world.undo(here)[:2]
+    c.datum([*spot, None], [c.v["new_x"], c.v["new_y"], None])
+
+
+_LINE, _AXIS = "Q263=x mm!, Q264=y mm!, Q265=x2 mm!, Q266=y2 mm!", "Q272=axis plain!"
+_OVER, _WAYS = "Q320=clear mm, Q260=over mm?", "Q261=height mm!, Q320=clear mm, Q260=over mm?"
+_TURN = "Q305=preset plain, Q307=new_angle plain"
+_Z = "Q305=preset plain, Q381=also_z plain, Q382=z_x mm, Q383=z_y mm, Q384=z_z mm, Q333=new_z mm"
+_DATUM = f"Q331=new_x mm, Q332=new_y mm, {_Z}"
+_BOX, _ROUND = "Q321=x mm!, Q322=y mm!", "Q325=first plain, Q247=step plain?, Q423=points plain?"
+_HOLES = "Q268=x1 mm!, Q269=y1 mm!, Q270=x2 mm!, Q271=y2 mm!"
+_BESIDE = f"Q263=x mm!, Q264=y mm!, {_WAYS}, {_AXIS}, Q267=sense plain!"
+_SLOT, _DATUM_BOX = (
+    f"{_BOX}, Q311=size mm!, {_WAYS}, {_AXIS}, Q405=new mm, {_Z}",
+    f"{_BOX}, Q323=length mm!, Q324=width mm!, {_WAYS}, {_DATUM}",
+)
+_DATUM_ROUND, _MEASURED_ROUND = (
+    f"{_BOX}, Q262=size mm!, {_WAYS}, {_ROUND}, {_DATUM}",
+    f"Q273=x mm!, Q274=y mm!, Q262=size mm!, {_WAYS}, {_ROUND}",
+)
+_MEASURED_BOX = f"Q273=x mm!, Q274=y mm!, Q282=length mm!, Q283=width mm!, {_WAYS}"
+_XY, _SIDES = "Q151=x Q152=y", "Q154=length Q155=width"
+_ROUND_OFF, _BOX_OFF, _WIDE = (
+    f"{_XY} Q153=size Q161=-x Q162=-y Q163=-size",
+    f"{_XY} {_SIDES} Q161=-x Q162=-y Q164=-length Q165=-width",
+    "Q156=size Q157=middle Q166=-size",
+)
+CYCLES: Mapping[int, TouchRow] = {
+    400: TouchRow(cycle(f"{_LINE}, {_WAYS}, {_AXIS}, Q267=sense plain!, {_TURN}", _slope), "Q150=angle", _set_turn),
+    401: TouchRow(cycle(f"{_HOLES}, {_WAYS}, Q402=table plain, {_TURN}", _two_holes), "Q150=angle", _set_turn),
+    408: TouchRow(cycle(_SLOT, lambda c: _middle(c, True)), "Q157=middle Q166=size", _set_axis),
+    409: TouchRow(cycle(_SLOT, lambda c: _middle(c, False)), "Q157=middle Q166=size", _set_axis),
+    410: TouchRow(cycle(_DATUM_BOX, lambda c: rectangle(c, True)), f"{_XY} {_SIDES}", _set_datum),
+    411: TouchRow(cycle(_DATUM_BOX, lambda c: rectangle(c, False)), f"{_XY} {_SIDES}", _set_datum),
+    412: TouchRow(cycle(_DATUM_ROUND, lambda c: circle(c, True, c.angles())), f"{_XY} Q153=size", _set_datum),
+    413: TouchRow(cycle(_DATUM_ROUND, lambda c: circle(c, False, c.angles())), f"{_XY} Q153=size", _set_datum),
+    414: TouchRow(cycle(f"Q263=x mm!, Q264=y mm!, Q326=further_x size!, Q296=x3 mm!, Q297=y3 mm!, Q327=further_y size!, {_WAYS}, Q304=turns plain, Q307=new_angle plain, {_DATUM}", _corner), _XY, _set_corner),
+    416: TouchRow(cycle(f"Q273=x mm!, Q274=y mm!, Q262=size mm!, Q291=one plain!, Q292=two plain!, Q293=three plain!, {_WAYS}, {_DATUM}", _pitch_circle), f"{_XY} Q153=size", _set_datum),
+    417: TouchRow(cycle(f"Q263=x mm!, Q264=y mm!, Q294=z mm!, {_OVER}, Q305=preset plain, Q333=new_z mm", _height), "Q160=z", _set_axis),
+    418: TouchRow(cycle(f"{_HOLES}, Q316=x3 mm!, Q317=y3 mm!, Q318=x4 mm!, Q319=y4 mm!, {_WAYS}, {_DATUM}", _four_holes), _XY, _set_datum),
+    419: TouchRow(cycle(f"{_BESIDE}, Q305=preset plain, Q333=new_z mm", _along), "", _set_axis),
+    420: TouchRow(cycle(f"{_LINE}, {_WAYS}, {_AXIS}, Q267=sense plain!", _from_main_axis), "Q150=angle"),
+    421: TouchRow(cycle(_MEASURED_ROUND, lambda c: circle(c, True, c.angles())), _ROUND_OFF),
+    422: TouchRow(cycle(_MEASURED_ROUND, lambda c: circle(c, False, c.angles())), _ROUND_OFF),
+    423: TouchRow(cycle(_MEASURED_BOX, lambda c: rectangle(c, True)), _BOX_OFF),
+    424: TouchRow(cycle(_MEASURED_BOX, lambda c: rectangle(c, False)), _BOX_OFF),
+    425: TouchRow(cycle(f"Q328=x mm!, Q329=y mm!, Q311=size mm!, {_WAYS}, {_AXIS}, Q310=further mm", _slot), _WIDE),
+    426: TouchRow(cycle(f"{_LINE}, Q311=size mm!, {_WAYS}, {_AXIS}", _ridge), _WIDE),
+    427: TouchRow(cycle(_BESIDE, _along), "Q160=place"),
 }  # fmt: skip
 LATER: Mapping[int, str] = {
     402: "it turns by two studs", 403: "it turns a rotary axis", 404: "it sets a rotation", 405: "it turns the C axis", 415: "its first point is that of a wall in one version of the control, "

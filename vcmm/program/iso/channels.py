@@ -17,10 +17,10 @@ _MARK = re.compile(r"[ \t]*\$([1-9])[ \t]*(?:\([^()]*\)[ \t]*)?\r?\n?\Z")
 
 def marks_of(text: str) -> dict[int, int]:
     """Line -> channel that begins there."""
-    found = (
+    marks = (
         (k, _MARK.match(line)) for k, line in enumerate(text.splitlines(keepends=True), 1) if "$" in line
     )
-    return {k: int(m[1]) for k, m in found if m}
+    return {k: int(m[1]) for k, m in marks if m}
 
 
 def one_channel(text: str, marks: dict[int, int], wanted: int) -> str:
@@ -28,8 +28,8 @@ def one_channel(text: str, marks: dict[int, int], wanted: int) -> str:
     out, now = [], 0 if 1 in marks.values() else 1
     for k, line in enumerate(text.splitlines(keepends=True), 1):
         now = marks.get(k, now)
-        kept = k not in marks and now in (0, wanted)
-        out.append(line if kept else line[len(line.rstrip("\r\n")) :])
+        stays = k not in marks and now in (0, wanted)
+        out.append(line if stays else line[len(line.rstrip("\r\n")) :])
     return "".join(out)
 
 

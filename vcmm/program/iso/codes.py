@@ -120,13 +120,13 @@ class IsoWords:
         if not meaning and not remapped:
             raise BlockFault(column, refusal)
         stand_in = STAND_INS.get(code, "")
-        taken = (
+        treatment = (
             f"{stand_in} to its end point" if stand_in == "G1" else stand_in or "passed over with its words"
         )
         if code in REFUSED_OF.get(c.language.codes, ()):
-            taken = HOLE
+            treatment = HOLE
         what = f"{code} ({meaning})" if meaning else f"{code}, a remapped code"
-        c.assume(what, taken, refusal, column=column)
+        c.assume(what, treatment, refusal, column=column)
         if not stand_in:
             self.passed = True
             return code, "harmless"

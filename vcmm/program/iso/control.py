@@ -88,6 +88,9 @@ class IsoControl(Recorder):
     met: bool = False  # whether the last probing move met anything
     ended: bool = False
     saved: tuple[object, ...] | None = None  # M70
+    autosaved: list[tuple[object, ...] | None] = field(
+        default_factory=list
+    )  # M73, for each subprogram under way
     parameters: Parameters = field(init=False)  # set by parameters.attach
 
     # -- what this family does in its own way --

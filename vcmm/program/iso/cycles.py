@@ -8,6 +8,10 @@ heights stay where they are under a later G90 or G91; LinuxCNC takes the mode of
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import Hole
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
@@ -17,12 +21,6 @@ from vcmm.program.iso.motion import CENTRE_WORDS, target, thread_to
 from vcmm.program.levels import pass_over
 from vcmm.program.moves import PLANES
 
-CYCLES = ("G73", "G74", "G76", "G81", "G82", "G83", "G84", "G85", "G86", "G87", "G88", "G89")
-_STICKY = {"G73": "Q", "G83": "Q", "G82": "P", "G89": "P", "G86": "P", "G88": "P", "G76": "Q"}
-USES = {  # of Q, P and I J K: what changes a hole (Fanuc and its kin; Haas: I J K of the pecks)
-    "G73": "QPIJK", "G83": "QPIJK", "G74": "QP", "G84": "QP", "G76": "QPIJK", "G81": "", "G82": "P", "G85": "", "G86": "P", "G87": "QPIJK",
-    "G88": "P", "G89": "P",
-}  # fmt: skip
 _MOST_PECKS = 20_000
 SIDE = {"G87": "G83", "G88": "G84", "G89": "G85"}  # of Fanuc lathes, along X
 
@@ -113,18 +111,19 @@ def drill_at(c: IsoControl, a: float, b: float, code: str = "") -> None:
     hole.across(a, b)
     if code != "G87":
         hole.to(r, True)
-    _MACHINING[code](c, hole)
+    row = DRILLING[code]
+    row.primitive(c, hole, row.read(c.cycle, lambda parameter, value: value))
 
 
 def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
     """R and depth: the words as given stay in force, and are checked."""
     letter = AXES[normal]
     half = 0.5 if letter == "X" and c.diametral() else 1.0
-    for kept, word, factor in (("Z", letter, half), ("R", "R", 1.0)):
+    for meaning, word, factor in (("Z", letter, half), ("R", "R", 1.0)):
         number = w.take(word)
         if number is not None:
-            c.cycle[kept] = length(c, w, word, number) * factor
-            c.counted_on = c.counted_on - {kept} if c.absolute else c.counted_on | {kept}
+            c.cycle[meaning] = length(c, w, word, number) * factor
+            c.counted_on = c.counted_on - {meaning} if c.absolute else c.counted_on | {meaning}
     number = w.take("UVW"[normal]) if c.language.lathe else None
     if number is not None:  # from R to the bottom
         c.cycle["Z"], c.counted_on = length(c, w, "UVW"[normal], number) * half, c.counted_on | {"Z"}
@@ -145,32 +144,28 @@ def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
 
 
 def _words(c: IsoControl, w: IsoWords, code: str) -> None:
-    """Q, P and the words of boring cycles, kept in force."""
-    pecks = w.take("Q")
-    if pecks is not None:
-        if (pecks <= 0 and code in ("G73", "G83")) or (pecks < 0 and code in ("G74", "G84")):
-            raise BlockFault(w.column("Q"), f"Q{pecks:g}: the depth of a peck must be positive; correct it")
-        c.cycle["Q"] = length(c, w, "Q", pecks)
-    wait = w.take("P")
-    if wait is not None:
-        if wait < 0:
-            raise BlockFault(w.column("P"), "a dwell cannot be negative; correct P")
-        c.cycle["P"] = waiting(c, w, wait)
-    for letter in CENTRE_WORDS:
-        if letter == "K" and _k_counts(c, w):
+    """Q, P and the words of boring cycles, kept in force; what the cycle has no use for is told."""
+    row, unused = DRILLING[code], []
+    for letter in ("Q", "P", *CENTRE_WORDS):
+        number = None if letter == "K" and _k_counts(c, w) else w.take(letter)
+        if number is None:
             continue
-        number = w.take(letter)
-        if number is not None:
-            c.cycle[letter] = length(c, w, letter, number)
+        if letter == "Q" and (
+            (number <= 0 and code in ("G73", "G83")) or (number < 0 and code in ("G74", "G84"))
+        ):
+            raise BlockFault(w.column("Q"), f"Q{number:g}: the depth of a peck must be positive; correct it")
+        if letter == "P" and number < 0:
+            raise BlockFault(w.column("P"), "a dwell cannot be negative; correct P")
+        c.cycle[letter] = waiting(c, w, number) if letter == "P" else length(c, w, letter, number)
+        if number and not row.uses(letter):
+            unused.append(letter)
     if c.language.words == "macro":
-        for letter in ("Q", "P", *CENTRE_WORDS):
-            given = "" if letter == "K" and _k_counts(c, w) else letter
-            if given and w.values.get(given) and given not in USES[code]:
-                pass_over(c, f"{given}{w.words[given].text}", w.column(given))
-    needed = _STICKY.get(code)
-    if needed and c.language.words == "o" and needed not in c.cycle:
-        meaning = "the depth of a peck" if needed == "Q" else "the dwell in seconds"
-        c.fault(f"{code} needs {needed}, {meaning}; add it")
+        for letter in unused:
+            pass_over(c, f"{letter}{w.words[letter].text}", w.column(letter))
+    missing = [letter for letter in row.required_names if letter not in c.cycle]
+    if missing and c.language.words == "o":
+        meaning = "the depth of a peck" if missing[0] == "Q" else "the dwell in seconds"
+        c.fault(f"{code} needs {missing[0]}, {meaning}; add it")
 
 
 def _k_counts(c: IsoControl, w: IsoWords) -> bool:
@@ -194,111 +189,93 @@ def _repeats(c: IsoControl, w: IsoWords, column: int) -> int:
 
 
 # -- what happens in the hole ------------------------------------------------------------------------------------------
-def _seconds(c: IsoControl) -> float:
-    """The dwell in force."""
-    return c.cycle.get("P", 0.0)
-
-
-def _g81(c: IsoControl, h: Hole) -> None:
-    h.feed_in()
+def in_and_out(c: IsoControl, h: Hole, v: Values) -> None:
+    """To the bottom at feed, a dwell, out at rapid."""
+    h.feed_in(v["P"])
     h.leave()
 
 
-def _g82(c: IsoControl, h: Hole) -> None:
-    h.feed_in(_seconds(c))
-    h.leave()
-
-
-def _g83(c: IsoControl, h: Hole) -> None:
-    """Pecks of Q; out to R after each, back to the clearance above the depth reached."""
-    _pecks(c, h, full=True)
-
-
-def _g73(c: IsoControl, h: Hole) -> None:
-    """Pecks of Q; up by the clearance after each."""
-    _pecks(c, h, full=False)
-
-
-def _pecks(c: IsoControl, h: Hole, full: bool) -> None:
-    peck, gap = c.cycle.get("Q", 0.0), c.language.peck_clearance
-    smaller = 0.0
-    if c.language.codes == "haas" and c.cycle.get("I"):  # first peck I, each smaller by J, down to K
-        peck, smaller = c.cycle["I"], c.cycle.get("J", 0.0)
-    if peck <= 0:
+def peck(c: IsoControl, h: Hole, v: Values, *, out: bool) -> None:
+    """Pecks of Q, each back to the clearance above the depth reached; G83 goes out to R between them. Haas: first peck I, each smaller by
+    J, down to K."""
+    step, gap, smaller = v["Q"], c.language.peck_clearance, 0.0
+    if c.language.codes == "haas" and v["I"]:
+        step, smaller = v["I"], v["J"]
+    if step <= 0:
         c.remark("the cycle has no Q and is drilled in one go", c.column, "no Q")
-        return (_g82 if full else _g81)(c, h)
-    depths = [h.clearance - peck]
+        return in_and_out(c, h, v if out else Values({}))
+    depths = [h.clearance - step]
     while depths[-1] > h.bottom and len(depths) < _MOST_PECKS:
-        peck = max(peck - smaller, c.cycle.get("K", 0.0), 1e-3) if smaller else peck
-        depths.append(depths[-1] - peck)
+        step = max(step - smaller, v["K"], 1e-3) if smaller else step
+        depths.append(depths[-1] - step)
     depths[-1] = h.bottom
-    h.pecks(depths, lambda depth: min(depth + gap, h.clearance), out=full)
+    h.pecks(depths, lambda depth: min(depth + gap, h.clearance), out=out)
     if c.language.words == "macro":
-        h.wait(_seconds(c))
+        h.wait(v["P"])
     return h.leave()
 
 
-def _tap(c: IsoControl, h: Hole) -> None:
-    """G84, G74: in and out at feed, the spindle reversed at the bottom. Fanuc leaves the hole at R, LinuxCNC at the retract height."""
-    _tapping_pecks(c, h)
-    h.feed_in(_seconds(c))
-    sense, c.sense = c.sense, -c.sense
-    h.to(h.clearance if c.language.words == "macro" else h.retract, False)
-    c.sense = sense
+def tap(c: IsoControl, h: Hole, v: Values) -> None:
+    """In and out at feed, the spindle reversed at the bottom. Fanuc leaves the hole at R, LinuxCNC at the retract height."""
+    _tapping_pecks(c, h, v["Q"])
+    h.feed_in(v["P"])
+    _feed_out(c, h, -c.sense)
     h.leave()
 
 
-def _tapping_pecks(c: IsoControl, h: Hole) -> None:
+def _tapping_pecks(c: IsoControl, h: Hole, step: float) -> None:
     """G84 Q of Fanuc and its kin: after each Q the spindle turns back and the tap comes up by d (high-speed peck tapping; B-64304EN,
     "peck rigid tapping cycle (G84 or G74)", parameter 5213). With parameter 5200#5 PCP = 1 it comes up to R; which, the control knows."""
-    peck = c.cycle.get("Q", 0.0)
-    if c.language.words != "macro" or peck <= 0:
+    if c.language.words != "macro" or step <= 0:
         return
     back = c.language.peck_clearance
     c.assume(
         "how far the tap comes up after each peck Q", f"{back:g} mm (FANUC parameter 5213; with 5200#5 PCP = 1 to R)", column=c.column
     )  # fmt: skip
-    depth = h.clearance - peck
+    depth = h.clearance - step
     while depth > h.bottom + 1e-9:
         h.to(depth, False)
         sense, c.sense = c.sense, -c.sense
         h.to(min(depth + back, h.clearance), False)
         c.sense = sense
-        depth -= peck
+        depth -= step
 
 
-def _feed_out(c: IsoControl, h: Hole) -> None:
-    """Out at feed: Fanuc to R and on at rapid, LinuxCNC to the retract height."""
+def _feed_out(c: IsoControl, h: Hole, turning: int) -> None:
+    """Out at feed: Fanuc to R, LinuxCNC to the retract height. turning: sense of the spindle meanwhile."""
+    sense, c.sense = c.sense, turning
     h.to(h.clearance if c.language.words == "macro" else h.retract, False)
-    h.leave()
+    c.sense = sense
 
 
-def _g85(c: IsoControl, h: Hole) -> None:
-    """Out at feed to R, and on at rapid: LinuxCNC 2.9, convert_cycle_g85, and Fanuc alike."""
+def ream(c: IsoControl, h: Hole, v: Values) -> None:
+    """G85: out at feed to R, and on at rapid: LinuxCNC 2.9, convert_cycle_g85, and Fanuc alike."""
     h.feed_in()
     h.to(h.clearance, False)
     h.leave()
 
 
-def _g89(c: IsoControl, h: Hole) -> None:
-    h.feed_in(_seconds(c))
-    _feed_out(c, h)
+def ream_and_dwell(c: IsoControl, h: Hole, v: Values) -> None:
+    """G89: the same with a dwell; LinuxCNC goes on at feed to the retract height."""
+    h.feed_in(v["P"])
+    _feed_out(c, h, c.sense)
+    h.leave()
 
 
-def _g86(c: IsoControl, h: Hole) -> None:
-    """Spindle stops at the bottom, out at rapid."""
-    h.feed_in(_seconds(c))
+def bore(c: IsoControl, h: Hole, v: Values) -> None:
+    """G86: the spindle stops at the bottom, out at rapid."""
+    h.feed_in(v["P"])
     sense, c.sense = c.sense, 0
     h.leave()
     c.sense = sense
 
 
-def _fine_bore(c: IsoControl, h: Hole) -> None:
+def fine_bore(c: IsoControl, h: Hole, v: Values) -> None:
     """G76: oriented stop, off the wall by Q (Fanuc: along the first axis of the plane; I J K where given), out."""
-    h.feed_in(_seconds(c))
+    h.feed_in(v["P"])
     first, second, _ = PLANES[c.plane]
     a, b = c.p[first], c.p[second]
-    da, db = _away(c)
+    da, db = _away(c, v)
     sense, c.sense = c.sense, 0
     h.across(a + da, b + db)
     h.leave()
@@ -306,23 +283,23 @@ def _fine_bore(c: IsoControl, h: Hole) -> None:
     c.sense = sense
 
 
-def _away(c: IsoControl) -> tuple[float, float]:
+def _away(c: IsoControl, v: Values) -> tuple[float, float]:
     first, second, _ = PLANES[c.plane]
-    i, j = c.cycle.get(CENTRE_WORDS[first], 0.0), c.cycle.get(CENTRE_WORDS[second], 0.0)
-    return (i, j) if i or j else (c.cycle.get("Q", 0.0), 0.0)
+    i, j = v[CENTRE_WORDS[first]], v[CENTRE_WORDS[second]]
+    return (i, j) if i or j else (v["Q"], 0.0)
 
 
-def _back_bore(c: IsoControl, h: Hole) -> None:
+def back_bore(c: IsoControl, h: Hole, v: Values) -> None:
     """G87: down beside the centre line, in, up at feed, and out the same way."""
     first, second, normal = PLANES[c.plane]
     a, b = c.p[first], c.p[second]
-    da, db = _away(c)
+    da, db = _away(c, v)
     o_words = c.language.words == "o"
     if o_words:
         for letter in CENTRE_WORDS:
-            if letter not in c.cycle:
+            if not v.has(letter):
                 c.fault(f"G87 needs I, J and K; {letter} is missing")
-        low, high = h.bottom, c.cycle[CENTRE_WORDS[normal]] + (0.0 if c.absolute else h.bottom)
+        low, high = h.bottom, v[CENTRE_WORDS[normal]] + (0.0 if c.absolute else h.bottom)
         h.to(h.clearance, True)
     else:
         low, high = min(h.clearance, h.bottom), max(h.clearance, h.bottom)
@@ -335,7 +312,7 @@ def _back_bore(c: IsoControl, h: Hole) -> None:
     if o_words:
         h.to(low, False)
     else:
-        h.wait(_seconds(c))
+        h.wait(v["P"])
     c.sense = 0
     h.across(a + da, b + db)
     h.to(h.retract if o_words else max(h.retract, c.cycle_level or h.retract), True)
@@ -343,18 +320,35 @@ def _back_bore(c: IsoControl, h: Hole) -> None:
     c.sense = sense
 
 
-def _g88(c: IsoControl, h: Hole) -> None:
-    """Dwell, spindle stop, out by hand: the way out is taken at rapid."""
-    h.feed_in(_seconds(c))
+def hand_bore(c: IsoControl, h: Hole, v: Values) -> None:
+    """G88: dwell, spindle stop, out by hand: the way out is taken at rapid."""
+    h.feed_in(v["P"])
     text = "G88 is retracted by hand at the machine; a rapid to the clearance height is assumed"
     c.remark(text, c.column, "G88")
     h.leave()
 
 
-_MACHINING = {
-    "G73": _g73, "G74": _tap, "G76": _fine_bore, "G81": _g81, "G82": _g82, "G83": _g83, "G84": _tap, "G85": _g85,
-    "G86": _g86, "G87": _back_bore, "G88": _g88, "G89": _g89,
-}  # fmt: skip
+def pocket_of_dialect(c: IsoControl, h: Hole, v: Values) -> None:
+    """G287: the pocket whose number in Dialect.pockets stands in Q."""
+    c.language.pockets[round(c.cycle["Q"] / c.unit) - 1](c, h)
+
+
+_PECKS = "Q mm!, P time, I mm, J mm, K mm"  # I J K: of Haas
+DRILLING: Mapping[str, Cycle[Callable[[IsoControl, Hole, Values], None]]] = {  # "!": LinuxCNC insists
+    "G73": cycle(_PECKS, partial(peck, out=False)),
+    "G74": cycle("Q mm, P time", tap),
+    "G76": cycle("Q mm!, P time, I mm, J mm, K mm", fine_bore),
+    "G81": cycle("", in_and_out),
+    "G82": cycle("P time!", in_and_out),
+    "G83": cycle(_PECKS, partial(peck, out=True)),
+    "G84": cycle("Q mm, P time", tap),
+    "G85": cycle("", ream),
+    "G86": cycle("P time!", bore),
+    "G87": cycle("Q mm, P time, I mm?, J mm?, K mm?", back_bore),
+    "G88": cycle("P time!", hand_bore),
+    "G89": cycle("P time!", ream_and_dwell),
+    "G287": cycle("Q mm", pocket_of_dialect),
+}
 
 
 def rigid_tap(c: IsoControl, w: IsoWords, lead: float) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import AXES, IsoControl, PolarWords
-from vcmm.program.iso.cycles import CYCLES, drill, lathe_cycle, rigid_tap
+from vcmm.program.iso.cycles import DRILLING, drill, lathe_cycle, rigid_tap
 from vcmm.program.iso.grooving import SINGLE, single_cut
 from vcmm.program.iso.groups import PROBING
 from vcmm.program.iso.lengths import length, waiting
@@ -230,7 +230,7 @@ def _motion(c: IsoControl, w: IsoWords) -> None:
         return
     code, column = _motion_code(c, w)
     if code is not None and code != c.motion:
-        if code not in CYCLES or c.motion not in CYCLES:
+        if code not in DRILLING or c.motion not in DRILLING:
             c.cycle.clear()
             c.cycle_level = None
         c.motion = code
@@ -257,9 +257,9 @@ def _motion_code(c: IsoControl, w: IsoWords) -> tuple[str | None, int]:
     cycle, at = w.g.get("cycle"), w.g_columns.get("cycle", 0)
     if not c.language.cycles_apart:
         return code, column
-    if code in ("G80", *CYCLES):  # tables with one group
+    if code in ("G80", *DRILLING):  # tables with one group
         code, cycle, column, at = None, code, 0, column
-    if c.motion not in CYCLES and c.motion not in (None, "G80"):
+    if c.motion not in DRILLING and c.motion not in (None, "G80"):
         c.base_motion = c.motion
     c.base_motion = code or c.base_motion
     if cycle is None or (code is not None and at < column and cycle != "G80"):
@@ -283,7 +283,7 @@ def _bare(c: IsoControl, w: IsoWords, code: str | None) -> bool:
         return centre or (code is not None and "R" in w.values)
     if mode == "G76" and c.language.words == "o":
         return code is not None
-    return mode in CYCLES and code is not None and c.language.words == "o"
+    return mode in DRILLING and code is not None and c.language.words == "o"
 
 
 def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
@@ -322,11 +322,11 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
 
             thread_cycle(c, w)
         else:
-            kept = c.plane
+            before = c.plane
             if c.language.lathe:
                 mode, c.plane = lathe_cycle(c, mode)
             drill(c, w, mode)
-            c.plane = kept
+            c.plane = before
         c.marker = ""
 
 

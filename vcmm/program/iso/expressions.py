@@ -87,10 +87,10 @@ _LETTERS = re.compile(r"[A-Za-z]+")
 
 
 def _pattern(words: str) -> re.Pattern[str]:
-    known = sorted({n for n in (*_LEVELS[words], *GRAMMARS[words].functions) if n.isalpha()}, key=len)
+    names = sorted({n for n in (*_LEVELS[words], *GRAMMARS[words].functions) if n.isalpha()}, key=len)
     signs = sorted((n for n in _LEVELS[words] if not n.isalpha()), key=len)
     return re.compile(
-        rf"(?P<space>[ \t]+)|(?P<number>{_DIGITS})|(?P<angle><[^>]*>)|(?P<name>{'|'.join(known[::-1])})"
+        rf"(?P<space>[ \t]+)|(?P<number>{_DIGITS})|(?P<angle><[^>]*>)|(?P<name>{'|'.join(names[::-1])})"
         rf"|(?P<symbol>{'|'.join(re.escape(s) for s in signs[::-1])}|.)",
         re.IGNORECASE | re.DOTALL,
     )
@@ -154,12 +154,12 @@ class IsoExpressions(ExpressionReader):
         """#12, ##1, #[expression], #<name> (O-words)."""
         target = self.target()
         if isinstance(target, str):
-            return lambda known: known.variable(target)
+            return lambda variables: variables.variable(target)
         if callable(target):
             index = target
-            return lambda known: known.number(whole(index(known), "the number of a parameter"))
+            return lambda variables: variables.number(whole(index(variables), "the number of a parameter"))
         fixed = int(target)
-        return lambda known: known.number(fixed)
+        return lambda variables: variables.number(fixed)
 
     def target(self) -> str | Value:
         """What a parameter is called: its name, its number, or a function that gives the number."""
@@ -196,7 +196,7 @@ class IsoExpressions(ExpressionReader):
         arguments += self._second(name)
         if name == "ADP":
             value = arguments[0]
-            return lambda known: evaluate(value, known)
+            return lambda variables: evaluate(value, variables)
         return call_function(self.grammar, name, arguments, token.column)
 
     def _second(self, name: str) -> list[Value]:
@@ -218,7 +218,7 @@ class IsoExpressions(ExpressionReader):
         self.expect("]", "after the argument of EXISTS")
         if not isinstance(name, str):
             raise self.fault("EXISTS takes a named parameter, as in EXISTS[#<depth>]")
-        return lambda known: 1.0 if known.exists(name) else 0.0
+        return lambda variables: 1.0 if variables.exists(name) else 0.0
 
 
 class LineReader:

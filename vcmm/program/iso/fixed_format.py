@@ -30,7 +30,7 @@ def fixed_format(text: str) -> bool:
 def read_fixed_format(read: Reader, text: str, dialect: Dialect, flow: MoveFlow | None) -> Program:
     """The program with numbers as increments; without G90 and G91 the way from point to point, where the arcs fit only so."""
     language = replace(dialect, decimal_point="increment")
-    told = [
+    assumptions = [
         Assumption(
             1, "numbers of a fixed format, without a point", "increments of 0.001 mm: X-014895 is -14.895 mm",
             SetupEntry("", "decimal_point", '"increment"'),
@@ -38,7 +38,7 @@ def read_fixed_format(read: Reader, text: str, dialect: Dialect, flow: MoveFlow 
     ]  # fmt: skip
     if not _SAID.search(text.upper()) and _misfits(read, language):
         language = replace(language, absolute=False)
-        told.append(
+        assumptions.append(
             Assumption(
                 1,
                 "how coordinates count, for want of G90 and G91",
@@ -46,7 +46,7 @@ def read_fixed_format(read: Reader, text: str, dialect: Dialect, flow: MoveFlow 
             )
         )
     program = read(language, flow)
-    return replace(program, assumed=(*told, *program.assumed))
+    return replace(program, assumed=(*assumptions, *program.assumed))
 
 
 def _misfits(read: Reader, language: Dialect) -> bool:

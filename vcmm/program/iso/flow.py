@@ -11,6 +11,7 @@ from vcmm.program.expressions import Value, evaluate, whole
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.blocks import Assign, IsoFlow
 from vcmm.program.iso.control import IsoControl
+from vcmm.program.iso.modes import restore
 from vcmm.program.iso.parameters import ParameterTable
 from vcmm.program.iso.texts import Text
 from vcmm.program.moves import MoveFlow
@@ -160,6 +161,7 @@ class IsoRunner:
             self.table.named_locals.append({})
             call.own = True
         self.calls.append(call)
+        self.c.autosaved.append(None)
 
     def pop(self) -> None:
         """The end of a subprogram: again from its start, or back."""
@@ -169,6 +171,8 @@ class IsoRunner:
             self.at = call.start
             return
         self.calls.pop()
+        if self.c.autosaved and (saved := self.c.autosaved.pop()) is not None:
+            restore(self.c, saved)
         if call.own:
             self.table.locals.pop()
             self.table.named_locals.pop()

@@ -7,17 +7,21 @@ operator's manual for the forms in one block. X is a radius, machine coordinates
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import NamedTuple
 
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
-from vcmm.program.iso.lengths import length
+from vcmm.program.iso.lengths import length, read_words
 from vcmm.program.iso.motion import target
 
 MOST_PECKS = 100_000
 SINGLE = {"G90": "turn", "G92": "thread", "G94": "face", "G77": "turn", "G78": "thread", "G79": "face"}
 Flat = tuple[float, float]  # X (radius), Z
+TurningPrimitive = Callable[[IsoControl, IsoWords, Values], None]
 
 
 def to_tip(c: IsoControl, end: Flat, rapid: bool) -> None:
@@ -55,20 +59,6 @@ def _ends(c: IsoControl, w: IsoWords) -> tuple[Flat, Flat]:
     return (c.tip()[0], c.tip()[2]), (end[0], end[2])
 
 
-def _word(c: IsoControl, w: IsoWords, letter: str) -> float:
-    number = w.take(letter)
-    return 0.0 if number is None else length(c, w, letter, number)
-
-
-def _steps(c: IsoControl, w: IsoWords, letter: str) -> float:
-    """A word that counts increments where it has no point: P and Q of G74 to G76."""
-    number = w.take(letter)
-    if number is None:
-        return 0.0
-    small = 1.0 if w.words[letter].has_point else c.language.increment[1 if c.unit > 1.0 else 0]
-    return number * small * c.unit
-
-
 # -- one cut ----------------------------------------------------------------------------------------------------------
 def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
     """G90, G92, G94: there, along, back. The words stay in force; R is how much the start of the cut lies beside its end."""
@@ -76,8 +66,8 @@ def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
     p, _ = target_kept(c, w)
     corner = c.world.apply(p)
     x, z = corner[0], corner[2]
-    if w.has("R"):
-        c.cycle["R"] = _word(c, w, "R")
+    if w.take("R") is not None:
+        c.cycle["R"] = length(c, w, "R", w.values["R"])
     taper, kind = c.cycle.get("R", 0.0), SINGLE[code]
     if kind == "face":
         to_tip(c, (start[0], z + taper), True)
@@ -109,27 +99,22 @@ def target_kept(c: IsoControl, w: IsoWords) -> tuple[tuple[float, float, float],
 
 
 # -- pecking ----------------------------------------------------------------------------------------------------------
-def _peck(c: IsoControl, w: IsoWords, code: str) -> None:
-    """G74: pecks along Z, at X from the start to the end; G75: pecks along X. R of a block of its own: how far back after a peck."""
-    if not any(w.has(k) for k in "XZUW"):
-        c.turning_words = {"R": _word(c, w, "R")}
-        return
-    back = c.turning_words.get("R", 0.0)
+def peck(c: IsoControl, w: IsoWords, v: Values, along: int) -> None:
+    """G74: pecks along Z (1), at X from the start to the end; G75: pecks along X (0). The first block says how far back after a peck."""
     start, end = _ends(c, w)
-    along, across = (1, 0) if code == "G74" else (0, 1)
-    one_block = w.has("I") or w.has("K")
-    across_word, along_word = (
-        (("I", "K") if code == "G74" else ("K", "I"))
-        if one_block
-        else (("P", "Q") if code == "G74" else ("Q", "P"))
-    )
-    read = _word if one_block else _steps
-    step, peck, aside = abs(read(c, w, across_word)), abs(read(c, w, along_word)), _word(c, w, "R")
-    w.used |= {"P", "Q", "I", "K", "D", "R"}
-    for at in _places(c, start[across], end[across], step):
-        _plunge(c, _pair(along, start[along], at), end[along], along, peck, back)
-        if aside:
-            to_tip(c, _pair(along, end[along], at - math.copysign(aside, end[across] - start[across])), False)
+    across = 1 - along
+    for at in _places(c, start[across], end[across], abs(v["across"])):
+        _plunge(
+            c,
+            _pair(along, start[along], at),
+            end[along],
+            along,
+            abs(v["along"]),
+            c.turning_words.get("back", 0.0),
+        )
+        if v["aside"]:
+            aside = at - math.copysign(v["aside"], end[across] - start[across])
+            to_tip(c, _pair(along, end[along], aside), False)
         to_tip(c, _pair(along, start[along], (c.tip()[0], c.tip()[2])[across]), True)
     to_tip(c, start, True)
 
@@ -161,43 +146,30 @@ def _plunge(c: IsoControl, start: Flat, end: float, along: int, peck: float, bac
 
 
 # -- threads ----------------------------------------------------------------------------------------------------------
-def _g76(c: IsoControl, w: IsoWords, code: str) -> None:
-    """Two blocks: P (finishing passes, chamfer, angle), Q least depth, R allowance; then X Z, R taper, P height, Q first depth, F lead.
-    One block (Haas): K height, D first depth, A angle, I taper."""
-    if not any(w.has(k) for k in "XZUW"):
-        digits = f"{w.whole('P', c.column) or 0:06d}"
-        c.turning_words = {
-            "passes": float(digits[:2]), "angle": float(digits[4:6]), "least": _steps(c, w, "Q"), "allowance": _word(c, w, "R"),
-        }  # fmt: skip
-        return
-    start, end = _ends(c, w)
-    kept = c.turning_words
-    if w.has("K"):
-        height, first, taper = _word(c, w, "K"), _word(c, w, "D"), _word(c, w, "I")
-        angle = w.take("A") or 0.0
-        w.used.add("P")
-    else:
-        height, first, taper = _steps(c, w, "P"), _steps(c, w, "Q"), _word(c, w, "R")
-        angle = kept.get("angle", 0.0)
-    lead = _word(c, w, "F") or _word(c, w, "E")
+def thread(c: IsoControl, w: IsoWords, v: Values) -> None:
+    """The first block says how many finishing passes there are, the angle, the least depth of a pass and the allowance."""
+    setting, (start, end) = Values(c.turning_words), _ends(c, w)
+    digits = f"{setting.number('digits'):06d}"  # passes, chamfer, angle
+    angle = v.without("angle", float(digits[4:6]))
+    height, first = v["height"], v["first"]
     if height <= 0 or first <= 0:
         raise BlockFault(
             c.column, "G76 needs the height of the thread (P or K) and the depth of the first pass (Q or D)"
         )
     side = 1.0 if end[0] < start[0] else -1.0
     slope = math.tan(math.radians(angle) / 2.0) * math.copysign(1.0, end[1] - start[1])
-    for depth in _thread_depths(c, height, first, kept):
+    for depth in _thread_depths(c, height, first, setting, int(digits[:2])):
         x, z = end[0] + side * (height - depth), start[1] + slope * depth
         to_tip(c, (start[0], z), True)
-        to_tip(c, (x + taper, z), True)
-        thread_tip(c, (x, end[1]), lead)
+        to_tip(c, (x + v["taper"], z), True)
+        thread_tip(c, (x, end[1]), v["lead"])
         to_tip(c, (start[0], end[1]), True)
         to_tip(c, start, True)
 
 
-def _thread_depths(c: IsoControl, height: float, first: float, kept: dict[str, float]) -> list[float]:
-    """Depths of the passes: first sqrt(n), at least `least` more each, to the height less the allowance, then the finishing ones."""
-    least, allowance = kept.get("least", 0.0), kept.get("allowance", 0.0)
+def _thread_depths(c: IsoControl, height: float, first: float, setting: Values, last: int) -> list[float]:
+    """Depths of the passes: first sqrt(n), at least `least` more each, to the height less the allowance, then `last` ones."""
+    least, allowance = setting["least"], setting["allowance"]
     out, depth, n = [], 0.0, 0
     while depth < height - allowance - 1e-9:
         n += 1
@@ -207,10 +179,37 @@ def _thread_depths(c: IsoControl, height: float, first: float, kept: dict[str, f
             raise BlockFault(
                 c.column, f"G76 needs more than {MOST_PECKS} passes; make the first depth larger"
             )
-    finishing = max(int(kept.get("passes", 0.0)), 1 if allowance else 0)
-    return [*out, *[height] * finishing]
+    return [*out, *[height] * max(last, 1 if allowance else 0)]
 
 
-GROOVING: dict[str, Callable[[IsoControl, IsoWords], None]] = {
-    "G74": lambda c, w: _peck(c, w, "G74"), "G75": lambda c, w: _peck(c, w, "G75"), "G76": lambda c, w: _g76(c, w, "G76"),
+class TurningCycle(NamedTuple):
+    """A cycle in two blocks, the first of which is kept, or in one (which one of the words `key` tells)."""
+
+    first: Cycle[None]
+    second: Cycle[TurningPrimitive | None]
+    single: Cycle[TurningPrimitive | None]
+    key: str = ""
+
+
+def groove(c: IsoControl, w: IsoWords, code: str) -> None:
+    """A block with one of these cycles."""
+    row = GROOVING[code]
+    if not any(w.has(k) for k in "XZUW"):
+        c.turning_words = dict(read_words(c, w, row.first).numbers)
+        return
+    form = row.single if any(w.has(k) for k in row.key) else row.second
+    assert form.primitive is not None
+    form.primitive(c, w, read_words(c, w, form))
+
+
+_Z, _X = partial(peck, along=1), partial(peck, along=0)
+_ASIDE = "R=aside mm, D plain"  # D: nothing here
+GROOVING: Mapping[str, TurningCycle] = {
+    "G74": TurningCycle(cycle("R=back mm", None), cycle(f"P=across steps, Q=along steps, {_ASIDE}", _Z), cycle(f"I=across mm, K=along mm, {_ASIDE}, P plain, Q plain", _Z), "IK"),
+    "G75": TurningCycle(cycle("R=back mm", None), cycle(f"Q=across steps, P=along steps, {_ASIDE}", _X), cycle(f"K=across mm, I=along mm, {_ASIDE}, P plain, Q plain", _X), "IK"),
+    "G76": TurningCycle(
+        cycle("P=digits count, Q=least steps, R=allowance mm", None),
+        cycle("P=height steps, Q=first steps, R=taper mm, E=lead mm, F=lead mm", thread),
+        cycle("K=height mm, D=first mm, I=taper mm, A=angle plain, P plain, E=lead mm, F=lead mm", thread), "K",
+    ),
 }  # fmt: skip

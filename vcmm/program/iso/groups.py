@@ -98,6 +98,7 @@ def _table(groups: dict[str, str]) -> dict[str, str]:
 
 
 TABLES = {
+    "fagor": _table(_FANUC | {"cycle": f"{_DRILLING} G287"}),
     "linuxcnc": _table(_LINUXCNC), "mach3": _table(_MACH3), "fanuc": _table(_FANUC), "haas": _table(_HAAS),
     "lathe": _table(_LATHE), "lathe-b": _table(_LATHE_B),
 }  # fmt: skip

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+from vcmm.program.cycle_tables import Cycle, CycleParameter, Values
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
@@ -48,6 +50,24 @@ def _warn_pointless(c: IsoControl, w: IsoWords, letter: str, number: float) -> N
         w.column(letter),
         "decimal point",
     )
+
+
+def read_words(c: IsoControl, w: IsoWords, row: Cycle[Any]) -> Values:
+    """What the words of a block mean to a cycle."""
+    numbers = {p.name: value for p in row.parameters if (value := w.take(p.name)) is not None}
+
+    def convert(parameter: CycleParameter, value: float) -> float:
+        name, kind = parameter.name, parameter.kind
+        if kind == "steps":
+            small = 1.0 if w.words[name].has_point else c.language.increment[1 if c.unit > 1.0 else 0]
+            return value * small * c.unit
+        if kind == "count":
+            return w.whole(name, c.column) or 0
+        if kind in ("mm", "radius"):
+            return length(c, w, name, value) * (0.5 if kind == "radius" and c.diametral() else 1.0)
+        return math.radians(value) if kind == "deg" else value
+
+    return row.read(numbers, convert)
 
 
 def waiting(c: IsoControl, w: IsoWords, number: float) -> float:

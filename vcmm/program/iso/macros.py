@@ -158,27 +158,27 @@ def macro_call(r: IsoRunner, w: IsoWords, here: int) -> None:
     if number is None:
         raise BlockFault(column, f"{code} needs P, the number of the macro program, as in {code} P9100 A1.0")
     w.used |= set(w.values)
-    given = [(letter, value) for letter, value in w.repeated if letter not in "PL"]
+    arguments = [(letter, value) for letter, value in w.repeated if letter not in "PL"]
     if code == "G66":
-        r.modal_macro = (number, given)
+        r.modal_macro = (number, arguments)
         return
     start_program(
-        r, ProgramCall("G65", number, 1 if times is None else times, arguments_of(given)), here, column
+        r, ProgramCall("G65", number, 1 if times is None else times, arguments_of(arguments)), here, column
     )
 
 
 def modal_call(r: IsoRunner, here: int) -> None:
     """The macro of G66 after a block that has moved."""
     if r.modal_macro is not None and not any(f.kind == "G65" for f in r.calls):
-        number, given = r.modal_macro
-        start_program(r, ProgramCall("G65", number, 1, arguments_of(given)), r.at - 1, 1)
+        number, arguments = r.modal_macro
+        start_program(r, ProgramCall("G65", number, 1, arguments_of(arguments)), r.at - 1, 1)
 
 
-def arguments_of(given: list[tuple[str, float]]) -> dict[int, float]:
+def arguments_of(arguments: list[tuple[str, float]]) -> dict[int, float]:
     """Local variables of a macro call: A is #1 ... Z is #26; repeated I J K fill #4, #5, #6, then #7, #8, #9 and so on."""
     out: dict[int, float] = {}
     sets = {"I": 0, "J": 0, "K": 0}
-    for letter, value in given:
+    for letter, value in arguments:
         if letter in sets:
             out[ARGUMENTS[letter] + 3 * sets[letter]] = value
             sets[letter] += 1

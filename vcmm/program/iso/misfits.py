@@ -33,7 +33,7 @@ def tell_misfits(c: Recorder, misfits: list[ArcMisfit]) -> None:
             continue
         lines = list(dict.fromkeys(m.line for m in rows))
         more = f" and {len(lines) - MOST_NAMED} more" if len(lines) > MOST_NAMED else ""
-        shown = ", ".join(map(str, lines[:MOST_NAMED])) + more
+        places = ", ".join(map(str, lines[:MOST_NAMED])) + more
         worst = max(rows, key=lambda m: m.um)
-        said = text.format(n=len(rows), most=worst.um, line=worst.line, lines=shown)
-        c.remarks.append(Remark(rows[0].line, rows[0].column, rows[0].text if len(rows) == 1 else said))
+        message = text.format(n=len(rows), most=worst.um, line=worst.line, lines=places)
+        c.remarks.append(Remark(rows[0].line, rows[0].column, rows[0].text if len(rows) == 1 else message))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
@@ -176,17 +178,37 @@ def _path(c: IsoControl, w: IsoWords) -> None:
 
 
 _STATE = (
-    "plane", "unit", "feed_scale", "absolute", "arc_absolute", "feed_mode", "feed", "surface", "speed", "retract", "exact_stop",
-    "tolerance", "diameter", "motion",
+    "plane", "unit", "feed_scale", "absolute", "arc_absolute", "feed_mode", "feed", "surface", "speed", "sense", "retract", "exact_stop",
+    "tolerance", "diameter", "compensation",
 )  # fmt: skip
 
 
 def _saved_state(c: IsoControl, code: int) -> None:
-    """M70 to M72 of LinuxCNC: save, forget, restore the modal state."""
+    """M70 to M73 of LinuxCNC: save, forget, restore the modal state; M73: save, and restore when the subprogram ends. The motion code is not
+    restored (LinuxCNC, G code reference, "M70 save modal state")."""
     if code in (70, 73):
-        c.saved = tuple(getattr(c, name) for name in _STATE)
+        c.saved = snapshot(c)
+        if code == 73 and c.autosaved:
+            c.autosaved[-1] = c.saved
     elif code == 71:
         c.saved = None
+        if c.autosaved:
+            c.autosaved[-1] = None
     elif c.saved is not None:
-        for name, value in zip(_STATE, c.saved):
-            setattr(c, name, value)
+        restore(c, c.saved)
+
+
+def snapshot(c: IsoControl) -> tuple[object, ...]:
+    """The modal state that M70 saves, with work offset and tool length."""
+    return (*(getattr(c, name) for name in _STATE), c.offset, c.tool_offset)
+
+
+def restore(c: IsoControl, saved: Sequence[Any]) -> None:
+    """It is in force again."""
+    for name, value in zip(_STATE, saved):
+        setattr(c, name, value)
+    offset, length = saved[-2:]
+    if c.tool_offset != length:
+        c.set_length(length)
+    if c.offset != offset:
+        c.set_offset(offset)

@@ -65,8 +65,8 @@ def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
     if c.vectors and any(w.has(k) for k in "IJK"):
         x, y, z = (w.take(k) or 0.0 for k in "IJK")
         c.point_to((x, y, z))
-    drawn = not rapid and draws(c)
-    chamfer, angle = (chamfer_of(c, w), angle_of(c, w)) if drawn else (None, None)
+    is_drawn = not rapid and draws(c)
+    chamfer, angle = (chamfer_of(c, w), angle_of(c, w)) if is_drawn else (None, None)
     p, rotary = target(c, w)
     if c.winding is not None and c.winding.radius:
         wound_line(c, p, rapid, rotary)
@@ -177,15 +177,15 @@ def _point(values: list[float]) -> Point:
 
 def emit_arc(c: IsoControl, ends: ArcEnds, centre: Point, turns: int, rotary: Point) -> None:
     """The arc in machine coordinates; a mirror turns its sense round."""
-    kept = in_plane(c.world, c.plane)
-    if kept is None:
+    plane_map = in_plane(c.world, c.plane)
+    if plane_map is None:
         chords(c, ends, centre, turns)
         return
-    distance = kept[0] * _arc_length(ends, centre, PLANES[c.plane], turns)
+    distance = plane_map[0] * _arc_length(ends, centre, PLANES[c.plane], turns)
     feed = c.rate(distance, c.feeding((ends.start[0] + ends.end[0]) / 2.0))
     c.emit(
         "arc", c.world.apply(ends.end), rotary=rotary, feed=feed, centre=c.world.apply(centre),
-        turns=turns, clockwise=ends.clockwise != kept[1],
+        turns=turns, clockwise=ends.clockwise != plane_map[1],
     )  # fmt: skip
     c.p = ends.end
 
@@ -234,16 +234,16 @@ def _centre_of_words(c: IsoControl, w: IsoWords, ends: ArcEnds) -> list[float]:
             w.column(CENTRE_WORDS[normal]),
             f"{CENTRE_WORDS[normal]} is no centre word of the plane {c.plane}; choose the plane with G17, G18 or G19, or remove it",
         )
-    given = [w.take(k) for k in CENTRE_WORDS]
-    if given[first] is None and given[second] is None:
+    numbers = [w.take(k) for k in CENTRE_WORDS]
+    if numbers[first] is None and numbers[second] is None:
         c.fault(
             f"the arc has neither R nor a centre ({CENTRE_WORDS[first]} {CENTRE_WORDS[second]} in the plane {c.plane}); add one",
         )
-    if c.arc_absolute and (given[first] is None or given[second] is None) and c.language.words == "o":
+    if c.arc_absolute and (numbers[first] is None or numbers[second] is None) and c.language.words == "o":
         c.fault("with absolute centres (G90.1) both centre words of the plane are due; add the other")
-    centre = _centre(c, w, ends, given, c.arc_absolute)
+    centre = _centre(c, w, ends, numbers, c.arc_absolute)
     if c.language.survey and not c.arcs_seen and not c.arc_absolute and _misfit(c, ends, centre):
-        other = _centre(c, w, ends, given, True)
+        other = _centre(c, w, ends, numbers, True)
         if not _misfit(c, ends, other):
             value, entry = (
                 "from the work zero: they fit no relative centre",
@@ -256,12 +256,12 @@ def _centre_of_words(c: IsoControl, w: IsoWords, ends: ArcEnds) -> list[float]:
 
 
 def _centre(
-    c: IsoControl, w: IsoWords, ends: ArcEnds, given: list[float | None], absolute: bool
+    c: IsoControl, w: IsoWords, ends: ArcEnds, numbers: list[float | None], absolute: bool
 ) -> list[float]:
     """The centre, its words counted from the work zero (absolute) or from the start."""
     centre = list(ends.start)
     for i in PLANES[c.plane][:2]:
-        number = given[i]
+        number = numbers[i]
         if number is None:
             continue
         value = length(c, w, CENTRE_WORDS[i], number)

@@ -30,13 +30,13 @@ def has_points_written(text: str) -> bool:
 
 def stated_unit(text: str) -> tuple[str, int, str] | None:
     """("inch" or "mm", line, comment) of the first comment that names a unit; None where none does, or where comments name both."""
-    found: dict[str, tuple[str, int, str]] = {}
+    units: dict[str, tuple[str, int, str]] = {}
     for match in _COMMENT.finditer(text[:LOOKED_AT]):
         note = (match[1] or match[2] or "").strip()
         for unit, pattern in _UNITS.items():
-            if unit not in found and pattern.search(note):
-                found[unit] = (unit, text.count("\n", 0, match.start()) + 1, note[:60])
-    return next(iter(found.values())) if len(found) == 1 else None
+            if unit not in units and pattern.search(note):
+                units[unit] = (unit, text.count("\n", 0, match.start()) + 1, note[:60])
+    return next(iter(units.values())) if len(units) == 1 else None
 
 
 def tell_unit(c: IsoControl, text: str) -> None:

@@ -65,9 +65,9 @@ def set_data(c: IsoControl, w: IsoWords, column: int) -> None:
     elif kind in (1, 10, 11, 12, 13) and (w.has("R") or c.language.words == "o"):
         _set_tool(c, w, kind, column)
     else:
-        shown = "without L" if kind is None else f"L{kind}"
-        refusal = f"G10 {shown} is not understood; known are L1, L2, L10 to L13 and L20"
-        c.assume(f"the data of G10 {shown}", "passed over", refusal, column=column)
+        text = "without L" if kind is None else f"L{kind}"
+        refusal = f"G10 {text} is not understood; known are L1, L2, L10 to L13 and L20"
+        c.assume(f"the data of G10 {text}", "passed over", refusal, column=column)
         w.used |= set(w.values)
 
 
@@ -113,11 +113,11 @@ def _set_offset(c: IsoControl, w: IsoWords, kind: int, column: int) -> None:
 
 def _reading(c: IsoControl, name: str, named: dict[int, float]) -> list[float]:
     """The offset with which the present position reads the named values, the other axes what they read now."""
-    kept, c.offset = c.offset, name or c.offset
+    before, c.offset = c.offset, name or c.offset
     c.rebuild()
     here, wanted = c.world.apply(c.p), [named.get(i, c.p[i]) for i in range(3)]
     there, base = c.world.apply((wanted[0], wanted[1], wanted[2])), c.offsets.get(c.offset, ORIGIN)
-    c.offset = kept
+    c.offset = before
     return [base[i] + here[i] - there[i] for i in range(3)]
 
 
@@ -249,6 +249,13 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
         raise BlockFault(column, "G53 needs G0 or G1 in force; write G53 G0 Z0")
     if not c.absolute and not c.language.cycles_apart:
         raise BlockFault(column, "G53 needs absolute coordinates; write G90 before")
+    if not c.absolute and c.language.words == "macro" and not c.language.haas and not c.language.lathe:
+        c.assume(
+            "G53 under G91", "passed over, as the control does: no move",
+            "G53 is passed over under G91 (FANUC B-64304EN, machine coordinate system); write G90 before it", column=column,
+        )  # fmt: skip
+        w.used |= set(w.values)
+        return
     if c.compensation is not None:
         _suspend(c, "G53 while cutter radius compensation is on; cancel it with G40 before", column)
     q, rotary = list(c.q), list(c.rotary)
@@ -276,10 +283,10 @@ def _suspend(c: IsoControl, refusal: str, column: int) -> None:
 
 def go_to_axes(c: IsoControl, q: Point, rapid: bool, rotary: Point) -> None:
     """A straight move of the axes to a machine position; never rewritten, and without radius compensation."""
-    o, kept = c.tool_offset, c.compensation
+    o, before = c.tool_offset, c.compensation
     c.compensation = None
     c.to_machine((q[0] - o[0], q[1] - o[1], q[2] - o[2]), rapid, rotary)
-    c.compensation = kept
+    c.compensation = before
     c.q = q
     c.locate()
 

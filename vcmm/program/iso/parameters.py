@@ -66,9 +66,9 @@ class ParameterTable:
             return table[name]
         if name in PREDEFINED:
             return float(PREDEFINED[name](self.c))
-        known = [*self.named_locals[-1], *self.named_common, *PREDEFINED]
+        names = [*self.named_locals[-1], *self.named_common, *PREDEFINED]
         refusal = (
-            f"the parameter #<{name}> has no value yet.{did_you_mean(name, known)} Set it before it is used"
+            f"the parameter #<{name}> has no value yet.{did_you_mean(name, names)} Set it before it is used"
         )
         if self.c.setup.strict:
             raise BlockFault(0, refusal)

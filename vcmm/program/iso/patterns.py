@@ -6,12 +6,16 @@ Source: Haas mill operator's manual, G12/G13 circular pocket milling, G70 bolt h
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 
+from vcmm.program.cutter import Flat
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.faults import BlockFault
+from vcmm.program.hole_patterns import hole_circle, hole_line
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
-from vcmm.program.iso.cycles import CYCLES, drill_at
-from vcmm.program.iso.lengths import length
+from vcmm.program.iso.cycles import DRILLING, drill_at
+from vcmm.program.iso.lengths import read_words
 from vcmm.program.iso.motion import ArcEnds, emit_arc
 from vcmm.program.moves import Point
 
@@ -26,30 +30,20 @@ def nonmodal(c: IsoControl, w: IsoWords) -> bool:
     if "pattern" in w.g:
         bolt_holes(c, w, w.g["pattern"], w.g_columns["pattern"])
         return True
-    if "irregular" in w.g:
-        refusal = "G150 (pockets of any shape) is not understood by vcmm; have the program posted without it"
-        c.assume("G150, a pocket of any shape", "a hole in the path: its moves are missing", refusal)
+    if "irregular" in w.g:  # made behind its block: pocketing.mill_pocket
         w.used |= set(w.values)
         return True
     return False
-
-
-def _need(c: IsoControl, w: IsoWords, letter: str, what: str, column: int) -> float:
-    return length(c, w, letter, w.need(letter, what, column))
 
 
 def circular_pocket(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G12 (clockwise), G13: I radius, or of the first circle; K radius of the finished one with steps Q; Z depth, L passes of it.
     D: the radius of the tool comes off. From the centre out by half circles, round, and back to the centre."""
     c.column = column
-    clockwise, first = code == "G12", _need(c, w, "I", "the radius of the circle", column)
-    last = length(c, w, "K", number) if (number := w.take("K")) is not None else first
-    step = length(c, w, "Q", number) if (number := w.take("Q")) is not None else 0.0
-    tool = _tool_radius(c, w, column)
-    passes = w.whole("L", column, 1) or 1
-    depth = w.take("Z")
-    drop = 0.0 if depth is None else length(c, w, "Z", depth) - (c.p[2] if c.absolute else 0.0)
-    radii = [first]
+    w.need("I", "the radius of the circle", column)
+    v, tool, passes = read_words(c, w, POCKET), _tool_radius(c, w, column), w.whole("L", column, 1) or 1
+    radii, step, last = [v["first"]], v["step"], v.without("last", v["first"])
+    drop = v["depth"] - c.p[2] if v.has("depth") and c.absolute else v["depth"]
     while step > 0 and radii[-1] + step < last - 1e-9 and len(radii) < MOST_HOLES:
         radii.append(radii[-1] + step)
     if last > radii[-1] + 1e-9:
@@ -58,7 +52,7 @@ def circular_pocket(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         centre = c.p
         if drop:
             c.straight((centre[0], centre[1], centre[2] + drop / (passes if c.absolute else 1)), False)
-        _rings(c, c.p, [r - tool for r in radii if r > tool], clockwise)
+        _rings(c, c.p, [r - tool for r in radii if r > tool], code == "G12")
 
 
 def _rings(c: IsoControl, centre: Point, radii: list[float], clockwise: bool) -> None:
@@ -86,18 +80,33 @@ def _tool_radius(c: IsoControl, w: IsoWords, column: int) -> float:
 
 
 def bolt_holes(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G70 I J L: a circle of L holes; G71 I J K L: an arc in steps of K degrees; G72 I J L: a row. J: angle of the first.
-    About (G72: from) where the tool stands; the drilling cycle in force makes each hole (L0 on its line: none there)."""
-    if c.motion not in CYCLES:
+    """L holes about (G72: from) where the tool stands; the drilling cycle in force makes each (L0 on its line: none there)."""
+    if c.motion not in DRILLING:
         raise BlockFault(
             column, f"{code} needs a drilling cycle in force; write for example G81 ... L0 before it"
         )
-    radius, start = _need(c, w, "I", "the radius or the distance", column), math.radians(w.take("J") or 0.0)
-    count = w.whole("L", column, 1)
+    w.need("I", "the radius or the distance", column)
+    v, count = read_words(c, w, PATTERNS[code]), w.whole("L", column, 1)
     if count is None or count > MOST_HOLES:
         raise BlockFault(column, f"{code} needs L, the number of holes, up to {MOST_HOLES}")
-    step = math.radians(w.take("K") or 0.0) if code == "G71" else 2.0 * math.pi / count
-    x, y, _ = c.p
-    for k in range(count):
-        r, angle = (radius * k, start) if code == "G72" else (radius, start + k * step)
-        drill_at(c, x + r * math.cos(angle), y + r * math.sin(angle))
+    for x, y in PATTERNS[code].primitive(v, count, c.p[:2]):
+        drill_at(c, x, y)
+
+
+def ring(v: Values, count: int, middle: Flat) -> list[Flat]:
+    """G70, evenly; G71 in steps of K."""
+    step = v.without("step", 2.0 * math.pi / count)
+    return hole_circle(middle, v["radius"], [v["start"] + k * step for k in range(count)])
+
+
+def row(v: Values, count: int, begin: Flat) -> list[Flat]:
+    """G72."""
+    return hole_line(begin, v["start"], [v["radius"] * k for k in range(count)])
+
+
+POCKET = cycle("I=first mm!, K=last mm?, Q=step mm, Z=depth mm?", None)
+PATTERNS: Mapping[str, Cycle[Callable[[Values, int, Flat], list[Flat]]]] = {
+    "G70": cycle("I=radius mm!, J=start deg", ring),
+    "G71": cycle("I=radius mm!, J=start deg, K=step deg", ring),
+    "G72": cycle("I=radius mm!, J=start deg", row),
+}

@@ -71,8 +71,8 @@ def square(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     )  # fmt: skip
     what = f"{code}, the tool square to the plane"
     if sign:
-        said = f"the position whose first rotary axis is {'positive' if sign > 0 else 'negative'}, as postprocessors count"
-        c.assume(f"P{number} of {code}", said, column=column, matters=False)
+        wording = f"the position whose first rotary axis is {'positive' if sign > 0 else 'negative'}, as postprocessors count"
+        c.assume(f"P{number} of {code}", wording, column=column, matters=False)
     c.assume(what, "the rotary axes turn before the next motion", column=column, matters=False)
     if code == "G53.6":
         _kept_point(c, w)

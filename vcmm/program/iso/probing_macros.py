@@ -13,73 +13,83 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
+from vcmm.program.cycle_tables import Cycle, cycle, in_units
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.offsets import OFFSETS, further
+from vcmm.program.measuring import Findings, MeasuringCycle, circle, width
 from vcmm.program.moves import Point
-from vcmm.program.probing import OVERTRAVEL, Feeler, at, correct_zero, measuring_cycle, meeting
+from vcmm.program.probing import at, correct_zero, measuring_cycle, meeting
 from vcmm.program.recorder import NO_TOOL
+from vcmm.program.setup import Tool
 
 CLEAR = 8.0  # mm: R where it is not given
 FEED = 3000.0  # mm/min: of the ways, where F is not given; the slow second touch is not in the time
 NUMBER = dict(zip("ABCDFIJQRSXYZ", (1, 2, 3, 7, 9, 4, 5, 17, 18, 19, 24, 25, 26)))
-INNER = 9815
-POSITION, SIZE, ANGLE, ERROR, SECOND_ANGLE, SIZE_ERROR, ANGLE_ERROR = 135, 138, 139, 140, 142, 143, 144
+RESULTS = {  # meaning -> variables of the actual value and its error
+    "x": (135, 140), "y": (136, 141), "z": (137, 142), "size": (138, 143), "angle": (139, 144), "second angle": (142, 143),
+}  # fmt: skip
 
 
-class MeasuringCall:
-    """One call. Lengths in mm."""
+class MacroCall(MeasuringCycle):
+    """One call, from outside where it has a depth."""
 
-    def __init__(self, c: IsoControl, number: int, given: Mapping[int, float], column: int) -> None:
-        self.c, self.inner, self.column = c, number == INNER, column
-        self.plain = {letter: given[n] for letter, n in NUMBER.items() if n in given}
-        self.feeler = Feeler(c, c.tools.get(c.tool, NO_TOOL), self.length("Q", OVERTRAVEL))
+    rapid = False
+    r: IsoControl
 
-    def mm(self, letter: str) -> float | None:
-        value = self.plain.get(letter)
-        return None if value is None else value * self.c.unit
+    @property
+    def tool(self) -> Tool:
+        return self.r.tools.get(self.r.tool, NO_TOOL)
 
-    def length(self, letter: str, otherwise: float) -> float:
-        """mm, or what holds where the letter is not given."""
-        value = self.mm(letter)
-        return otherwise if value is None else value
+    @property
+    def inside(self) -> bool:
+        return not self.v.has("depth")
 
-    def need(self, letter: str, what: str) -> float:
-        value = self.mm(letter)
-        if value is None:
-            raise BlockFault(self.column, what)
-        return value
+    def off(self, inside: bool) -> float | None:
+        return None if inside else self.v.without("clear", CLEAR) + self.feeler.radius
+
+    def depth(self, height: float) -> float:
+        return self.v["depth"]
+
+    def put(self, number: int, value: float) -> None:
+        self.r.parameters.set(number, value, self.column)
 
     def axis(self, letters: str, what: str) -> int:
         """The one axis that is given."""
-        named = [i for i, letter in enumerate(letters) if letter in self.plain]
+        named = [i for i, letter in enumerate(letters) if self.v.has(letter)]
         if len(named) != 1:
             raise BlockFault(self.column, what)
         return named[0]
 
-    def put(self, number: int, value: float) -> None:
-        self.c.parameters.set(number, value, self.column)
+    def sense(self, axis: int, expected: float) -> float:
+        """+1 or -1: the way to what is expected along an axis."""
+        way = expected - self.r.p[axis]
+        if abs(way) < 1e-9:
+            raise BlockFault(
+                self.column, f"{'XYZ'[axis]} is where the probe stands already; start beside the surface"
+            )
+        return math.copysign(1.0, way)
 
-    def set_results(self, *ones: tuple[int, float, float]) -> None:
-        """(axis, position, expected) of each: results and their errors, and the work offset that is corrected by them."""
-        c = self.c
-        reads: list[float | None] = [None] * 3
-        should: list[float | None] = [None] * 3
-        for axis, position, expected in ones:
-            reads[axis], should[axis] = position, expected
-            self.put(POSITION + axis, position / c.unit)
-            self.put(ERROR + axis, (position - expected) / c.unit)
-        name = self.corrected_offset()
+    def report(self, findings: Findings) -> None:
+        """Results and their errors, and the work offset that is corrected by those of the axes."""
+        c = self.r
+        for meaning, (should, reads) in findings.items():
+            unit = 1.0 if "angle" in meaning else c.unit
+            self.put(RESULTS[meaning][0], reads / unit)
+            self.put(RESULTS[meaning][1], (reads - should) / unit)
+        name = self.corrected_offset() if any(k in findings for k in "xyz") else ""
         if name:
-            correct_zero(c, name, reads, should)
+            ends = [findings.get(k, (None, None)) for k in "xyz"]
+            correct_zero(c, name, [reads for _, reads in ends], [should for should, _ in ends])
             c.rebuild()
 
     def corrected_offset(self) -> str:
         """The work offset of S, none where it is not given."""
-        number = self.plain.get("S")
-        if number is None:
+        if not self.v.has("offset"):
             return ""
+        number = self.v["offset"]
         if number > 100:
             return further(int(number) - 100)
         if 1 <= number <= 6:
@@ -89,208 +99,147 @@ class MeasuringCall:
             f"S{number:g} is no work offset; 1 to 6 are G54 to G59, 101 and on G54.1 P1 and on",
         )
 
-    def size(self, size: float, expected: float) -> None:
-        self.put(SIZE, size / self.c.unit)
-        self.put(SIZE_ERROR, (size - expected) / self.c.unit)
 
-    def outside(self, away: Point) -> None:
-        """Beside a web or boss, and down to its depth Z."""
-        depth = self.mm("Z")
-        self.c.straight(away, False)
-        if depth is not None:
-            self.c.straight((away[0], away[1], depth), False)
-
-    def sense(self, axis: int, expected: float) -> float:
-        """+1 or -1: the way to what is expected along an axis."""
-        way = expected - self.c.p[axis]
-        if abs(way) < 1e-9:
-            raise BlockFault(
-                self.column, f"{'XYZ'[axis]} is where the probe stands already; start beside the surface"
-            )
-        return math.copysign(1.0, way)
-
-    def clear(self) -> float:
-        """mm between ball and surface from which it probes from outside."""
-        return self.length("R", CLEAR) + self.feeler.radius
+MacroPrimitive = Callable[[MacroCall], Findings | None]
 
 
-def measuring_macro(c: IsoControl, number: int, given: Mapping[int, float], column: int) -> bool:
+class Macro(NamedTuple):
+    """A row, and what it says where one of its needed words is missing (the last of these sentences stands for all that follow)."""
+
+    row: Cycle[MacroPrimitive]
+    needs: tuple[str, ...] = ()
+
+
+def measuring_macro(c: IsoControl, number: int, arguments: Mapping[int, float], column: int) -> bool:
     """Runs the macro of that number; False where it is none of these."""
-    action = MACROS.get(number)
-    if action is None and number in LATER:
-        known = ", ".join(f"P{k}" for k in sorted(MACROS))
+    if number in LATER:
+        numbers = ", ".join(f"P{k}" for k in sorted(MACROS))
         c.assume(
             f"G65 P{number} ({LATER[number]})", "passed over: nothing is probed",
-            f"G65 P{number} ({LATER[number]}) is not understood; known are {known}: measure with these, or put the macro itself beside the program, as O{number}.nc",
+            f"G65 P{number} ({LATER[number]}) is not understood; known are {numbers}: measure with these, or put the macro itself beside the program, as O{number}.nc",
             column=column,
         )  # fmt: skip
-        return True
-    if action is None:
-        return False
-    c.column = column
-    m = MeasuringCall(c, number, given, column)
-    with measuring_cycle(c, f"G65 P{number}", m.length("F", 0.0) or FEED):
-        action(m)
+    if number not in MACROS:
+        return number in LATER
+    c.column, (row, needs) = column, MACROS[number]
+    words = {letter: arguments[n] for letter, n in NUMBER.items() if n in arguments}
+    m = MacroCall(c, row.read(words, in_units(c.unit, c.unit)), column)
+    with measuring_cycle(c, f"G65 P{number}", m.v["feed"] or FEED):
+        for k, name in enumerate(row.required_names):
+            if name not in words:
+                raise BlockFault(column, needs[min(k, len(needs) - 1)])
+        m.report(row.primitive(m) or {})
     return True
 
 
-def _move(m: MeasuringCall) -> None:
-    """P9810: straight there, stopping where something is in the way: nothing is."""
-    end = [m.mm(letter) for letter in "XYZ"]
-    m.c.straight(tuple(p if e is None else e for p, e in zip(m.c.p, end)), False)  # type: ignore[arg-type]
+def _move(m: MacroCall) -> None:
+    """Straight there, stopping where something is in the way: nothing is."""
+    x, y, z = (m.v.without(letter, p) for letter, p in zip("XYZ", m.r.p))
+    m.r.straight((x, y, z), False)
 
 
-def _switch(m: MeasuringCall) -> None:
-    """P9832, P9833: nothing moves."""
+def _switch(m: MacroCall) -> None:
+    """Nothing moves."""
 
 
-def _calibrate(m: MeasuringCall) -> None:
-    """P9801 to P9804: length, offset and radius of the ball as the set-up states them."""
-    m.c.remark(
+def _calibrate(m: MacroCall) -> None:
+    """Length, offset and radius of the ball as the set-up states them."""
+    m.r.remark(
         "calibrates the probe, which is passed over: its length and ball are those of the set-up; what the calibration errs by is u_length and u_radius of that "
         "tool in vcmm cut",
         m.column,
     )
 
 
-def _surface(m: MeasuringCall) -> None:
-    """P9811: one surface along one axis."""
+def _surface(m: MacroCall) -> Findings:
+    """One surface along one axis."""
     axis = m.axis("XYZ", "this macro takes one of X, Y and Z: the expected position of the surface")
-    expected = m.length("XYZ"[axis], 0.0)
-    m.set_results((axis, m.feeler.surface(axis, expected, m.sense(axis, expected)), expected))
+    expected = m.v["XYZ"[axis]]
+    return {"xyz"[axis]: (expected, m.feeler.surface(axis, expected, m.sense(axis, expected)))}
 
 
-def _web(m: MeasuringCall) -> None:
-    """P9812: a pocket from inside, a web from outside (with Z), along X or Y."""
-    axis = m.axis("XY", "P9812 takes X or Y: the expected width")
-    size, start, outside = m.length("XY"[axis], 0.0), m.c.p, "Z" in m.plain
-    found = []
-    for side in (1.0, -1.0):
-        if outside:
-            m.outside(at(start, axis, start[axis] + side * (size / 2.0 + m.clear())))
-        sense = -side if outside else side
-        found.append(m.feeler.surface(axis, start[axis] + side * size / 2.0, sense))
-        if outside:
-            m.c.straight(at(m.c.p, 2, start[2]), False)
-            m.c.straight(start, False)
-    m.size(found[0] - found[1], size)
-    m.set_results((axis, sum(found) / 2.0, start[axis]))
+def _three(m: MacroCall) -> Findings:
+    """A bore or boss by three points at the angles A, B and C (deg, from X+)."""
+    return circle(m, m.inside, [math.radians(m.v[letter]) for letter in "ABC"])
 
 
-def _bore(m: MeasuringCall) -> None:
-    """P9814: a bore from inside, a boss from outside (with Z): across X, then across Y through the middle found."""
-    size = m.need("D", "P9814 takes D: the expected diameter")
-    start = m.c.p
-    tips = [_rim(m, start[:2], size, angle) for angle in (0.0, math.pi)]
-    middle = (tips[0][0] + tips[1][0]) / 2.0, start[1]
-    tips += [_rim(m, middle, size, angle) for angle in (math.pi / 2.0, -math.pi / 2.0)]
-    _round(m, tips, size, start)
+def _at_angle(m: MacroCall) -> Findings:
+    """A pocket from inside, a web from outside, across the angle A (deg, from X+)."""
+    start, size, turn = m.r.p, m.v["size"], math.radians(m.v["angle"])
+    one, two = (m.rim(start[:2], size, a, m.inside) for a in (turn, turn + math.pi))
+    m.finish(start)
+    across = (one[0] - two[0]) * math.cos(turn) + (one[1] - two[1]) * math.sin(turn)
+    reads = across + (2.0 if m.inside else -2.0) * m.feeler.radius
+    ends = {"xy"[i]: (start[i], (one[i] + two[i]) / 2.0) for i in (0, 1)}
+    return {"size": (size, reads), **ends}
 
 
-def _three(m: MeasuringCall) -> None:
-    """P9823: a bore or boss by three points at the angles A, B and C (deg, from X+)."""
-    size = m.need("D", "P9823 takes D, the expected diameter, and A, B, C: the angles of its three points")
-    if any(letter not in m.plain for letter in "ABC"):
-        raise BlockFault(m.column, "P9823 takes A, B and C: the angles of its three points, in degrees")
-    start = m.c.p
-    tips = [_rim(m, start[:2], size, math.radians(m.plain[letter])) for letter in "ABC"]
-    _round(m, tips, size, start)
-
-
-def _rim(m: MeasuringCall, middle: tuple[float, ...], size: float, angle: float) -> Point:
-    """Where the probe answers at an angle; from outside with Z. It ends over the middle."""
-    c, inside, (x, y) = m.c, "Z" not in m.plain, middle
-    over = (x, y, c.p[2])
-    c.straight(over, False)
-    if not inside:
-        away = size / 2.0 + m.clear()
-        m.outside((x + away * math.cos(angle), y + away * math.sin(angle), over[2]))
-    found = m.feeler.rim((x, y), size, angle, inside)
-    if not inside:
-        c.straight(at(c.p, 2, over[2]), False)
-    c.straight(over, False)
-    return found
-
-
-def _round(m: MeasuringCall, tips: list[Point], size: float, start: Point) -> None:
-    found = m.feeler.circle(tips, "Z" not in m.plain)
-    m.c.straight(start, False)
-    m.size(found.diameter, size)
-    m.set_results((0, found.x, start[0]), (1, found.y, start[1]))
-
-
-def _measure_at_angle(m: MeasuringCall) -> None:
-    """P9821: a pocket from inside, a web from outside (with Z), of width D across the angle A (deg, from X+)."""
-    size, angle = (
-        m.need("D", "P9821 takes D, the expected width, and A: the angle across it"),
-        m.plain.get("A"),
-    )
-    if angle is None:
-        raise BlockFault(m.column, "P9821 takes A: the angle from X+ across the pocket or web, in degrees")
-    start, turn = m.c.p, math.radians(angle)
-    tips = [_rim(m, start[:2], size, a) for a in (turn, turn + math.pi)]
-    m.c.straight(start, False)
-    across = (tips[0][0] - tips[1][0]) * math.cos(turn) + (tips[0][1] - tips[1][1]) * math.sin(turn)
-    m.size(across + (2.0 if "Z" not in m.plain else -2.0) * m.feeler.radius, size)
-    m.set_results(*((i, (tips[0][i] + tips[1][i]) / 2.0, start[i]) for i in (0, 1)))
-
-
-def _angle(m: MeasuringCall) -> None:
-    """P9843: the angle of a surface along Y (X given) or along X (Y given), by two points D apart about where the probe stands."""
+def _angle(m: MacroCall) -> Findings:
+    """The angle of a surface along Y (X given) or along X (Y given), by two points D apart about where the probe stands."""
     axis = m.axis(
         "XY", "P9843 takes X or Y, where the surface is expected, and D: how far apart it is touched"
     )
-    apart = m.need("D", "P9843 takes D: how far apart the two points lie")
-    expected, start, other = m.length("XY"[axis], 0.0), m.c.p, 1 - axis
-    sense, along = m.sense(axis, expected), m.plain.get("A", 0.0 if axis == 1 else 90.0)
+    if not m.v.has("apart"):
+        raise BlockFault(m.column, "P9843 takes D: how far apart the two points lie")
+    apart, expected, place = m.v["apart"], m.v["XY"[axis]], m.r.p[1 - axis]
+    sense, along = m.sense(axis, expected), m.v.without("angle", 0.0 if axis == 1 else 90.0)
     lean = math.tan(math.radians(along if axis == 1 else 90.0 - along))
-    found = []
-    for side in (-0.5, 0.5):
-        m.c.straight(at(start, other, start[other] + side * apart), False)
-        found.append(m.feeler.surface(axis, expected + side * apart * lean, sense))
-    m.c.straight(start, False)
-    step = found[1] - found[0]
-    angle = math.degrees(math.atan2(step, apart) if axis == 1 else math.atan2(apart, step))
-    m.put(ANGLE, angle)
-    m.put(ANGLE_ERROR, angle - along)
-    m.put(POSITION + axis, sum(found) / 2.0 / m.c.unit)
+    places = m.along(axis, [(place + k * apart, expected + k * apart * lean, sense) for k in (-0.5, 0.5)])
+    step = places[1] - places[0]
+    m.put(RESULTS["xy"[axis]][0], sum(places) / 2.0 / m.r.unit)
+    return {"angle": (along, math.degrees(math.atan2(step, apart) if axis == 1 else math.atan2(apart, step)))}
 
 
-def _corner(m: MeasuringCall) -> None:
-    """P9815, P9816: X and Y of a corner, from where the probe stands diagonally before it: from inside along X and Y; round an outer
+def _corner(m: MacroCall, inner: bool) -> Findings:
+    """X and Y of a corner, from where the probe stands diagonally before it: from inside along X and Y; round an outer
     corner as far beyond it as it stands before it. I, J: a second touch further along X, along Y; then the surfaces may be turned."""
-    c, start = m.c, m.c.p
-    corner = [m.need(letter, "a corner takes X and Y, where it is expected") for letter in "XY"]
+    c, start, corner = m.r, m.r.p, (m.v["X"], m.v["Y"])
     sense = [m.sense(i, corner[i]) for i in (0, 1)]
-    lines = []
-    for axis, step in ((1, m.length("I", 0.0)), (0, m.length("J", 0.0))):
+    lines: list[list[Point]] = []
+    for axis, step in ((1, m.v["I"]), (0, m.v["J"])):
         other, tips = 1 - axis, []
-        first = start[other] if m.inner else 2.0 * corner[other] - start[other]
-        on = sense[other] * (-1.0 if m.inner else 1.0)
+        first = start[other] if inner else 2.0 * corner[other] - start[other]
+        on = sense[other] * (-1.0 if inner else 1.0)
         for along in [first] + ([first + on * abs(step)] if step else []):
-            c.straight(at(start, other, along), False)
+            m.go(at(start, other, along))
             m.feeler.surface(axis, corner[axis], sense[axis])
             tips.append(c.skip or c.p)
-        c.straight(at(start, other, along), False)
-        c.straight(start, False)
+        m.finish(start)
         lines.append(tips)
     x, y, angles = meeting(lines, sense, m.feeler.radius)
-    for k, (number, error, expected) in enumerate(
-        ((SECOND_ANGLE, SIZE_ERROR, 0.0), (ANGLE, ANGLE_ERROR, 90.0))
-    ):
-        if len(lines[k]) == 2:
-            m.put(number, angles[k])
-            m.put(error, angles[k] - expected)
-            m.c.remark(
-                "after a corner with I or J #139 is taken as the angle of the surface touched along X, #142 of that touched along Y, both in degrees from X+",
-                m.column,
-            )
-    m.set_results((0, x, corner[0]), (1, y, corner[1]))
+    turned = {"second angle": (0.0, angles[0]), "angle": (90.0, angles[1])}
+    turned = {k: v for (k, v), tips in zip(turned.items(), lines) if len(tips) == 2}
+    for _ in turned:
+        c.remark(
+            "after a corner with I or J #139 is taken as the angle of the surface touched along X, #142 of that touched along Y, both in degrees from X+",
+            m.column,
+        )
+    return {**turned, "x": (corner[0], x), "y": (corner[1], y)}
 
 
-MACROS: Mapping[int, Callable[[MeasuringCall], None]] = {
-    9801: _calibrate, 9802: _calibrate, 9803: _calibrate, 9804: _calibrate, 9810: _move, 9811: _surface, 9812: _web, 9814: _bore, 9815: _corner,
-    9816: _corner, 9821: _measure_at_angle, 9823: _three, 9832: _switch, 9833: _switch, 9843: _angle,
+def _web(m: MacroCall) -> Findings:
+    """A pocket from inside, a web from outside, along X or Y."""
+    axis = m.axis("XY", "P9812 takes X or Y: the expected width")
+    return width(m, m.inside, axis, m.v["XY"[axis]])
+
+
+_ALL, _DEPTH = "Q=overtravel mm?, S=offset plain?, F=feed mm", "Z=depth mm?, R=clear mm?"
+_CALIBRATE, _NOTHING = Macro(cycle(_ALL, _calibrate)), Macro(cycle(_ALL, _switch))
+_CORNER = f"X mm!, Y mm!, I mm, J mm, {_ALL}"
+_CORNER_NEEDS = ("a corner takes X and Y, where it is expected",)
+MACROS: Mapping[int, Macro] = {
+    9801: _CALIBRATE, 9802: _CALIBRATE, 9803: _CALIBRATE, 9804: _CALIBRATE, 9810: Macro(cycle(f"X mm?, Y mm?, Z mm?, {_ALL}", _move)),
+    9811: Macro(cycle(f"X mm?, Y mm?, Z mm?, {_ALL}", _surface)),
+    9812: Macro(cycle(f"X mm?, Y mm?, {_DEPTH}, {_ALL}", _web)),
+    9814: Macro(cycle(f"D=size mm!, {_DEPTH}, {_ALL}", lambda m: circle(m, m.inside)), ("P9814 takes D: the expected diameter",)),
+    9815: Macro(cycle(_CORNER, lambda m: _corner(m, True)), _CORNER_NEEDS),
+    9816: Macro(cycle(_CORNER, lambda m: _corner(m, False)), _CORNER_NEEDS),
+    9821: Macro(cycle(f"D=size mm!, A=angle plain!, {_DEPTH}, {_ALL}", _at_angle), (
+        "P9821 takes D, the expected width, and A: the angle across it", "P9821 takes A: the angle from X+ across the pocket or web, in degrees")),
+    9823: Macro(cycle(f"D=size mm!, A plain!, B plain!, C plain!, {_DEPTH}, {_ALL}", _three), (
+        "P9823 takes D, the expected diameter, and A, B, C: the angles of its three points", "P9823 takes A, B and C: the angles of its three points, in degrees")),
+    9832: _NOTHING, 9833: _NOTHING,
+    9843: Macro(cycle(f"X mm?, Y mm?, D=apart mm?, A=angle plain?, {_ALL}", _angle)),
 }  # fmt: skip
 LATER: Mapping[int, str] = {
     9817: "rotary axis aligned by two surfaces", 9818: "rotary axis aligned by two bores", 9819: "bores or bosses on a pitch circle", 9820: "diagonal check of stock",

@@ -1,7 +1,6 @@
 """From the text of a G-code program to a Program: block after block, with a short cut for plain lines.
-
-A plain line holds nothing but N, G0 or G1, X, Y, Z and F with plain numbers; while nothing special is in force it is read
-by one regular expression. All other lines go through the block reader.
+A plain line holds nothing but N, G0 or G1, X, Y, Z and F with plain numbers; while nothing special is in force it is read by one regular
+expression. All other lines go through the block reader.
 """
 
 from __future__ import annotations
@@ -35,6 +34,7 @@ from vcmm.program.iso.macros import (
 from vcmm.program.iso.misfits import tell_misfits
 from vcmm.program.iso.numbers import has_points_written, tell_unit
 from vcmm.program.iso.parameters import attach
+from vcmm.program.iso.pocketing import mill_pocket
 from vcmm.program.iso.steps import step_of, words_of
 from vcmm.program.iso.texts import Text
 from vcmm.program.iso.tools import tell_left_in_the_changer
@@ -162,7 +162,7 @@ def _alone(r: IsoRunner) -> None:
         if label in called:
             continue
         r.calls.clear()
-        r.c.ended, r.c.source = False, Source(start + 1, 1, 1)
+        r.c.ended, r.c.source, r.c.autosaved = False, Source(start + 1, 1, 1), []
         r.c.assume(f"the call of o<{label}>, a subprogram on its own", "one without arguments: they are 0")
         r.push(ActiveCall(r.main, len(r.main.lines), "o", f"o<{label}>", start + 1), {}, 1)
         r.enter(r.main, start + 1)
@@ -292,6 +292,8 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
     if call is not None:
         w.used |= {"P", "L"}
     execute(c, w)
+    if "irregular" in w.g:
+        mill_pocket(r, w, index, lambda at: _run_line(r, at))
     if c.tracer is not None and before is not None and len(c.moves) > made:
         c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
     if "turning" in w.g:

@@ -61,14 +61,14 @@ def spline(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 def _offset(c: IsoControl, w: IsoWords, letters: str, code: str) -> Flat | None:
     """Two words that belong together, mm; None where neither is there. Of I and J of G5.1 a missing one is 0."""
-    found = [w.take(k) for k in letters]
-    if found[0] is None and found[1] is None:
+    values = [w.take(k) for k in letters]
+    if values[0] is None and values[1] is None:
         return None
-    if None in found and code == "G5":
+    if None in values and code == "G5":
         raise BlockFault(
             c.column, f"G5 takes {letters[0]} and {letters[1]} together; write both, the one that is 0 too"
         )
-    x, y = (0.0 if v is None else length(c, w, k, v) for k, v in zip(letters, found))
+    x, y = (0.0 if v is None else length(c, w, k, v) for k, v in zip(letters, values))
     return x, y
 
 

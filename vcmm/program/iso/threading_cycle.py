@@ -12,13 +12,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from vcmm.program.cycle_tables import Values, cycle
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
+from vcmm.program.iso.lengths import read_words
 from vcmm.program.iso.motion import thread_to
 from vcmm.program.moves import Point
 
 MOST_PASSES = 1000
+THREAD = cycle(
+    "P=pitch mm!, I=peak radius!, J=first radius!, K=full radius!, R=degression plain?, Q=angle deg, H=springs count, E=taper mm, L=where count",
+    None,
+)
 
 
 def depths(first: float, full: float, degression: float, springs: int) -> list[float]:
@@ -41,33 +47,17 @@ def thread_cycle(c: IsoControl, w: IsoWords) -> None:
     if c.compensation is not None:
         raise BlockFault(column, "G76 while cutter radius compensation is on; cancel it with G40 before")
     end = _end(c, w, column)
-    pitch, peak, first, full = (
-        w.need(k, f"G76 needs P, Z, I, J and K; {k} is absent", column) * c.unit for k in "PIJK"
-    )
-    _check(w, pitch, peak, first, full)
-    if c.diametral():
-        peak, first, full = peak / 2.0, first / 2.0, full / 2.0
-    degression = w.take("R")
-    degression = 1.0 if degression is None else degression
+    for name in THREAD.required_names:
+        w.need(name, f"G76 needs P, Z, I, J and K; {name} is absent", column)
+    v = read_words(c, w, THREAD)
+    _check(w, v)
+    degression, taper, where = v.without("degression", 1.0), v["taper"], v.number("where")
     if degression < 1.0:
         raise BlockFault(w.column("R"), "the degression R of G76 must be 1 or more")
-    angle = math.radians(w.take("Q") or 0.0)
-    springs = w.whole("H", column) or 0
-    taper, where = (w.take("E") or 0.0) * c.unit, w.whole("L", column) or 0
     if where > 3 or (where and (taper <= 0 or taper > abs(end - c.p[2]) / (2 if where == 3 else 1))):
         raise BlockFault(column, "the tapers of G76 need L 0 to 3 and a length E that fits into the thread")
-    thread = _Thread(
-        c,
-        start=c.p,
-        end=end,
-        pitch=pitch,
-        peak=peak,
-        full=full,
-        slope=math.tan(angle),
-        taper=taper,
-        where=where,
-    )
-    for depth in depths(first, full, degression, springs):
+    thread = _Thread(c, c.p, end, v)
+    for depth in depths(v["first"], v["full"], degression, v.number("springs")):
         thread.cut(depth)
 
 
@@ -82,49 +72,45 @@ def _end(c: IsoControl, w: IsoWords, column: int) -> float:
     return z if c.absolute else c.p[2] + z
 
 
-def _check(w: IsoWords, pitch: float, peak: float, first: float, full: float) -> None:
-    if pitch <= 0:
+def _check(w: IsoWords, v: Values) -> None:
+    if v["pitch"] <= 0:
         raise BlockFault(w.column("P"), "the pitch P of G76 must be positive")
-    if peak == 0:
+    if v["peak"] == 0:
         raise BlockFault(
             w.column("I"),
             "I of G76, the offset of the thread peak, cannot be zero; negative is an outside thread",
         )
-    if not 0 < first <= full:
+    if not 0 < v["first"] <= v["full"]:
         raise BlockFault(w.column("J"), "G76 needs a first depth J above zero and not above the full depth K")
 
 
 @dataclass(frozen=True, eq=False)
 class _Thread:
-    """What all passes share. `slope`: advance along the thread per depth, along the flank."""
+    """What all passes share."""
 
     c: IsoControl
     start: Point
     end: float
-    pitch: float
-    peak: float
-    full: float
-    slope: float
-    taper: float
-    where: int
+    v: Values
 
     def cut(self, depth: float) -> None:
         """One pass. The deepest ends at Z; shallower ones begin and end earlier, by the advance that is still to come."""
-        away = -1.0 if self.peak > 0 else 1.0
+        v, slope = self.v, math.tan(self.v["angle"])  # advance along the thread per depth, along the flank
+        away = -1.0 if v["peak"] > 0 else 1.0
         way = 1.0 if self.end > self.start[2] else -1.0
-        x = self.start[0] + self.peak - away * depth
-        clear = x + away * (abs(self.peak) + self.full)
-        begin = self.start[2] + way * depth * self.slope
-        end = self.end - way * (self.full - depth) * self.slope
+        x = self.start[0] + v["peak"] - away * depth
+        clear = x + away * (abs(v["peak"]) + v["full"])
+        begin = self.start[2] + way * depth * slope
+        end = self.end - way * (v["full"] - depth) * slope
         self._rapid(clear, begin)
-        if self.where & 1:
-            self._rapid(x + away * self.full, begin)
-            self._feed(x, begin + way * self.taper)
+        if v.number("where") & 1:
+            self._rapid(x + away * v["full"], begin)
+            self._feed(x, begin + way * v["taper"])
         else:
             self._rapid(x, begin)
-        if self.where & 2:
-            self._feed(x, end - way * self.taper)
-            self._feed(x + away * self.full, end)
+        if v.number("where") & 2:
+            self._feed(x, end - way * v["taper"])
+            self._feed(x + away * v["full"], end)
         else:
             self._feed(x, end)
         self._rapid(clear, end)
@@ -135,5 +121,5 @@ class _Thread:
     def _feed(self, x: float, z: float) -> None:
         """The pitch counts along the axis, so that the lead along a taper is longer."""
         dx, dz = x - self.c.p[0], z - self.c.p[2]
-        lead = self.pitch * math.hypot(dx, dz) / abs(dz)
+        lead = self.v["pitch"] * math.hypot(dx, dz) / abs(dz)
         thread_to(self.c, (x, self.start[1], z), lead)

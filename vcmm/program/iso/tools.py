@@ -5,6 +5,7 @@ from __future__ import annotations
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import AXES, IsoControl
+from vcmm.program.iso.lengths import length
 from vcmm.program.levels import SetupEntry, unknown_tool
 from vcmm.program.moves import ORIGIN, Point, Remark
 from vcmm.program.radius import FANUC_B, LINUXCNC, RadiusCompensation
@@ -86,8 +87,23 @@ def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> N
         c.compensation = _compensation(c, side, (diameter * c.unit / 2.0, orientation), column)
         return
     number = w.whole("D", column)
+    if number is None and c.language.codes == "mach3" and w.has("P"):
+        radius = length(c, w, "P", w.take("P") or 0.0)
+        c.assume(
+            f"P of {code}, the radius of the tool on Mach3", f"0 mm instead of {radius:g} mm: the path on the programmed contour",
+            f"P of {code} (the radius of the tool on Mach3, whose way onto the contour is not known here) is not understood; write D, and the diameter into "
+            "the set-up", column=column,
+        )  # fmt: skip
+        c.compensation = _compensation(c, side, (0.0, 0), column)
+        return
     if number is None and c.language.words == "macro":
         number = c.radius_word
+        if number is None and not c.language.lathe and c.compensation is None:
+            c.assume(
+                f"which radius {code} takes without D", f"that of tool {c.tool}; a control takes D0, none, where no D is in force",
+                f"{code} has no D, and none is in force before it: the control takes D0, no radius, or what its memory holds; add D{c.tool}",
+                column=column,
+            )  # fmt: skip
     c.radius_word = number
     tool = radius_of(c, c.tool if number is None else number, column)
     c.compensation = _compensation(c, side, tool, column)

@@ -7,30 +7,21 @@ the form in one block. X here is a radius, machine coordinates, mm.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import fields
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from vcmm.program.contouring import record_contour
+from vcmm.program.cycle_tables import Values, cycle
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
-from vcmm.program.iso.grooving import GROOVING, to_tip
-from vcmm.program.iso.lengths import length
+from vcmm.program.iso.grooving import GROOVING, TurningCycle, groove, to_tip
+from vcmm.program.iso.lengths import read_words
 from vcmm.program.moves import Move
 from vcmm.program.roughing import MOST_PASSES, Cut, Rough, follow_contour, passes
-from vcmm.program.rounding import round_corners
 
 if TYPE_CHECKING:
     from vcmm.program.iso.flow import IsoRunner
-
-READING_NOTES = (
-    "assumed",
-    "unused",
-    "misfits",
-    "remarks",
-    "remarked",
-    "called",
-)  # what the reading of a contour leaves behind
 
 
 def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
@@ -38,7 +29,7 @@ def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) ->
     c, code, column = r.c, w.g["turning"], w.g_columns["turning"]
     c.column, c.marker = column, code
     if code in GROOVING:
-        GROOVING[code](c, w)
+        groove(c, w, code)
     else:
         _contour_cycle(r, w, code, here, run)
     c.marker = ""
@@ -47,24 +38,25 @@ def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) ->
 def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callable[[int], None]) -> None:
     c, column = r.c, w.g_columns["turning"]
     if not (w.has("P") and w.has("Q")):  # the first of two blocks
-        letters = "UW" if code == "G73" else "UWRD"
-        c.turning_words = {k: _value(c, w, k) for k in letters if w.has(k)}
-        if code == "G73":
-            c.turning_words["count"] = w.take("R") or 1.0
+        c.turning_words = dict(read_words(c, w, CONTOURED[code].first).numbers)
         return
     first, last = (_line(r, w, k, here, column) for k in "PQ")
     if last < first:
         raise BlockFault(column, f"{code}: the block of Q stands before that of P; correct them")
-    kept, c.turning_words = c.turning_words, {}
+    setting, c.turning_words = Values(c.turning_words), {}
     if code == "G70":
         _finish(r, first, last, run)
         return
-    rough = _rough(c, w, code, kept)
+    v = read_words(c, w, CONTOURED[code].second if setting.numbers else CONTOURED[code].single)
+    depth = 1.0 if code == "G73" else v.without("depth", setting["depth"])
+    if depth <= 0:
+        raise BlockFault(column, f"{code} has no depth of cut; add {code} U2. R1. before it, or D in it")
+    rough = Rough(depth, setting["back"], v["x"] / 2.0, v["z"])
     start, moves = (c.tip()[0], c.tip()[2]), _contour(r, first, last, run)
     if len(moves) < 2:
         raise BlockFault(column, f"{code}: the blocks of P to Q make no contour; correct them")
     if code == "G73":
-        _pattern(c, w, moves, rough, kept)
+        _pattern(c, moves, rough, setting if setting.numbers else v)
     else:
         order = "XZ" if code == "G71" else "ZX"
         to_tip(c, (start[0] + rough.x, start[1] + rough.z), True)
@@ -72,10 +64,6 @@ def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callabl
             _cut(c, cut)
     to_tip(c, start, True)
     r.at = max(last, here) + 1  # the contour may stand before its cycle on Okuma controls
-
-
-def _value(c: IsoControl, w: IsoWords, letter: str) -> float:
-    return length(c, w, letter, w.take(letter) or 0.0)
 
 
 def _line(r: IsoRunner, w: IsoWords, letter: str, here: int, column: int) -> int:
@@ -86,31 +74,13 @@ def _line(r: IsoRunner, w: IsoWords, letter: str, here: int, column: int) -> int
     return index
 
 
-def _rough(c: IsoControl, w: IsoWords, code: str, kept: dict[str, float]) -> Rough:
-    """Two blocks: depth and retraction stand in the first (G72: W), U and W of the second are allowances. One: D is the depth."""
-    depth = kept.get("W" if code == "G72" else "U", 0.0)
-    if code == "G73":  # D is a number of passes there
-        depth = 1.0
-    elif w.has("D"):
-        depth = _value(c, w, "D")
-    if depth <= 0:
-        raise BlockFault(
-            w.g_columns["turning"], f"{code} has no depth of cut; add {code} U2. R1. before it, or D in it"
-        )
-    return Rough(depth, kept.get("R", 0.0), _value(c, w, "U") / 2.0, _value(c, w, "W"))
-
-
 def _contour(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> list[Move]:
     """The moves of the blocks first to last, as programmed; nothing of the state is changed by them."""
     c = r.c
-    kept = {f.name: getattr(c, f.name) for f in fields(c) if f.name not in READING_NOTES}
-    c.moves, c.sides, c.corners, c.markers, c.tracer = [], [], [], [], None
-    c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
-    _run(r, first, last, run)
-    moves, _ = round_corners(c.moves, [None] * len(c.moves), c.corners, c.file)
-    for name, value in kept.items():
-        setattr(c, name, value)
-    return [m for m in moves if m.kind in ("rapid", "line", "arc")]
+    with record_contour(c) as contour:
+        c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
+        _run(r, first, last, run)
+    return [m for m in contour.moves if m.kind in ("rapid", "line", "arc")]
 
 
 def _run(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> None:
@@ -148,12 +118,10 @@ def _follow(c: IsoControl, moves: list[Move], x: float, z: float) -> None:
         _cut(c, cut)
 
 
-def _pattern(c: IsoControl, w: IsoWords, moves: list[Move], rough: Rough, kept: dict[str, float]) -> None:
-    """G73: the whole contour, moved nearer from pass to pass. U and W of the first block (I and K in one) are the way, R (D) the
-    number of passes."""
-    way_x = kept["U"] if "U" in kept else (_value(c, w, "I") if w.has("I") else 0.0)
-    way_z = kept["W"] if "W" in kept else (_value(c, w, "K") if w.has("K") else 0.0)
-    count = max(1, round(kept.get("count") or w.take("D") or 1.0))
+def _pattern(c: IsoControl, moves: list[Move], rough: Rough, v: Values) -> None:
+    """G73: the whole contour, moved nearer from pass to pass."""
+    way_x, way_z = v["way_x"], v["way_z"]
+    count = max(1, round(v["count"] or 1.0))
     if count > MOST_PASSES:
         raise BlockFault(c.column, f"more than {MOST_PASSES} passes; correct R")
     for k in range(count):
@@ -163,3 +131,12 @@ def _pattern(c: IsoControl, w: IsoWords, moves: list[Move], rough: Rough, kept: 
         _follow(c, moves[1:], x, z)
         if k < count - 1:
             to_tip(c, (c.tip()[0] + way_x * share, c.tip()[2] + way_z * share), True)
+
+
+_ALLOWANCES = "D=depth mm?, U=x mm, W=z mm"
+CONTOURED: Mapping[str, TurningCycle] = {  # U and W of the first block, I and K in one, are the way of a pattern
+    "G70": TurningCycle(cycle("U mm, W mm, R mm, D mm", None), cycle("", None), cycle("", None)),
+    "G71": TurningCycle(cycle("U=depth mm, W mm, R=back mm, D mm", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None)),
+    "G72": TurningCycle(cycle("U mm, W=depth mm, R=back mm, D mm", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None)),
+    "G73": TurningCycle(cycle("U=way_x mm, W=way_z mm, R=count plain", None), cycle("U=x mm, W=z mm", None), cycle("U=x mm, W=z mm, I=way_x mm, K=way_z mm, D=count plain", None)),
+}  # fmt: skip

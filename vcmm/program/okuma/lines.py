@@ -32,12 +32,12 @@ CYCLES = {"1": "G71", "2": "G72"}
 
 @dataclass(eq=False)
 class OkumaLines:
-    """A text under way. told: what is left out or assumed: line, what, value, whether the path hangs on it."""
+    """A text under way. assumptions: what is left out or assumed: line, what, value, whether the path hangs on it."""
 
     text: str
     lathe: bool
     names: OkumaNames = field(init=False)
-    told: list[tuple[int, str, str, bool]] = field(default_factory=list)
+    assumptions: list[tuple[int, str, str, bool]] = field(default_factory=list)
     contours: dict[str, tuple[int, int, str]] = field(
         default_factory=dict
     )  # label -> first block, last block, G71 or G72
@@ -49,8 +49,8 @@ class OkumaLines:
         self.names = OkumaNames(frozenset(m[1] for m in _ASSIGNMENT.finditer(code)))
 
     def tell(self, line: int, what: str, value: str, matters: bool = True) -> None:
-        if all(what != t[1] for t in self.told):
-            self.told.append((line, what, value, matters))
+        if all(what != t[1] for t in self.assumptions):
+            self.assumptions.append((line, what, value, matters))
 
     def translate(self) -> str:
         """All lines. A line that begins with $ goes on with the one before."""
@@ -147,8 +147,8 @@ class OkumaLines:
     def _assign(self, line: int, match: re.Match[str]) -> str:
         name = match[1].upper()
         if is_system(name):
-            shown = f"{name}[{match[2]}]" if match[2] else name
-            self.tell(line, f"the setting of {shown}", "passed over")
+            label = f"{name}[{match[2]}]" if match[2] else name
+            self.tell(line, f"the setting of {label}", "passed over")
             return ""
         if name == "HP":
             self.tell(line, "the home position", HOLE)

@@ -80,8 +80,8 @@ class OkumaNames:
         if name in FUNCTIONS:
             return match[0]
         if is_system(name) or name not in self.assigned:
-            shown = f"{name}[{match[3]}]" if match[3] else name
-            if shown not in self.read:
-                self.read.append(shown)
+            label = f"{name}[{match[3]}]" if match[3] else name
+            if label not in self.read:
+                self.read.append(label)
             return "0"
         return f"#{self.variable(name)}"

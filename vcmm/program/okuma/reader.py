@@ -25,16 +25,18 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     lathe = is_turning(text)
     lines = OkumaLines(text, lathe)
     made = lines.translate()
-    told = [Assumption(line, what, value, matters=matters) for line, what, value, matters in lines.told]
-    told += [Assumption(1, f"the value of {name}", "0") for name in lines.names.read]
-    lost = [a for a in told if a.matters]
+    assumptions = [
+        Assumption(line, what, value, matters=matters) for line, what, value, matters in lines.assumptions
+    ]
+    assumptions += [Assumption(1, f"the value of {name}", "0") for name in lines.names.read]
+    lost = [a for a in assumptions if a.matters]
     if setup.strict and lost:
         first = min(lost, key=lambda a: a.line)
         raise ProgramFault(file, first.line, 1, f"{first.what} is not known here; give it in the program")
     program = run(made, LATHE if lathe else MILL, setup, file, trace)
-    known = {number: name for name, number in lines.names.programs.items()}
-    assumed = [a._replace(what=_program_name(a.what, known)) for a in program.assumed]
-    return replace(program, assumed=tuple(sorted([*assumed, *told], key=lambda a: a.line)))
+    names = {number: name for name, number in lines.names.programs.items()}
+    assumed = [a._replace(what=_program_name(a.what, names)) for a in program.assumed]
+    return replace(program, assumed=tuple(sorted([*assumed, *assumptions], key=lambda a: a.line)))
 
 
 def is_turning(text: str) -> bool:

@@ -205,7 +205,9 @@ def _word(reader: SinumerikReader) -> Item:
         reader.at += 2
         value, mode, text = _value(reader)
         fixed = int(number)
-        return Item(letter, token.column, reader.read_to, value, lambda known: fixed, mode=mode, text=text)
+        return Item(
+            letter, token.column, reader.read_to, value, lambda variables: fixed, mode=mode, text=text
+        )
     reader.at += 1
     arguments = tuple(reader.optional_arguments()) if letter == "L" and reader.upper() == "(" else None
     return Item(letter, token.column, reader.read_to, number_of(number), text=number, arguments=arguments)

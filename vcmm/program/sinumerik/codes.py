@@ -201,7 +201,7 @@ def _assume(
     return change
 
 
-def _led(on: bool) -> Callable[[SinumerikControl], None]:
+def _lead_tip(on: bool) -> Callable[[SinumerikControl], None]:
     """TRAORI and its end: the tip is led over the workpiece, the axes follow from the machine."""
 
     def change(i: SinumerikControl) -> None:
@@ -225,7 +225,7 @@ def _face(on: bool) -> Callable[[SinumerikControl], None]:
         if on:
             i.modes.face = i.modes.faced = face_begins(i.r)
         else:
-            _led(False)(i)
+            _lead_tip(False)(i)
 
     return change
 
@@ -271,7 +271,7 @@ SWITCHES: dict[str, Callable[[SinumerikControl], None]] = {
     **{n: _assume(f"{n} (spline)", LINES, motion="G1") for n in ("ASPLINE", "BSPLINE", "CSPLINE")},
     "POLY": _assume("POLY (polynomial)", LINES, motion="G1"), "INVCW": _assume("INVCW (involute)", LINES, motion="G1"),
     "INVCCW": _assume("INVCCW (involute)", LINES, motion="G1"), "CT": _set(motion="CT"),
-    "TRAORI": _led(True), "TRAFOOF": _face(False),
+    "TRAORI": _lead_tip(True), "TRAFOOF": _face(False),
     "TRANSMIT": _face(True),
     "TRACYL": _assume("TRACYL (cylinder transformation)", "the points as programmed"), "TRAANG": _assume("TRAANG (inclined axis)", "the points as programmed"),
     "CDON": _assume("CDON (look-ahead for bottlenecks)", "passed over: only neighbouring blocks meet"),

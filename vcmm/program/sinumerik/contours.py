@@ -22,14 +22,14 @@ SIDES = {41: "left", 42: "right"}
 
 def mill_contour(m: MillingCall, v: Values) -> None:
     """The contour at each depth; forward each time."""
-    from vcmm.program.sinumerik.turning import record_contour
+    from vcmm.program.sinumerik.turning import contour_moves
 
     check(m, v)
     name = next((evaluate(a, m.runner) for a in m.item.arguments or () if a is not None), "")
     r, c = m.paths.r, m.cutter
-    kept, r.feed = r.feed, r.feed or v["FFP1"] or None  # a contour without F
-    moves = record_contour(m.paths, m.runner, str(name), m.item)
-    r.feed = kept
+    before, r.feed = r.feed, r.feed or v["FFP1"] or None  # a contour without F
+    moves = contour_moves(m.paths, m.runner, str(name), m.item)
+    r.feed = before
     if moves is None:
         return
     rough = v.number("VARI") % 10 == 1

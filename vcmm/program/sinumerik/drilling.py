@@ -5,7 +5,7 @@ Source: Siemens, Programming Manual Cycles, "Drilling cycles".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from vcmm.program.cycle_tables import Cycle, Values, cycle
@@ -13,6 +13,7 @@ from vcmm.program.drilling import COARSE, Hole, depths_of
 from vcmm.program.faults import BlockFault
 from vcmm.program.moves import PLANES
 from vcmm.program.sinumerik.blocks import Item
+from vcmm.program.sinumerik.flow import SinumerikRunner
 from vcmm.program.sinumerik.state import SinumerikControl
 
 CHIP_BREAK = 1.0  # mm of retraction with VARI=0
@@ -53,10 +54,12 @@ class DrillingCall:
 DrillingPrimitive = Callable[[DrillingCall, Values], None]
 
 
-def drill(i: SinumerikControl, item: Item, given: list[float | None]) -> None:
+def drill(
+    i: SinumerikControl, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]
+) -> None:
     """The cycle of a call. Raises BlockFault where a height is missing or on the wrong side."""
     row = DRILLING[item.name]
-    v = row.read(given, i.r.unit, i.modes.feed_unit)
+    v = i.values(row, arguments)
     if not (v.has("RTP") and v.has("RFP") and (v.has("DP") or v.has("DPR"))):
         raise BlockFault(
             item.first, f"{item.name} needs RTP, RFP and a depth, as in {item.name}(10, 0, 2, -15)"
@@ -93,7 +96,7 @@ def tap(d: DrillingCall, v: Values) -> None:
             d.item.first,
             f"{d.item.name} needs the pitch PIT, or the size MPIT of a coarse metric thread (3 to 48)",
         )
-    hole, kept, mode = d.hole(), r.feed, r.feed_mode
+    hole, before, mode = d.hole(), r.feed, r.feed_mode
     hole.to(hole.clearance, rapid=True)
     r.feed_mode = "G94"
     for depth in depths_of(d.reference, d.depth, v["DAM"] or d.reference - d.depth):
@@ -105,21 +108,21 @@ def tap(d: DrillingCall, v: Values) -> None:
     hole.wait(d.seconds(v["DTB"]))
     r.feed = lead * back
     hole.to(hole.clearance, rapid=False)
-    r.feed, r.feed_mode = kept, mode
+    r.feed, r.feed_mode = before, mode
     hole.leave()
 
 
 def ream(d: DrillingCall, v: Values) -> None:
     """CYCLE85: in at FFR, out at RFF. CYCLE89: in and out at the feed in force."""
     r, hole = d.control.r, d.hole()
-    kept = r.feed
+    before = r.feed
     hole.to(hole.clearance, rapid=True)
-    r.feed = v["FFR"] or kept
+    r.feed = v["FFR"] or before
     hole.to(hole.bottom, rapid=False)
     hole.wait(d.seconds(v["DTB"]))
     r.feed = v["RFF"] or r.feed
     hole.to(hole.clearance, rapid=False)
-    r.feed = kept
+    r.feed = before
     hole.leave()
 
 

@@ -34,9 +34,8 @@ class MissingTarget(BlockFault):
     """A jump to a label that the program has not."""
 
 
-Work = Callable[
-    ["SinumerikRunner", SinumerikBlock], bool
-]  # executes the items of a block; True ends the program or subprogram
+# executes the items of a block; True ends the program or subprogram
+Work = Callable[["SinumerikRunner", SinumerikBlock], bool]
 
 
 @dataclass(eq=False)
@@ -46,9 +45,7 @@ class SinumerikRunner:
     recorder: Recorder
     sections: dict[str, Section]
     work: Work
-    short: Callable[[SinumerikBlock], bool] | None = (
-        None  # executes a plain block where nothing special is in force
-    )
+    short: Callable[[SinumerikBlock], bool] | None = None  # executes a plain block
     memory: SinumerikMemory = field(init=False)
     executed: int = 0
     moved: tuple[int, int] = (0, 0)  # moves made, and blocks executed when the last was seen
@@ -115,6 +112,7 @@ class SinumerikRunner:
         at, self.current = first, section
         while first <= at <= last:
             block = section.blocks[at]
+            section.reached = max(section.reached, at)
             self.recorder.source = Source(block.line, block.first, block.last)
             self._count()
             before = at
@@ -350,10 +348,10 @@ class SinumerikRunner:
     def call(self, item: Item, times: int = 1) -> None:
         """A subprogram, by name; VAR parameters are copied back."""
         section = self.sections[item.name]
-        given = item.arguments or ()
-        if len(given) > len(section.parameters):
+        arguments = item.arguments or ()
+        if len(arguments) > len(section.parameters):
             raise BlockFault(
-                item.first, f"{item.name} takes {len(section.parameters)} arguments, got {len(given)}"
+                item.first, f"{item.name} takes {len(section.parameters)} arguments, got {len(arguments)}"
             )
         if len(self.scopes) > DEEPEST:
             raise BlockFault(
@@ -364,22 +362,22 @@ class SinumerikRunner:
         r.file = section.file or file
         caller = self.current
         for _ in range(self.bound_repetitions(times, item.first)):
-            self.scopes.append(self._scope(section, given))
+            self.scopes.append(self._scope(section, arguments))
             self.run(section)
-            self._back(section, given, self.scopes.pop())
+            self._back(section, arguments, self.scopes.pop())
         r.source, r.file, self.current = source, file, caller
 
-    def _scope(self, section: Section, given: Sequence[Value | None]) -> dict[str, Variable]:
+    def _scope(self, section: Section, arguments: Sequence[Value | None]) -> dict[str, Variable]:
         """The parameters of a call."""
         scope: dict[str, Variable] = {}
         for k, p in enumerate(section.parameters):
-            value = given[k] if k < len(given) and given[k] is not None else p.default
+            value = arguments[k] if k < len(arguments) and arguments[k] is not None else p.default
             scope[p.name] = Variable(p.kind)
             scope[p.name].store((), None if value is None else evaluate(value, self))
         return scope
 
-    def _back(self, section: Section, given: Sequence[Value | None], scope: dict[str, Variable]) -> None:
-        for p, value in zip(section.parameters, given):
+    def _back(self, section: Section, arguments: Sequence[Value | None], scope: dict[str, Variable]) -> None:
+        for p, value in zip(section.parameters, arguments):
             if not p.by_reference or not isinstance(value, VariableValue):
                 continue
             if value.parameter is not None:

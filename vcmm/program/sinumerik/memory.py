@@ -127,25 +127,25 @@ class SinumerikMemory:
         return self.parameters.get(index, 0.0)
 
     def variable(self, name: str, column: int) -> Any:
-        found = self._variable(name)
-        if found is not None:
-            return found.value(())
+        entry = self._variable(name)
+        if entry is not None:
+            return entry.value(())
         if name.startswith("$"):
             return self.system(name, (), column)
         if name in MODES:
             return MODES[name]
-        known = [*self.scopes[-1], *self.scopes[0]]
+        names = [*self.scopes[-1], *self.scopes[0]]
         self.guess(
             f"the variable {name}, which is not the program's own", "0",
-            f"the variable {name} is not defined; add DEF REAL {name} at the start of the program.{did_you_mean(name, known)}", column,
+            f"the variable {name} is not defined; add DEF REAL {name} at the start of the program.{did_you_mean(name, names)}", column,
         )  # fmt: skip
         return 0.0
 
     def element(self, name: str, index: tuple[Any, ...], column: int) -> Any:
         """FIELD[2], $AA_IM[X]."""
-        found = self._variable(name)
-        if found is not None:
-            return found.value(index)
+        entry = self._variable(name)
+        if entry is not None:
+            return entry.value(index)
         if name.startswith("$"):
             return self.system(name, index, column)
         self.guess(
@@ -181,11 +181,11 @@ class SinumerikMemory:
     def frame(self, name: str, arguments: list[Any]) -> AffineMap:
         """CTRANS(X,10,Y,5), CROT(Z,30), CSCALE(X,2), CMIRROR(X): a frame as a value."""
         unit, made = self.recorder.unit, AffineMap()
-        given = {
+        values = {
             str(a).upper(): 0.0 if b is None or isinstance(b, str) else float(b)
             for a, b in zip(arguments, [*arguments[1:], 0.0])
         }
-        x, y, z = (given.get(a) for a in AXES)
+        x, y, z = (values.get(a) for a in AXES)
         if name == "CTRANS":
             return translation(((x or 0.0) * unit, (y or 0.0) * unit, (z or 0.0) * unit))
         if name == "CROT":
@@ -218,8 +218,8 @@ class SinumerikMemory:
         value = simple.get(name, self._group(index) if name in ("$P_GG",) else None)
         if value is not None and not r.setup.strict:
             return value
-        shown = f"{name}[{','.join(_plain(i) for i in index)}]" if index else name
-        self.guess(f"the system variable {shown}", "0", f"{shown} is {OUTSIDE}", column)
+        label = f"{name}[{','.join(_plain(i) for i in index)}]" if index else name
+        self.guess(f"the system variable {label}", "0", f"{label} is {OUTSIDE}", column)
         return 0.0
 
     def _group(self, index: tuple[Any, ...]) -> float | None:
@@ -232,11 +232,11 @@ class SinumerikMemory:
         return values.get(group)
 
     # -- writing --
-    def define(self, kind: str, names: Any, known: Any) -> None:
+    def define(self, kind: str, names: Any, variables: Any) -> None:
         """DEF."""
         for name, value, sizes in names:
             variable = Variable(kind, many=bool(sizes))
-            first = None if value is None else evaluate(value, known)
+            first = None if value is None else evaluate(value, variables)
             if sizes:
                 variable.first = first
             elif first is not None:
@@ -245,22 +245,22 @@ class SinumerikMemory:
 
     def store(self, name: str, index: tuple[Any, ...], value: Any, column: int) -> None:
         """A value to a variable of the program, or of the machine."""
-        found = self._variable(name)
-        if found is not None:
-            found.store(index, value)
+        entry = self._variable(name)
+        if entry is not None:
+            entry.store(index, value)
         elif name in MEASURING:
             self.scopes[0][name] = Variable("STRING" if isinstance(value, str) else "REAL", many=bool(index))
             self.scopes[0][name].store(index, value)
         elif name.startswith("$P_UIFR") and self.work_offset(index, value):
             return
         elif name.startswith("$") or index:
-            shown = f"{name}[{','.join(_plain(i) for i in index)}]" if index else name
-            self.guess(f"the setting of {shown}", "passed over", f"{shown} is {OUTSIDE}", column)
+            label = f"{name}[{','.join(_plain(i) for i in index)}]" if index else name
+            self.guess(f"the setting of {label}", "passed over", f"{label} is {OUTSIDE}", column)
         else:
-            known = [*self.scopes[-1], *self.scopes[0]]
+            names = [*self.scopes[-1], *self.scopes[0]]
             self.guess(
                 f"the variable {name}, which is not the program's own", "0",
-                f"the variable {name} is not defined; add DEF REAL {name} at the start of the program.{did_you_mean(name, known)}", column,
+                f"the variable {name} is not defined; add DEF REAL {name} at the start of the program.{did_you_mean(name, names)}", column,
             )  # fmt: skip
             self.scopes[0][name] = Variable("REAL", {(): value})
 

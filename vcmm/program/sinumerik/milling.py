@@ -8,7 +8,7 @@ approached) is told.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
@@ -201,14 +201,12 @@ def thread(m: MillingCall, v: Values) -> None:
     c.to(start, None, True)
     c.to(None, v["RFP"], True)
     with c.feed_at(v["FFR"]):
-        halfway = (middle[0] + run / 2, middle[1])
-        c.follow([PathPiece(begin, halfway, clockwise) if inside else PathPiece(begin)], v["RFP"])
-        c.helix(middle, run, (v["RFP"], floor), v["PIT"], clockwise)
-        a, b = c.here()
         if inside:
-            c.follow([PathPiece(middle, ((a + middle[0]) / 2, (b + middle[1]) / 2), clockwise)], floor)
+            c.thread(middle, run, (v["RFP"], floor), v["PIT"], clockwise)
         else:
-            away = (run + v["SDIS"]) / run
+            c.to(begin, None, False)
+            c.helix(middle, run, (v["RFP"], floor), v["PIT"], clockwise)
+            (a, b), away = c.here(), (run + v["SDIS"]) / run
             c.to((middle[0] + (a - middle[0]) * away, middle[1] + (b - middle[1]) * away), None, False)
     c.to(None, v["RTP"], True)
 
@@ -229,9 +227,7 @@ MILLING: Mapping[str, Cycle[MillingPrimitive]] = {
 }  # fmt: skip
 
 
-def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, given: list[float | None]) -> None:
+def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
     """The cycle of a call."""
     row = MILLING[item.name]
-    row.primitive(
-        MillingCall(i, runner, item, CycleCutter(i.r)), row.read(given, i.r.unit, i.modes.feed_unit)
-    )
+    row.primitive(MillingCall(i, runner, item, CycleCutter(i.r)), i.values(row, arguments))

@@ -121,8 +121,8 @@ class SinumerikInterpreter(SinumerikSpecials):
 
     def execute_name(self, words: SinumerikWords, item: Item) -> None:
         """A command, or a variable that the program does not define."""
-        given = item.value is not None or item.text
-        if given and item.name not in CALLS and item.name not in SWITCHES:
+        has_value = item.value is not None or item.text
+        if has_value and item.name not in CALLS and item.name not in SWITCHES:
             words.runner.assign(item)
         else:
             words.commands.append(item)
@@ -163,11 +163,11 @@ class SinumerikInterpreter(SinumerikSpecials):
                 "H",
             )
             return
-        known = (*AXES, *ROTARY, *CENTRES, "I1", "J1", "K1", "F", "S", "T", "D", "P", *ADDRESSES)
-        if name not in known and name not in HOMES:
+        names = (*AXES, *ROTARY, *CENTRES, "I1", "J1", "K1", "F", "S", "T", "D", "P", *ADDRESSES)
+        if name not in names and name not in HOMES:
             self.r.assume(
                 f"the axis or spindle {name}", "passed over",
-                f"the address {name} is not understood.{did_you_mean(name, known)} Axes are X Y Z A B C", column=item.first,
+                f"the address {name} is not understood.{did_you_mean(name, names)} Axes are X Y Z A B C", column=item.first,
             )  # fmt: skip
             return
         if name in words.items:
@@ -198,8 +198,8 @@ class SinumerikInterpreter(SinumerikSpecials):
         names = {c.name for c in words.commands}
         for command in list(words.commands):
             if command.name == "SETMS" and has_driven(self.r.setup):
-                given = cycles.arguments_of(words.runner, command)
-                self.master(round(given[0]) if given and given[0] else 1)
+                arguments = cycles.arguments_of(words.runner, command)
+                self.master(round(arguments[0]) if arguments and arguments[0] else 1)
                 words.commands.remove(command)
             elif command.name in IDLE:
                 if command.name in CHANNELS:
@@ -310,11 +310,11 @@ class SinumerikInterpreter(SinumerikSpecials):
         for tool in tools.values():
             if tool.name.upper() == name.upper():
                 return tool
-        known = {n: k for k, n in self.r.called.items()}
+        numbers = {n: k for k, n in self.r.called.items()}
         free = (
             max([*tools, *self.r.called, self.modes.next_tool.number if self.modes.next_tool else 0, 0]) + 1
         )
-        free = known.get(name, free)
+        free = numbers.get(name, free)
         unknown_tool(self.r, 0, name, free=free)
         return Tool(free, name=name)
 
@@ -373,7 +373,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         elif runner.find(item.name) is not None:
             self.subprogram(runner, item, times)
         else:
-            known = [*runner.sections, *SWITCHES, *FRAMES, *FUNCTIONS, *cycles.CYCLES]
+            names = [*runner.sections, *SWITCHES, *FRAMES, *FUNCTIONS, *cycles.CYCLES]
             what = (
                 "the cycle"
                 if item.name.startswith(("CYCLE", "POCKET", "SLOT", "LONGHOLE"))
@@ -381,14 +381,14 @@ class SinumerikInterpreter(SinumerikSpecials):
             )
             self.r.assume(
                 f"{what} {item.name}", "a hole in the path: its moves are missing",
-                f"{item.name} is neither a subprogram of this file nor a command that is understood.{did_you_mean(item.name, known)} "
+                f"{item.name} is neither a subprogram of this file nor a command that is understood.{did_you_mean(item.name, names)} "
                 "Add the subprogram to this file (PROC ... RET) or rewrite it with G0 to G3", column=item.first,
             )  # fmt: skip
             runner.memory.sure = False  # it may have changed what the program goes on with
 
     def subprogram(self, runner: SinumerikRunner, item: Item, times: int) -> None:
         """A call; with SAVE, modal functions and frames are the caller's again behind it."""
-        kept = self.modal_state() if runner.sections[item.name].saves else None
+        before = self.modal_state() if runner.sections[item.name].saves else None
         runner.call(item, times)
-        if kept is not None:
-            self.restore(kept)
+        if before is not None:
+            self.restore(before)

@@ -149,8 +149,10 @@ class SinumerikPaths(SinumerikControl):
         k = (d[0] ** 2 + d[1] ** 2) / (2.0 * across)
         centre = list(tip)
         centre[one], centre[two] = tip[one] + k * n[0], tip[two] + k * n[1]
-        kept = in_plane(r.world, r.plane)
-        arc_or_chords(r, target, r.world.undo(point_of(centre)), (k < 0) != (kept is not None and kept[1]))
+        plane_map = in_plane(r.world, r.plane)
+        arc_or_chords(
+            r, target, r.world.undo(point_of(centre)), (k < 0) != (plane_map is not None and plane_map[1])
+        )
 
     def machine_move(self, words: SinumerikWords) -> None:
         """G53, G153, SUPA: coordinates of the machine for this block, tool offset kept."""
@@ -165,35 +167,35 @@ class SinumerikPaths(SinumerikControl):
         self.r.to_machine(point_of(tip), self.r.motion in (None, "G0") or words.positioned, turned)
 
     def target(self, words: SinumerikWords) -> Point:
-        point, given = list(self.r.p), set()
+        point, axes = list(self.r.p), set()
         for k, name in enumerate(AXES):
             item = words.items.get(name)
             if item is None:
                 continue
-            given.add(k)
+            axes.add(k)
             absolute = item.mode == "AC" or (self.r.absolute and item.mode != "IC")
             value = (
                 (words.take(name) or 0.0) * self.r.unit / (2.0 if k == 0 and self.halves(absolute) else 1.0)
             )
             point[k] = value if absolute else self.r.p[k] + value
         if words.has("ANG"):
-            self.incline(words, point, given)
+            self.incline(words, point, axes)
         return self.polar(words, point) if words.has("AP", "RP") else point_of(point)
 
     def halves(self, absolute: bool) -> bool:
         """Whether a word of X is a diameter: with DIAMON always, with DIAM90 where it counts from the work zero."""
         return self.r.diameter == "always" or (self.r.diameter == "absolute" and absolute)
 
-    def incline(self, words: SinumerikWords, point: list[float], given: set[int]) -> None:
+    def incline(self, words: SinumerikWords, point: list[float], axes: set[int]) -> None:
         """ANG=: the angle of a line with the first axis, deg; one coordinate of its end point gives the other."""
         one, two, _ = PLANES[self.r.plane]
         angle = math.radians(words.take("ANG") or 0.0)
         along, across = math.cos(angle), math.sin(angle)
-        if one in given and two not in given and abs(along) > 1e-9:
+        if one in axes and two not in axes and abs(along) > 1e-9:
             point[two] = self.r.p[two] + (point[one] - self.r.p[one]) * across / along
-        elif two in given and one not in given and abs(across) > 1e-9:
+        elif two in axes and one not in axes and abs(across) > 1e-9:
             point[one] = self.r.p[one] + (point[two] - self.r.p[two]) * along / across
-        elif not {one, two} <= given:
+        elif not {one, two} <= axes:
             self.r.assume(
                 "ANG= without one coordinate of the end point", "the end point as it stands",
                 "ANG= without one coordinate of the end point is not understood; program both coordinates",
@@ -252,7 +254,7 @@ class SinumerikPaths(SinumerikControl):
         start, named, about = self.r.p, words.has(*AXES, "AP"), words.has("AP")
         turns = round(words.take("TURN") or 0.0) + 1
         radius, angle = words.take("CR"), words.take("AR")
-        given = words.has(*CENTRES)
+        has_centre = words.has(*CENTRES)
         centre = self.centre(words)
         end = self.target(words)
         if radius is not None:
@@ -262,13 +264,13 @@ class SinumerikPaths(SinumerikControl):
                     f"CR={radius:g} fits no arc to this end point, {_chord(start, end, self.r.plane):.4f} mm away; correct CR or the end point (full circles take I J K)"
                 )
             centre = middle
-        elif angle is not None and given:
+        elif angle is not None and has_centre:
             end = self.arc_end(centre, end, angle, clockwise)
         elif angle is not None:
             centre = self.by_angle(start, end, angle, clockwise)
-        elif about and not given:
+        elif about and not has_centre:
             centre = self.modes.pole
-        elif not given:
+        elif not has_centre:
             what = "an end point and " if not named else ""
             self.r.fault(f"the arc has {what}no centre; add I J K of the plane {self.r.plane}, CR= or AR=")
         arc_or_chords(self.r, end, centre, clockwise, turns)
@@ -347,6 +349,7 @@ class SinumerikPaths(SinumerikControl):
                 return
         if self.modes.rnd:
             self.r.corner(self.modes.rnd, "round")
+            self.r.corners[-1] = self.r.corners[-1]._replace(modal=True)
 
 
 def _chord(start: Point, end: Point, plane: str) -> float:

@@ -39,5 +39,6 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
         recorder, {s.name: s for s in sections[1:] if s.name}, interpreter.work, interpreter.short
     )
     runner.run_alone(sections[0])
+    sections[0].tell_rest(recorder)
     program, face = recorder.program(file), interpreter.modes.faced
     return program if face is None else replace(program, moves=with_angles(program.moves, face))

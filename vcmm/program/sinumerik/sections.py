@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from vcmm.program.faults import BlockFault, ProgramFault
+from vcmm.program.moves import Source
+from vcmm.program.recorder import Recorder
 from vcmm.program.sinumerik.blocks import SinumerikBlock, parse_line, plain_block
 from vcmm.program.sinumerik.heads import Parameter
 from vcmm.program.sinumerik.text import line_tokens
@@ -28,6 +30,16 @@ class Section:
     saves: bool = False
     file: str = ""
     endless: set[int] = field(default_factory=set)
+    reached: int = -1  # the last block that was executed
+
+    def tell_rest(self, r: Recorder) -> None:
+        """Blocks behind the end of the program that no jump has led to."""
+        if 0 <= self.reached < len(self.blocks) - 1:
+            block = self.blocks[self.reached + 1]
+            r.source = Source(block.line, block.first, block.last)
+            r.remark(
+                "the text after the end of the program is not read; a subprogram begins with PROC, or stands in a file of its own"
+            )
 
 
 def sections_of(text: str, file: str) -> list[Section]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
+from vcmm.program.cycle_tables import Cycle, Values, in_units
 from vcmm.program.expressions import number
 from vcmm.program.facing import EndFace
 from vcmm.program.faults import BlockFault
@@ -89,6 +92,11 @@ class SinumerikControl:
         self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
         self.column = 1
 
+    def values(self, row: Cycle[Any], arguments: Sequence[float | None] | Mapping[str, float]) -> Values:
+        """What a cycle of a table is given: arguments in their order, or numbers by name."""
+        named = arguments if isinstance(arguments, Mapping) else row.by_name(arguments)
+        return row.read(named, in_units(self.r.unit, self.modes.feed_unit))
+
     def frames(self, frame: AffineMap, swivel: AffineMap | None = None) -> None:
         """The frame of the program, and that of CYCLE800 around it."""
         self.modes.frame = frame
@@ -99,12 +107,12 @@ class SinumerikControl:
         """Modal G functions and frames, for PROC ... SAVE."""
         return (*(getattr(self.r, name) for name in SAVED_MODES), self.modes.frame, self.modes.swivel)
 
-    def restore(self, kept: tuple[object, ...]) -> None:
+    def restore(self, before: tuple[object, ...]) -> None:
         """The modal G functions and frames of the caller."""
-        for name, value in zip(SAVED_MODES, kept):
+        for name, value in zip(SAVED_MODES, before):
             setattr(self.r, name, value)
-        if kept[-2:] != (self.modes.frame, self.modes.swivel):
-            self.frames(kept[-2], kept[-1])  # type: ignore[arg-type]
+        if before[-2:] != (self.modes.frame, self.modes.swivel):
+            self.frames(before[-2], before[-1])  # type: ignore[arg-type]
         self.r.refresh()
 
 

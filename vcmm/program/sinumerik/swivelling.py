@@ -31,9 +31,9 @@ OF_AXES = "the rotary axes themselves (MODE 192) of CYCLE800"
 DIRECTION = 13  # number of the argument DIR
 
 
-def swivel(i: SinumerikControl, item: Item, given: Sequence[float | None]) -> None:
-    """One CYCLE800. given: its arguments, None where one is left out."""
-    v = [x or 0.0 for x in (*given, *[None] * DIRECTION)][:DIRECTION]
+def swivel(i: SinumerikControl, item: Item, arguments: Sequence[float | None]) -> None:
+    """One CYCLE800. arguments: None where one is left out."""
+    v = [x or 0.0 for x in (*arguments, *[None] * DIRECTION)][:DIRECTION]
     u, mode = i.r.unit, round(v[3]) or 57
     made = (
         translation((v[4] * u, v[5] * u, v[6] * u))
@@ -52,7 +52,7 @@ def swivel(i: SinumerikControl, item: Item, given: Sequence[float | None]) -> No
             )  # fmt: skip
     additive = round(v[2]) % 10 == 1
     i.frames(i.modes.frame, i.modes.swivel.then(made) if additive else made)
-    _set_direction(i, item, given[DIRECTION] if len(given) > DIRECTION else None)
+    _set_direction(i, item, arguments[DIRECTION] if len(arguments) > DIRECTION else None)
 
 
 def _rotation(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float]) -> AffineMap:

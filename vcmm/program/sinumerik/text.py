@@ -124,21 +124,21 @@ class VariableValue:
     index: tuple[Any, ...] = ()
     parameter: Callable[[object], int] | None = None
 
-    def __call__(self, known: Any) -> Any:
+    def __call__(self, variables: Any) -> Any:
         if self.parameter is not None:
-            return known.parameter(self.parameter(known))
+            return variables.parameter(self.parameter(variables))
         if self.index:
-            return known.element(self.name, self.indices(known), self.column)
-        return known.variable(self.name, self.column)
+            return variables.element(self.name, self.indices(variables), self.column)
+        return variables.variable(self.name, self.column)
 
-    def indices(self, known: Any) -> tuple[Any, ...]:
+    def indices(self, variables: Any) -> tuple[Any, ...]:
         """Numbers and names of axes between the brackets."""
-        return tuple(i(known) if callable(i) else i for i in self.index)
+        return tuple(i(variables) if callable(i) else i for i in self.index)
 
 
 def _text(text: str) -> Callable[[Any], Any]:
     """A text as a value."""
-    return lambda known: text
+    return lambda variables: text
 
 
 def _compare(
@@ -146,15 +146,15 @@ def _compare(
 ) -> Callable[[Any], Any]:
     """== and <> of texts, << of anything; numbers go the plain way."""
 
-    def result(known: Any) -> Any:
-        a, b = (v(known) if callable(v) else v for v in (left, right))
+    def result(variables: Any) -> Any:
+        a, b = (v(variables) if callable(v) else v for v in (left, right))
         if operator == "<<":
             return f"{_text_of(a)}{_text_of(b)}"
         if operator == ":":  # frames, one inside the other
             return a.then(b) if isinstance(a, AffineMap) and isinstance(b, AffineMap) else a or b
         if isinstance(a, str) or isinstance(b, str):
             return float((str(a).upper() == str(b).upper()) == (operator == "=="))
-        return plain(known)
+        return plain(variables)
 
     return result
 
@@ -210,12 +210,12 @@ class SinumerikReader(ExpressionReader):
             if not digits.isdigit():
                 raise self.fault(f'"{token.text}" is no R parameter; write for example R10', token.column)
             fixed = int(digits)
-            return lambda known: fixed
+            return lambda variables: fixed
         self.expect("[", "after R")
         inside = self.expression()
         self.expect("]", "after the number of the R parameter")
         column = token.column
-        return lambda known: whole(number(inside, known), "the number of a parameter", column, 1e-6)
+        return lambda variables: whole(number(inside, variables), "the number of a parameter", column, 1e-6)
 
     def read_name(self, token: Token) -> Value:
         """A constant, a variable, or a function with its arguments."""
@@ -246,34 +246,36 @@ class SinumerikReader(ExpressionReader):
 
     def arguments(self) -> list[Value]:
         """( a, b )."""
-        given = self.optional_arguments()
-        if any(a is None for a in given):
+        values = self.optional_arguments()
+        if any(a is None for a in values):
             raise self.fault("an argument is missing between the commas")
-        return [a for a in given if a is not None]
+        return [a for a in values if a is not None]
 
     def optional_arguments(self) -> list[Value | None]:
         """( a, , b ): an argument left out is None."""
         self.expect("(", "before the arguments")
-        given: list[Value | None] = []
+        values: list[Value | None] = []
         while not self.accept(")"):
             if self.accept(","):
-                given.append(None)
+                values.append(None)
                 continue
-            given.append(self.expression())
+            values.append(self.expression())
             if not self.accept(","):
                 self.expect(")", "after the arguments")
                 break
-        return given
+        return values
 
 
 def _call(name: str, arguments: list[Value | None], column: int) -> Value:
     if name not in FUNCTIONS:
         message = f"the function {name} is not understood.{choose_from(name, FUNCTIONS)}"
-        return lambda known: known.function(
-            name, [a and evaluate(a, known) for a in arguments], column, message
+        return lambda variables: variables.function(
+            name, [a and evaluate(a, variables) for a in arguments], column, message
         )
     count = FUNCTIONS[name][0]
-    given = [a for a in arguments if a is not None]
-    if len(given) != count:
-        raise BlockFault(column, f"{name} takes {count} argument{'s' if count > 1 else ''}, got {len(given)}")
-    return call_function(GRAMMAR, name, given, column)
+    numbers = [a for a in arguments if a is not None]
+    if len(numbers) != count:
+        raise BlockFault(
+            column, f"{name} takes {count} argument{'s' if count > 1 else ''}, got {len(numbers)}"
+        )
+    return call_function(GRAMMAR, name, numbers, column)

@@ -150,9 +150,9 @@ def _message(runner: Running, item: Item, line: str) -> tuple[int, int, str] | N
 def _number_in(runner: Running, piece: Sequence[Token]) -> float | None:
     """The value of a part of a message that hangs on parameters of the program; None for any other part."""
     names = [t for t in piece if t.kind == "name" and runner.is_defined(t.text.upper())]
-    given = [t for t in piece if t.kind == "word" and t.text[0] in "Rr"]
-    known = all(t.text[1:].strip().isdigit() and int(t.text[1:]) in runner.parameters for t in given)
-    if not (names or given) or not known:
+    words = [t for t in piece if t.kind == "word" and t.text[0] in "Rr"]
+    are_set = all(t.text[1:].strip().isdigit() and int(t.text[1:]) in runner.parameters for t in words)
+    if not (names or words) or not are_set:
         return None
     try:
         reader = SinumerikReader(list(piece))

@@ -7,56 +7,47 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator
-from dataclasses import fields
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from vcmm.program.chords import arc_or_chords
+from vcmm.program.contouring import record_contour
+from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import COARSE, whole_count
 from vcmm.program.expressions import evaluate
 from vcmm.program.faults import BlockFault
 from vcmm.program.moves import Move, Point
 from vcmm.program.roughing import Cut, Flat, Rough, follow_contour, passes, section_of
-from vcmm.program.rounding import round_corners
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.flow import SinumerikRunner
 from vcmm.program.sinumerik.paths import SinumerikPaths
 
-READING_NOTES = ("assumed", "remarks", "remarked", "called")  # what the reading of a contour leaves behind
 LIFT = 1.0  # mm: VRT where it is zero or left out
 
 
-def _arguments(runner: SinumerikRunner, item: Item, count: int) -> list[float]:
-    """So many arguments; 0 for those left out and for texts."""
-    values = [None if a is None else evaluate(a, runner) for a in item.arguments or ()]
-    numbers = [0.0 if v is None or isinstance(v, str) else float(v) for v in values]
-    return [*numbers, *[0.0] * count][:count]
-
-
 # -- threads --------------------------------------------------------------------------------------------------------------
-def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
-    """CYCLE97(PIT, MPIT, SPL, FPL, DM1, DM2, APP, ROP, TDEP, FAL, IANG, NSP, NRC, NID, VARI, NUMT, _VRT)."""
-    v = _arguments(runner, item, 17)
-    r, u = i.r, i.r.unit
-    lead = abs(v[0]) * u or COARSE.get(round(abs(v[1])), 0.0)
-    if not lead or not v[8]:
+def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item, v: Values) -> None:
+    """CYCLE97."""
+    r = i.r
+    lead = v["PIT"] or COARSE.get(round(abs(v["MPIT"])), 0.0)
+    if not lead or not v["TDEP"]:
         raise BlockFault(
             item.first, "CYCLE97 needs the pitch PIT (or the size MPIT) and the depth TDEP of the thread"
         )
-    first, last = (v[4] / 2.0 * u, v[2] * u), (v[5] / 2.0 * u, v[3] * u)
+    first, last = (v["DM1"] / 2.0, v["SPL"]), (v["DM2"] / 2.0, v["FPL"])
     way = math.copysign(1.0, last[1] - first[1])
     slope = (last[0] - first[0]) / (last[1] - first[1]) if last[1] != first[1] else 0.0
-    begin, end = first[1] - way * abs(v[6]) * u, last[1] + way * abs(v[7]) * u
-    inside = 1.0 if round(v[14]) in (2, 4) else -1.0  # the way in: from the axis out, or towards it
-    lift = abs(v[16]) * u or LIFT
-    starts = whole_count(max(v[15], 1.0))
+    begin, end = first[1] - way * v["APP"], last[1] + way * v["ROP"]
+    inside = 1.0 if v.number("VARI") in (2, 4) else -1.0  # the way in: from the axis out, or towards it
+    lift = v["_VRT"] or LIFT
+    starts = whole_count(max(v["NUMT"], 1.0))
     for number in range(starts):
-        if number or v[11]:
+        if number or v["NSP"]:
             r.assume(
                 "the angle at which a thread starts (NSP, NUMT)",
                 "in time with the spindle: it moves no axis",
                 matters=False,
             )
-        for depth, aside in _infeeds(v, u):
+        for depth, aside in _infeeds(v):
             z = begin + way * aside
             low, high = (first[0] + slope * (q - first[1]) + inside * depth for q in (z, end))
             away = min(first[0], last[0]) - lift if inside > 0 else max(first[0], last[0]) + lift
@@ -67,16 +58,16 @@ def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
         _to(i, (away, begin), True)
 
 
-def _infeeds(v: list[float], unit: float) -> Iterator[tuple[float, float]]:
+def _infeeds(v: Values) -> Iterator[Flat]:
     """Depth of each cut and its way along the flank, mm: NRC cuts to TDEP - FAL, equal (VARI 1, 2) or of equal section (3, 4), one to
     TDEP where an allowance is left, NID without infeed. IANG < 0: on both flanks in turn."""
-    depth, allowance, count = abs(v[8]) * unit, abs(v[9]) * unit, whole_count(max(v[12], 1.0))
-    slope = math.tan(math.radians(abs(v[10])))
-    equal = round(v[14]) in (0, 1, 2)
+    depth, allowance, count = v["TDEP"], v["FAL"], whole_count(max(v["NRC"], 1.0))
+    slope = math.tan(abs(v["IANG"]))
+    equal = v.number("VARI") in (0, 1, 2)
     for k in range(1, count + 1):
         at = (depth - allowance) * (k / count if equal else math.sqrt(k / count))
-        yield at, at * slope * (-1.0 if v[10] < 0 and k % 2 == 0 else 1.0)
-    for _ in range((1 if allowance else 0) + whole_count(v[13])):
+        yield at, at * slope * (-1.0 if v["IANG"] < 0 and k % 2 == 0 else 1.0)
+    for _ in range((1 if allowance else 0) + whole_count(v["NID"])):
         yield depth, depth * slope
 
 
@@ -94,21 +85,23 @@ def _thread(i: SinumerikPaths, end: Flat, lead: float) -> None:
 
 
 # -- stock removal --------------------------------------------------------------------------------------------------------
-def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
-    """CYCLE95(NPP, MID, FALZ, FALX, FAL, FF1, FF2, FF3, VARI, DT, DAM, _VRT): VARI 1 to 4 rough (along, across, outside; along, across,
+def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item, v: Values) -> None:
+    """CYCLE95: VARI 1 to 4 rough (along, across, outside; along, across,
     inside), 5 to 8 finish, 9 to 12 both. The depth is divided evenly into cuts of MID at most."""
     name = next((evaluate(a, runner) for a in item.arguments or () if a is not None), "")
-    v = _arguments(runner, item, 12)
-    kept, i.r.feed = i.r.feed, i.r.feed or v[5] or v[7] or None  # a contour without F is cut with FF1 and FF3
-    moves = record_contour(i, runner, str(name), item)
-    i.r.feed = kept
+    before, i.r.feed = (
+        i.r.feed,
+        i.r.feed or v["FF1"] or v["FF3"] or None,
+    )  # a contour without F is cut with FF1 and FF3
+    moves = contour_moves(i, runner, str(name), item)
+    i.r.feed = before
     if moves is None:
         return
-    kind, u = (round(v[8]) - 1) % 4, i.r.unit
-    rough, finish = not 5 <= round(v[8]) <= 8, round(v[8]) >= 5
+    kind = (v.number("VARI") - 1) % 4
+    rough, finish = not 5 <= v.number("VARI") <= 8, v.number("VARI") >= 5
     along, inside = kind in (0, 2), kind >= 2
-    sign, lift = -1.0 if inside else 1.0, abs(v[11]) * u or LIFT
-    x, z = sign * max(abs(v[3]), abs(v[4])) * u, max(abs(v[2]), abs(v[4])) * u
+    sign, lift = -1.0 if inside else 1.0, v["_VRT"] or LIFT
+    x, z = sign * max(v["FALX"], v["FAL"]), max(v["FALZ"], v["FAL"])
     bare = section_of(moves[1:], Rough(1.0, lift, 0.0, 0.0))
     edge = (min if inside else max)(p[0] for p in bare)
     face = max(p[1] for p in bare)
@@ -118,38 +111,38 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     if rough:
         goal = bare[0][0] if along else bare[0][1]
         deep = abs((begin[0] if along else begin[1]) - goal)
-        count = max(1, whole_count(math.ceil(deep / (abs(v[1]) * u) - 1e-9))) if v[1] else 1
+        count = max(1, whole_count(math.ceil(deep / v["MID"] - 1e-9))) if v["MID"] else 1
         entry = (begin[0], safe[1] - z) if along else (safe[0] - x, begin[1])
-        told = Rough(max(deep / count, 1e-9), lift, x, z)
+        shape = Rough(max(deep / count, 1e-9), lift, x, z)
         with_feed = list(
             passes(
                 [moves[0]._replace(kind="rapid"), *moves[1:]],
                 entry,
-                told,
+                shape,
                 "XZ" if along else "ZX",
                 item.first,
             )
         )
-        _run(i, with_feed, v[5])
+        _run(i, with_feed, v["FF1"])
         _to(i, safe, True)
     if finish:
         _to(i, (moves[1].start[0], moves[1].start[2]), True)
-        _run(i, list(follow_contour(moves[1:], 0.0, 0.0)), v[7])
+        _run(i, list(follow_contour(moves[1:], 0.0, 0.0)), v["FF3"])
         _to(i, safe, True)
 
 
 def _run(i: SinumerikPaths, cuts: list[Cut], feed: float) -> None:
-    kept = i.r.feed
-    i.r.feed = feed or kept
+    before = i.r.feed
+    i.r.feed = feed or before
     for cut in cuts:
         if cut.centre is None:
             _to(i, cut.end, cut.rapid)
         else:
             arc_or_chords(i.r, _point(i, cut.end), _point(i, cut.centre), cut.clockwise, cut.turns)
-    i.r.feed = kept
+    i.r.feed = before
 
 
-def record_contour(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
+def contour_moves(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
     """The moves of the contour in programmed coordinates; None where it is missing. Nothing of the state is changed by them."""
     r, start, _, end = i.r, *name.upper().partition(":")
     section = next(
@@ -167,30 +160,19 @@ def record_contour(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: 
             f"{item.name}: there is no contour {name}: a subprogram of that name, or labels START:END", column=item.first,
         )  # fmt: skip
         return None
-    kept, modes = (
-        {f.name: getattr(r, f.name) for f in fields(r) if f.name not in READING_NOTES},
-        copy.copy(vars(i.modes)),
-    )
-    r.moves, r.sides, r.corners, r.markers, r.tracer = [], [], [], [], None
-    labels = [b.label for b in section.blocks]
-    caller, source = runner.current, r.source
-    if end:
-        runner.part(section, labels.index(start), labels.index(end))
-    else:
-        runner.run(section)
-    runner.current, kept["source"] = caller, source
-    moves, _ = round_corners(r.moves, [None] * len(r.moves), r.corners, r.file)
-    world = r.world
-    for field, value in kept.items():
-        setattr(r, field, value)
+    modes, caller = copy.copy(vars(i.modes)), runner.current
+    with record_contour(r) as contour:
+        labels = [b.label for b in section.blocks]
+        if end:
+            runner.part(section, labels.index(start), labels.index(end))
+        else:
+            runner.run(section)
+        runner.current = caller
     vars(i.modes).update(modes)
-    made = [m for m in moves if m.kind in ("rapid", "line", "arc")]
+    made = [m for m in contour.programmed if m.kind in ("rapid", "line", "arc")]
     if len(made) < 2:
         raise BlockFault(item.first, f"{item.name}: {name} makes no contour; correct it")
-    return [
-        m._replace(start=world.undo(m.start), end=world.undo(m.end), centre=m.centre and world.undo(m.centre))
-        for m in made
-    ]
+    return made
 
 
 def _point(i: SinumerikPaths, at: Flat) -> Point:
@@ -201,3 +183,15 @@ def _to(i: SinumerikPaths, at: Flat, rapid: bool) -> None:
     point = _point(i, at)
     if math.dist(point, i.r.p) > 1e-12:
         i.r.straight(point, rapid)
+
+
+TURNING: Mapping[str, Cycle[Callable[[SinumerikPaths, SinumerikRunner, Item, Values], None]]] = {
+    "CYCLE95": cycle("NPP text, MID size, FALZ size, FALX size, FAL size, FF1 plain, FF2 plain, FF3 plain, VARI count, DT plain, DAM size, _VRT size", contour),
+    "CYCLE97": cycle("PIT size, MPIT plain, SPL mm, FPL mm, DM1 mm, DM2 mm, APP size, ROP size, TDEP size, FAL size, IANG deg, NSP plain, NRC count, NID count, VARI count, NUMT count, _VRT size", thread),
+}  # fmt: skip
+
+
+def turn(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
+    """The cycle of a call."""
+    row = TURNING[item.name]
+    row.primitive(i, runner, item, i.values(row, arguments))

@@ -63,30 +63,59 @@ def _whole(size: Array, nodes: Array, axis: int) -> Array:
 
 
 def _bundle(index: Index, low: Array, high: Array, size: Array, nodes: Array, axis: int) -> Array:
-    from vcmm.shop.cutting import _dexel_kernels as kernels
-
     first, second = (d for d in range(3) if d != axis)
     shape = (int(nodes[first]), int(nodes[second]))
     origins = np.empty((*shape, 3))
     origins[..., first] = (low[first] + (np.arange(shape[0]) + 0.5) * size[first])[:, None]
     origins[..., second] = low[second] + (np.arange(shape[1]) + 0.5) * size[second]
     origins[..., axis] = low[axis]
-    rays = origins.reshape(-1, 3)
+    return material_ends(
+        index, origins.reshape(-1, 3), np.eye(3)[axis], float(high[axis] - low[axis])
+    ).reshape(*shape, ROOM, 2)
+
+
+def material_ends(index: Index, rays: Array, way: Array, length: float) -> Array:
+    """What of rays (k, 3) along the unit vector `way`, `length` mm long, no tool passes through: ends (k, ROOM, 2) mm from their start, nan-filled."""
+    from vcmm.shop.cutting import _dexel_kernels as kernels
+
     counts, out = np.zeros(len(rays), np.int64), np.full((len(rays), ROOM, 2), np.nan)
     fixed = (
         index.frames, index.roots, index.group_tool, index.boxes, index.child, index.items, index.tools, index.tree, index.leaves,
     )  # fmt: skip
-    length = float(high[axis] - low[axis])
-    most = kernels.material(rays, np.eye(3)[axis], length, *fixed, counts, out)
+    most = kernels.material(
+        np.ascontiguousarray(rays), np.ascontiguousarray(way), length, *fixed, counts, out
+    )
+    name = "XYZ"[int(np.argmax(np.abs(way)))]
     if most > MOST:
         raise ModelLimit(
-            f"carve: a ray along {'XYZ'[axis]} is cut in {most} places, more than {MOST}; carve the program in parts"
+            f"carve: a ray along {name} is cut in {most} places, more than {MOST}; carve the program in parts"
         )
     if counts.max(initial=0) > ROOM:
-        raise ModelLimit(
-            f"carve: a ray along {'XYZ'[axis]} has {counts.max()} pieces of material, more than {ROOM}"
-        )
-    return out.reshape(*shape, ROOM, 2)
+        raise ModelLimit(f"carve: a ray along {name} has {counts.max()} pieces of material, more than {ROOM}")
+    return out
+
+
+def both(one: Dexels, other: Dexels) -> Dexels:
+    """Material that is in both, of one block with the same rays. Raises ModelLimit where a ray has more pieces than `ROOM`."""
+    x, y, z = (_common(a, b) for a, b in zip(one.ends, other.ends))
+    return Dexels(one.low, one.high, one.cell, one.nodes, (x, y, z))
+
+
+def _common(one: Array, other: Array) -> Array:
+    """Pieces (na, nb, ROOM, 2) that two bundles of rays share."""
+    used = [int(np.isfinite(e[..., 0]).sum(axis=2).max(initial=0)) for e in (one, other)]
+    low = np.maximum(one[:, :, : used[0], None, 0], other[:, :, None, : used[1], 0])
+    high = np.minimum(one[:, :, : used[0], None, 1], other[:, :, None, : used[1], 1])
+    shape = (*one.shape[:2], used[0] * used[1])
+    there = (high - low > 0.0).reshape(shape)
+    pieces = np.where(there[..., None], np.stack([low, high], axis=-1).reshape(*shape, 2), np.nan)
+    order = np.argsort(pieces[..., 0], axis=2)  # nan comes last
+    pieces = np.take_along_axis(pieces, order[..., None], axis=2)
+    if there.sum(axis=2).max(initial=0) > ROOM:
+        raise ModelLimit(f"carve: a ray has more than {ROOM} pieces of material")
+    out = np.full_like(one, np.nan)
+    out[:, :, : min(ROOM, shape[2])] = pieces[:, :, :ROOM]
+    return out
 
 
 def sparser(dexels: Dexels, every: int) -> Dexels:

@@ -14,13 +14,14 @@ J. Eng. Ind. 104 (1982) 272. Frame and angles as in vcmm.shop.cutting.force.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
 from vcmm.core.laws import Array
 from vcmm.shop.cutting.contactmap import Ints
 from vcmm.shop.cutting.force import LinearEdge, edge_force, edge_integral
+from vcmm.shop.cutting.runout import NONE, ChipPiece, chip_at, chip_pieces, with_more_chip
 
 TURN = 2.0 * np.pi
 STRAIGHT = 1e-7  # rad of lag over the whole depth, below which an edge is straight
@@ -30,7 +31,7 @@ SLACK = 1e-9  # rad
 @dataclass(frozen=True, eq=False)
 class ToothCuts:
     """How each of m stretches of a path is cut: start and exit rad, axial depth mm, feed per tooth mm, teeth, lag kappa rad/mm (nan: helix not
-    known), edge coefficients."""
+    known), edge coefficients, run-out of the tool mm (`vcmm.shop.cutting.runout`; tooth 0 stands out most)."""
 
     start: Array
     exit: Array
@@ -39,12 +40,18 @@ class ToothCuts:
     teeth: Array
     lag: Array
     edges: LinearEdge
+    runout: Array = field(default_factory=lambda: np.zeros(1))
+
+    @property
+    def runs_out(self) -> bool:
+        """Whether any of these tools runs out while it is fed."""
+        return bool(np.any((self.runout > 0.0) & (self.chip > 0.0)))
 
     def take(self, rows: Ints) -> ToothCuts:
         """Of some of the stretches."""
         return ToothCuts(
             start=self.start[rows], exit=self.exit[rows], axial=self.axial[rows], chip=self.chip[rows], teeth=self.teeth[rows],
-            lag=self.lag[rows], edges=_edges_of(self.edges, rows),
+            lag=self.lag[rows], edges=_edges_of(self.edges, rows), runout=self.runout[rows] if len(self.runout) > 1 else self.runout,
         )  # fmt: skip
 
     def force(self, angle: Array, height: Array) -> Array:
@@ -59,19 +66,58 @@ class ToothCuts:
             at_once = np.remainder(phi - self.start + SLACK, TURN) - SLACK + self.start
             there = at & straight & (at_once <= self.exit + SLACK)
             if there.any():
-                out += np.where(there, self.axial, 0.0)[:, None] * edge_force(at_once, self.chip, self.edges)
+                out += self._straight(tooth, at_once, there)
             first = (
                 phi + np.nan_to_num(self.lag) * height
             )  # where the edge stands at the tip; at the top it lags by the whole twist
             low, high = np.minimum(first, first - twist), np.maximum(first, first - twist)
-            for turn in range(-turns, turns + 1):
-                a, b = np.maximum(low - turn * TURN, self.start), np.minimum(high - turn * TURN, self.exit)
-                cuts = at & ~straight & (b > a)
-                if cuts.any():
-                    a, b = np.where(cuts, a, 0.0), np.where(cuts, b, 0.0)
-                    per = np.divide(1.0, np.abs(self.lag), out=np.zeros_like(a), where=cuts)
-                    found = edge_integral(b, self.chip, self.edges) - edge_integral(a, self.chip, self.edges)
-                    out += np.where(cuts, per, 0.0)[:, None] * found
+            for piece in self._pieces(tooth):
+                for turn in range(-turns, turns + 1):
+                    a, b = (
+                        np.maximum(low - turn * TURN, piece.low),
+                        np.minimum(high - turn * TURN, piece.high),
+                    )
+                    cuts = at & ~straight & (b > a)
+                    if cuts.any():
+                        a, b = np.where(cuts, a, 0.0), np.where(cuts, b, 0.0)
+                        per = np.divide(1.0, np.abs(self.lag), out=np.zeros_like(a), where=cuts)
+                        found = edge_integral(b, piece.chip, piece.edges) - edge_integral(
+                            a, piece.chip, piece.edges
+                        )
+                        out += np.where(cuts, per, 0.0)[:, None] * found
+        return out
+
+    def _straight(self, tooth: int, phi: Array, there: Array) -> Array:
+        """Of a straight edge that stands at phi (m,) with all of its depth."""
+        depth = np.where(there, self.axial, 0.0)
+        if not self.runs_out:
+            return depth[:, None] * edge_force(phi, self.chip, self.edges)
+        chip = chip_at(phi, tooth, self.teeth, self.chip, self.runout)
+        touches = depth * (chip >= -NONE)
+        return touches[:, None] * edge_force(
+            phi, np.zeros_like(chip), with_more_chip(self.edges, np.maximum(chip, 0.0))
+        )
+
+    def _pieces(self, tooth: int) -> list[ChipPiece]:
+        """Pieces of the engagement in which a tooth cuts."""
+        if not self.runs_out:
+            return [ChipPiece(self.chip, self.edges, self.start, self.exit)]
+        return [
+            piece._replace(low=np.maximum(piece.low, self.start), high=np.minimum(piece.high, self.exit))
+            for piece in chip_pieces(tooth, self.teeth, self.chip, self.runout, self.edges)
+        ]
+
+    def mean(self) -> Array:
+        """Mean force (m, 3) N of a turn, whatever the helix: of a mill that runs true `milling_force`."""
+        out = np.zeros((len(self.axial), 3))
+        for tooth in range(int(np.max(self.teeth, initial=0))):
+            per = np.where(tooth < self.teeth, self.axial, 0.0) / TURN
+            for piece in self._pieces(tooth):
+                low, high = piece.low, np.maximum(piece.high, piece.low)
+                found = edge_integral(high, piece.chip, piece.edges) - edge_integral(
+                    low, piece.chip, piece.edges
+                )
+                out += per[:, None] * found
         return out
 
     def generating(self, angle: Array, height: Array) -> Array:

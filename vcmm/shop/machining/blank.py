@@ -9,7 +9,8 @@ A shank or holder wider than the cutter does not cut: where it meets what is lef
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from vcmm.program.moves import Program
 from vcmm.program.setup import Setup
 from vcmm.shop.cutting import tools as shapes
 from vcmm.shop.cutting.contactmap import Ints
-from vcmm.shop.cutting.dexels import Dexels, carve
+from vcmm.shop.cutting.dexels import Dexels, both, carve
 from vcmm.shop.cutting.force import (
     LINEAR_EDGE,
     RADIAL,
@@ -32,14 +33,17 @@ from vcmm.shop.cutting.force import (
     milling_power,
     to_workpiece,
 )
+from vcmm.shop.cutting.merging import merge_lines
 from vcmm.shop.cutting.stock import Removal, Stock, block, remove
 from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, lengths, pieces, position
 from vcmm.shop.cutting.tooth_force import ToothCuts
+from vcmm.shop.machining.indexed_stock import indexed_removal
 from vcmm.shop.machining.turned_blank import TurnedBlank
 from vcmm.shop.motion.toolpath import CUTS
 
 NODES = 600  # along the longer side, of a map of heights
 RAYS = 100  # along the longest side, where rays are needed
+ROUGH = 1 / 16  # of the way between rays, by which a row may miss a tool that turns
 OFTEN, TURNED = (
     0.5,
     0.125,
@@ -89,12 +93,20 @@ class Blank:
         return "rays along X, Y and Z" if isinstance(self.after, Dexels) else "map of heights"
 
 
-def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) -> Blank | None:
-    """Cut the blank of a set-up with all moves; None where no stock is stated. zero (3,): work zero, workpiece axes.
+@dataclass(frozen=True, eq=False)
+class BlankRequest:
+    """What a blank takes beside set-up and program. runout: mm by tool number; feed (rows,): mm/min of the tip over the part in each row of the sweep,
+    None: F as programmed; rough: the sweep within some mm, for rays; None: the sweep itself."""
 
-    Forces are those of three axes: where a rotary axis turns or stands off zero while a tool cuts, F may be degrees per
-    minute, and none are computed.
-    """
+    runout: Mapping[int, float] = field(default_factory=dict)
+    feed: Array | None = None
+    rough: Callable[[float], Sweep] | None = None
+
+
+def machined_blank(
+    setup: Setup, program: Program, sweep: Sweep, zero: Array, asks: BlankRequest = BlankRequest()
+) -> Blank | None:
+    """Cut the blank of a set-up with all moves; None where no stock is stated. zero (3,): work zero, workpiece axes."""
     if setup.stock is None:
         return None
     size = np.array(setup.stock)
@@ -106,10 +118,9 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
     low = zero + corner
     rapid = np.array([program.moves[i].kind == "rapid" for i in sweep.move.tolist()])
     if np.abs(sweep.axis - UP).max() > 1e-12:
-        return _from_all_sides(setup, sweep, rapid, low, low + size)
+        return _from_all_sides(setup, program, sweep, rapid, (low, low + size), asks)
     before = block(low, low + size, float(size[:2].max() / NODES))
-    line = first_turned_cut(program)
-    asked = setup.material is not None and not line
+    asked = setup.material is not None
     stretches = along_path(sweep, asked)
     removal = remove(before, stretches.sweep, np.repeat(rapid, stretches.count))
     deepest: dict[int, float] = {}
@@ -117,14 +128,9 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
         hit = program.moves[int(stretches.sweep.move[row])].source.line
         deepest[hit] = max(deepest.get(hit, 0.0), float(depth))
     forces, power, teeth = (
-        cutting_forces(setup, program, stretches.sweep, removal) if asked else (None, None, None)
+        cutting_forces(setup, program, stretches, removal, asks) if asked else (None, None, None)
     )
     shanks = shank_collisions(setup, program, sweep, removal.stock)
-    said = (
-        (f"line {line} cuts with a rotary axis off zero: no cutting forces are computed",)
-        if setup.material and line
-        else ()
-    )
     return Blank(
         before=before,
         after=removal.stock,
@@ -132,7 +138,6 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
         collisions=tuple(deepest.items()),
         forces=forces,
         shanks=shanks,
-        said=said,
         pieces=stretches,
         power=power,
         teeth=teeth,
@@ -159,24 +164,48 @@ def first_turned_cut(program: Program) -> int:
     return next(turned, 0)
 
 
-def _from_all_sides(setup: Setup, sweep: Sweep, rapid: Array, low: Array, high: Array) -> Blank:
+def _from_all_sides(
+    setup: Setup,
+    program: Program,
+    sweep: Sweep,
+    rapid: Array,
+    corners: tuple[Array, Array],
+    asks: BlankRequest,
+) -> Blank:
     """The blank as rays along X, Y and Z. What rapids alone remove no feed move would have, so they ran through material."""
+    low, high = corners
     cell = float((high - low).max() / RAYS)
-    before, after = carve(low, high, cell, sweep.take(np.zeros(0, np.intp))), carve(low, high, cell, sweep)
-    feed = carve(low, high, cell, sweep.take(np.flatnonzero(np.logical_not(rapid)))) if rapid.any() else after
+    rough = sweep if asks.rough is None else asks.rough(ROUGH * cell)
+    fast = np.array([program.moves[i].kind == "rapid" for i in rough.move.tolist()], dtype=bool)
+    if asks.rough is not None:
+        rough = merge_lines(rough, np.logical_not(fast), ROUGH * cell)
+        fast = np.array([program.moves[i].kind == "rapid" for i in rough.move.tolist()], dtype=bool)
+    before = carve(low, high, cell, rough.take(np.zeros(0, np.intp)))
+    feed = carve(low, high, cell, rough.take(np.flatnonzero(np.logical_not(fast))))
+    after = both(feed, carve(low, high, cell, rough.take(np.flatnonzero(fast)))) if fast.any() else feed
     removed, through = _volume(before) - _volume(after), _volume(feed) - _volume(after)
+    stretches = along_path(sweep, setup.material is not None)
+    met = (
+        indexed_removal(low, high, stretches.sweep, np.repeat(rapid, stretches.count))
+        if setup.material
+        else None
+    )
+    forces, power, teeth = (
+        (None, None, None) if met is None else cutting_forces(setup, program, stretches, met, asks)
+    )
     said = [
         f"the tool comes from several sides: the stock is kept as rays along X, Y and Z, {cell:.2g} mm apart; rapids are checked "
         "against what no feed move removes, shanks are not checked"
-        + (", and no cutting forces are computed" if setup.material else "")
+        + (", and no cutting forces are computed" if setup.material and met is None else "")
     ]
     if through > LEAST * max(removed, 1.0):
         said.append(
             f"rapids run through the stock and remove {through:.3g} mm³ of it that no feed move would"
         )
     return Blank(
-        before=before, after=after, removed=removed, collisions=(), forces=None, shanks=(), said=tuple(said)
-    )
+        before=before, after=after, removed=removed, collisions=(), forces=forces, shanks=(), said=tuple(said),
+        pieces=stretches, power=power, teeth=teeth,
+    )  # fmt: skip
 
 
 def _volume(stock: Dexels) -> float:
@@ -224,10 +253,15 @@ def _shank(setup: Setup, number: int) -> tuple[shapes.Cutter, float] | None:
 
 
 def cutting_forces(
-    setup: Setup, program: Program, sweep: Sweep, removal: Removal
+    setup: Setup,
+    program: Program,
+    stretches: PathPieces,
+    removal: Removal,
+    asks: BlankRequest = BlankRequest(),
 ) -> tuple[Array, Array, ToothCuts]:
-    """While each row of the sweep cuts: mean force of the part on the tool (rows, 3) N, workpiece axes, power (rows,) W, and what each
+    """While each stretch is cut: mean force of the part on the tool (rows, 3) N, workpiece axes, power (rows,) W, and what each
     tooth cuts."""
+    sweep = stretches.sweep
     moves = [program.moves[i] for i in sweep.move.tolist()]
     teeth = np.array([setup.tools[m.tool].teeth or 0 for m in moves])
     missing = sorted({m.tool for m, z in zip(moves, teeth) if z == 0 and m.kind != "rapid"})
@@ -237,18 +271,25 @@ def cutting_forces(
         )
     turning = np.array([abs(m.spindle) for m in moves])
     feed = np.array([m.feed or 0.0 for m in moves])
+    if asks.feed is not None:
+        feed = np.where(feed > 0.0, np.repeat(asks.feed, stretches.count), 0.0)
     chip = np.divide(feed, turning * teeth, out=np.zeros(len(feed)), where=turning * teeth > 0)
     at_work = (removal.volume > 0) & (feed > 0)
     material = _edges(setup, mean_chip(removal.enter, removal.leave, chip))
     axial = np.where(at_work, removal.axial, 0.0)
-    force = milling_force(removal.enter, removal.leave, axial, chip, teeth, material)
-    speed = np.array([t.radius for t in sweep.tools])[sweep.tool] * 1e-3 * turning * TURN / 60.0
-    power = milling_power(removal.enter, removal.leave, axial, chip, teeth=teeth, speed=speed, of=material)
     radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
+    speed = radius * 1e-3 * turning * TURN / 60.0
+    power = milling_power(removal.enter, removal.leave, axial, chip, teeth=teeth, speed=speed, of=material)
     helix = np.array([np.nan if (h := setup.tools[m.tool].helix) is None else h for m in moves], dtype=float)
     cuts = ToothCuts(
-        start=removal.enter, exit=removal.leave, axial=axial, chip=chip, teeth=teeth, lag=np.tan(helix) / radius, edges=material
+        start=removal.enter, exit=removal.leave, axial=axial, chip=chip, teeth=teeth, lag=np.tan(helix) / radius, edges=material,
+        runout=np.array([asks.runout.get(m.tool, 0.0) for m in moves]),
     )  # fmt: skip
+    force = (
+        cuts.mean()
+        if cuts.runs_out
+        else milling_force(removal.enter, removal.leave, axial, chip, teeth, material)
+    )
     middle = position(sweep, np.array([[0.49], [0.51]]))
     way = middle[1] - middle[0]
     length = np.linalg.norm(way, axis=1)

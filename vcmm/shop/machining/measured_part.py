@@ -143,7 +143,7 @@ def measured_cut(
     )  # of points that scatter less, none is seen
     spread = observed.covariance + alone**2 * np.eye(len(points))
     rng = np.random.default_rng(scenario.settings.seed if seed is None else seed)
-    row, gain = world.contacts.deepest(world.tool_errors)
+    row, gain = world.makers()
     size = np.linalg.norm(gain, axis=1)
     normal = world.tool.in_workpiece(gain / size[:, None], row)
     return MeasuredCut(
@@ -279,7 +279,7 @@ def _unknown(wave: Wave | None, observed: ObservedPoints) -> list[tuple[str, Arr
 
 def _observe(world: Cutting, rest: Array, known: Array) -> ObservedPoints:
     """The points with the state of the machine when each was cut."""
-    row, _ = world.contacts.deepest(world.tool_errors)
+    row, _ = world.makers()
     run: Run = world.tool.run.take(row)
     return ObservedPoints(
         rest=rest,

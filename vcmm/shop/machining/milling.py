@@ -17,7 +17,7 @@ from vcmm.shop.cutting.index import Index
 from vcmm.shop.cutting.stylus import roll_ball
 from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, position
 from vcmm.shop.cutting.tooth_force import ToothCuts
-from vcmm.shop.machining.blank import Blank, machined_blank
+from vcmm.shop.machining.blank import Blank, BlankRequest, machined_blank
 from vcmm.shop.machining.neighbours import candidates
 from vcmm.shop.machining.process import (
     DEEPEST,
@@ -128,7 +128,16 @@ class MillingProcess(Process):
         return ToolSide(job.machine, run, setting, known, inputs)
 
     def blank(self, job: PreparedCut, zero: Array) -> Blank | None:
-        return machined_blank(job.scenario.setup, job.program, self.sweep, zero)
+        asks = BlankRequest(runout_by_tool(job), self.feed(job), self.rough)
+        return machined_blank(job.scenario.setup, job.program, self.sweep, zero, asks)
+
+    def rough(self, within: float) -> Sweep:
+        """The sweep as good as a picture of the stock needs it, mm."""
+        return self.sweep
+
+    def feed(self, job: PreparedCut) -> Array | None:
+        """Speed of the tip over the part in each row of the sweep, mm/min; None: F as programmed."""
+        return None
 
     def refusal(self, job: PreparedCut) -> VcmmError | None:
         """Of a tool that runs out the tooth that stands out most passes everywhere once per turn; a wave would be sampled."""
@@ -139,6 +148,19 @@ class MillingProcess(Process):
                 "amplitude (feed marks, f^2 / 8R per turn, come on top). Waves per turn are for lathes and for diagnose"
             )
         return None
+
+
+def runout_by_tool(job: PreparedCut) -> dict[int, float]:
+    """mm by which the tooth that stands out most of each tool does, as the machine file states it."""
+    stated = [
+        e for e in job.machine.effects if e.about.belongs_to == "tool" and getattr(e, "harmonic", None) == 0
+    ]
+    numbers = {m.tool for m in job.program.moves}
+    by_tool = {
+        n: sum(float(getattr(e, "cosine", 0.0)) for e in stated if getattr(e, "tool", "") in ("", str(n)))
+        for n in numbers
+    }
+    return {n: amount for n, amount in by_tool.items() if amount > 0.0}
 
 
 def force_along(forces: Array, sweep: Sweep, row: Ints, share: Array) -> Array:

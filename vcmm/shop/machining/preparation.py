@@ -64,7 +64,9 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     refused = job.process.refusal(job)
     if refused is not None:
         raise refused
-    return replace(job, blank=job.process.blank(job, _work_zero(scenario, program)), touched=touched)
+    job = replace(job, blank=job.process.blank(job, _work_zero(scenario, program)), touched=touched)
+    _check_forces_known(job)
+    return job
 
 
 _PATHS: dict[tuple[tuple[Move, ...], bytes], Toolpath] = {}
@@ -177,7 +179,7 @@ def _check_lengths(scenario: CutScenario, program: Program) -> None:
 
 
 def _check_forces(scenario: CutScenario, program: Program) -> None:
-    """Deflection needs forces, and they need to be told what is cut; beside rotary axes off zero none are computed."""
+    """Deflection needs forces, and they need to be told what is cut."""
     bends = [e for e in scenario.machine.effects if needs_forces(e)]
     stated = scenario.setup.stock is not None or scenario.setup.bar is not None
     if bends and not scenario.force_log and not (stated and scenario.setup.material is not None):
@@ -185,11 +187,16 @@ def _check_forces(scenario: CutScenario, program: Program) -> None:
             f"{bends[0].id} needs cutting forces: add [stock] with box (or bar) and material, and teeth to milling tools of the set-up, or leave "
             "the effect out"
         )
-    line = first_turned_cut(program)
-    if bends and line and not scenario.force_log and not turns_with(scenario.setup, program):
+
+
+def _check_forces_known(job: PreparedCut) -> None:
+    """A tool that tilts while it cuts has no forces."""
+    bends = [e for e in job.machine.effects if needs_forces(e)]
+    if bends and not job.scenario.force_log and isinstance(job.blank, Blank) and job.blank.forces is None:
         raise ModelLimit(
-            f"{bends[0].id} needs cutting forces, but line {line} of the program cuts with a rotary axis off zero, where none are "
-            "computed; log them ([cut] force_log), or leave out the effect, or stick_out and compliance of the tools where these bend them"
+            f"{bends[0].id} needs cutting forces, but line {first_turned_cut(job.program)} of the program cuts with a rotary axis off zero and the tool "
+            "comes from too many directions, for which none are computed; log them ([cut] force_log), or leave out the effect, or stick_out and compliance of the tools "
+            "where these bend them"
         )
 
 
@@ -288,17 +295,6 @@ def _mean_forces(job: PreparedCut) -> list[str]:
     ]
 
 
-def _runs_out_and_bends(job: PreparedCut) -> list[str]:
-    """Run-out makes the chip of the tooth that stands out thicker; the forces are those of a tool that runs true."""
-    runs_out = [e.id for e in job.machine.effects if hasattr(e, "harmonic") and e.about.belongs_to == "tool"]
-    if not runs_out or job.scenario.force_log or not any(needs_forces(e) for e in job.machine.effects):
-        return []
-    return [
-        f"{', '.join(runs_out)}: the force that bends the tool is that of one that runs true; the tooth that stands out takes a chip thicker by the run-out, so "
-        "that the part of the force that goes with the chip is larger in that proportion (docs/tooth_forces.md)"
-    ]
-
-
 def remarks(job: PreparedCut) -> tuple[str, ...]:
     """What the program, the time law and the machine leave to be said."""
     program = [f"{job.scenario.program.name}:{w.line}: {w.text}" for w in job.program.warnings]
@@ -307,7 +303,7 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
     assumed = (
         (f"assumed, as nothing is stated: {'; '.join(job.path.assumptions)}",) if job.path.assumptions else ()
     )
-    said += [*_turned_part(job), *_mean_forces(job), *_runs_out_and_bends(job)]
+    said += [*_turned_part(job), *_mean_forces(job)]
     said += [
         f"{name}: what the scenario states is not added; the machine file says how well it is known now ({evidence})"
         for name, evidence in job.scenario.found_since.items()

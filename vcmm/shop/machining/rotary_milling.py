@@ -24,6 +24,7 @@ from vcmm.program.limits import AXES
 from vcmm.shop.cutting.contactmap import Ints, Solids
 from vcmm.shop.cutting.envelope import CutSurface
 from vcmm.shop.cutting.standing_tool import entry
+from vcmm.shop.cutting.sweeps import Sweep
 from vcmm.shop.machining.milling import CONTACTS, MillingProcess
 from vcmm.shop.machining.process import ContactRows, CutCandidates, PreparedCut, zeros
 from vcmm.shop.machining.rotary import (
@@ -34,6 +35,7 @@ from vcmm.shop.machining.rotary import (
     tool_offset_to,
     turn_to_workpiece,
 )
+from vcmm.shop.machining.rotary_sweep import in_workpiece, turns
 from vcmm.shop.machining.states import moment, seconds_at
 from vcmm.shop.machining.tool_errors import ToolSide
 
@@ -217,6 +219,20 @@ class RotaryMillingProcess(MillingProcess):
     def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
         axis = self.tool_axis(rows)
         return super().columns(job, rows) | {name: axis[:, i] for i, name in enumerate(TOOL_AXIS_COLUMNS)}
+
+    def rough(self, within: float) -> Sweep:
+        """While rotary axes turn, as few rows as miss the tool by no more than that."""
+        m = self.motion
+        return in_workpiece(m.machine, m.base, m.turned, m.offset, m.rapid, within)[0]
+
+    def feed(self, job: PreparedCut) -> Array:
+        """Where a rotary axis turns F may be degrees per minute: there how far the tip runs over the part in its time."""
+        motion = self.motion
+        move = motion.base.move[motion.row]
+        programmed = np.array([job.program.moves[i].feed or 0.0 for i in move.tolist()])
+        begins, ends = (seconds_at(job.path.timing, move, share) for share in (motion.first, motion.last))
+        time = np.maximum(ends - begins, 1e-9)
+        return np.where(turns(motion.turned)[motion.row], motion.feed_lengths[1] / time * 60.0, programmed)
 
     def fed_in_part(self, job: PreparedCut) -> Mapping[str, float]:
         """Along the tip in the part."""

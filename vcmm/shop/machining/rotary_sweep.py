@@ -31,15 +31,16 @@ def turns(turned: Array) -> Bools:
 
 
 def in_workpiece(
-    machine: Machine, base: Sweep, turned: Array, offset: Array, rapid: Bools
+    machine: Machine, base: Sweep, turned: Array, offset: Array, rapid: Bools, search: float = SEARCH
 ) -> tuple[Sweep, RotaryMotion]:
-    """The sweep in workpiece axes, in the order of the moves. base, turned, offset: as in RotaryMotion; rapid (m,)."""
+    """The sweep in workpiece axes, in the order of the moves. base, turned, offset: as in RotaryMotion; rapid (m,); search: mm by which a
+    row may miss a turning tool that cuts."""
     held, bent = _affine(machine, base, turned, offset)
     free = turns(turned) | (bent & (base.kind != LINE))
     counts = np.ones(len(base), dtype=int)
     if free.any():
         rows = np.flatnonzero(free)
-        limit = np.where(rapid[rows], SEARCH_RAPID, SEARCH)
+        limit = np.where(rapid[rows], max(SEARCH_RAPID, search), search)
         counts[rows] = _counts(machine, base, turned, offset, rows, limit)
     _check_count(counts, base)
     row = np.repeat(np.arange(len(base)), counts)

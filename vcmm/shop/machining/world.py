@@ -22,9 +22,11 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.shop.cutting.contactmap import Contacts, Ints
 from vcmm.shop.machining.probing import NoMeasuringWorld, ProbedHere
-from vcmm.shop.machining.tool_errors import ToolSide
+from vcmm.shop.machining.tool_errors import FORCES, ToolSide
 from vcmm.task.response.influence import Influence, Product
 from vcmm.task.response.trials import Draws
+
+LEAST_BEND = 1e-9  # mm/N: 1 nm under 1000 N, a hundredth of the stiffest mill
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +82,18 @@ class Cutting:
         """Heights (..., P) as vectors along the normals of the touches, workpiece axes of the measuring machine."""
         return np.asarray(height[..., None] * self.measuring.task.touches.run.normal)
 
+    def makers(self) -> tuple[Ints, Array]:
+        """Row (P,) and gain (P, 3) of the pass that makes each point.
+
+        Of two passes along the same line that leave the same height (into a slot and out of it) the one makes a wall towards which the force bends
+        the tool: every mill gives way, and only away from the force. `LEAST_BEND` is too little to matter where heights differ.
+        """
+        if not all(name in self.tool.run.columns for name in FORCES):
+            return self.contacts.deepest(self.tool_errors)
+        return self.contacts.deepest(self.tool_errors + LEAST_BEND * self.tool.run.vector(*FORCES))
+
     def influences(self) -> tuple[Influence, ...]:
-        row, gain = self.contacts.deepest(self.tool_errors)
+        row, gain = self.makers()
         out = [self._at_touches(self.tool.relative(f), row, gain) for f in self._cut]
         for number, one in zip(self._place, self._probing):
             if number < len(self._cut):
@@ -96,7 +108,7 @@ class Cutting:
         return replace(one, response=response, codes=one.codes[row])
 
     def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
-        row, gain = self.contacts.deepest(self.tool_errors)
+        row, gain = self.makers()
         n = self.measuring.task.touches.run.normal
         out = [
             Product(p.first, p.second, np.einsum("pi,pi->p", gain, p.response[row])[:, None] * n)

@@ -64,11 +64,23 @@ def svg(figure: Any, title: str) -> str:
     out = io.StringIO()
     for drawn in figure.axes:
         drawn.patch.set_facecolor("none")
+    canvas = FigureCanvasSVG(figure)
+    _lay_out(figure, canvas.fixed_dpi)
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "vcmm"}):
-        FigureCanvasSVG(figure).print_figure(
-            out, format="svg", facecolor="none", dpi=DOTS, metadata={"Date": None}
-        )
+        canvas.print_figure(out, format="svg", facecolor="none", dpi=DOTS, metadata={"Date": None})
     return _within_a_page(out.getvalue(), title, INCH * figure.get_figwidth(), INCH * figure.get_figheight())
+
+
+def _lay_out(figure: Any, dpi: int) -> None:
+    """What print_figure does by drawing all once to nowhere; only the layout is asked of it, at the dots per inch of an SVG."""
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    own = figure.dpi
+    figure.dpi = dpi
+    engine.execute(figure)
+    figure.set_layout_engine("none")
+    figure.dpi = own
 
 
 def _within_a_page(text: str, title: str, width: float, height: float) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vcmm.show.charts.canvas import add_legend, add_title
 from vcmm.show.charts.curves import PlotSeries, curve
 from vcmm.show.report.palette import LIGHT
 from vcmm.show.report.text import unit_word
@@ -38,6 +39,7 @@ def over_time(
     drawn = curve(
         series, x_label=f"days since {start}", y_label=unit_word(unit), title=title, zero_line=False, ax=ax
     )
-    for day in alarms:
-        drawn.axvline(day, color=LIGHT["bad"], linewidth=1.0, linestyle=":")
-    return drawn
+    for number, day in enumerate(alarms):
+        label = None if number else "alarm"
+        drawn.axvline(day, color=LIGHT["bad"], linewidth=1.0, linestyle=":", label=label)
+    return add_title(add_legend(drawn), title) if len(alarms) else drawn

@@ -38,6 +38,7 @@ class PolarTrace:
     """Deviations radius_um (n,) at angle_rad (n,), counter-clockwise from +x; colour: a role of the palette.
 
     width_um: the width that is stated of it where that is not about the drawn centre (G+ and G- of ISO 230-4 are about their own).
+    half_um: half of the band (n,) about it; None: it has none.
     """
 
     name: str
@@ -47,6 +48,7 @@ class PolarTrace:
     thin: bool = False
     closed: bool = True
     width_um: float | None = None
+    half_um: npt.ArrayLike | None = None
 
 
 @dataclass(frozen=True)
@@ -83,11 +85,22 @@ def traces(
     if not kept:
         raise DataError("A polar trace needs one trace at least.")
     drawn: Any = canvas(ax, 440, "polar")
-    ends = np.concatenate([*(r for _, r in kept), *([v] for v in (low_um, high_um) if v is not None), [0.0]])
+    bands = [_band(line, r) for line, (_, r) in zip(lines, kept)]
+    ends = np.concatenate(
+        [
+            *(r for _, r in kept),
+            *(side for b in bands for side in b),
+            *([v] for v in (low_um, high_um) if v is not None),
+            [0.0],
+        ]
+    )
     low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
     around = np.linspace(0.0, 2.0 * np.pi, 181)
     drawn.plot(around, np.zeros(around.size), color=LIGHT["faint"], linewidth=0.9)
-    for one, (angle, radius) in zip(lines, kept):
+    for one, band, (angle, radius) in zip(lines, bands, kept):
+        if band:
+            around_it = [np.append(v, v[0]) for v in (angle, *band)] if one.closed else [angle, *band]
+            drawn.fill_between(*around_it, color=LIGHT[one.colour], alpha=0.18, linewidth=0.0)
         shut = one.closed and bool(np.isfinite(radius).all())
         both = [np.append(v, v[0]) if shut else v for v in (angle, radius)]
         drawn.plot(
@@ -113,6 +126,14 @@ def traces(
     add_title(add_legend(drawn), f"{title}\nHighest less lowest point; {said}.")
     about = {c.name: {"radius": c.radius_um, "x": c.x_um, "y": c.y_um, "width": c.width_um} for c in circles}
     return carrying(drawn, chart="trace", unit="µm", width=widths, circles=about, scale=[low, high])
+
+
+def _band(line: PolarTrace, radius: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], ...]:
+    """Both sides (n,) of the band of a trace; none where it has none."""
+    if line.half_um is None:
+        return ()
+    half = np.broadcast_to(np.asarray(line.half_um, dtype=np.float64), radius.shape)
+    return radius - half, radius + half
 
 
 def _check(line: PolarTrace) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

@@ -6,7 +6,8 @@ import hashlib
 import json
 import math
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -70,11 +71,19 @@ def _file_hash(path: Path) -> dict[str, str]:
 
 def sources(path: Path) -> list[Path]:
     """A TOML file and all files it names that lie beside it, for the record of inputs; each once."""
-    found = [path]
-    for one in found:  # grows while it is read
-        if one.suffix == ".toml":
-            found += [p for p in _named_in(one) if p not in found]
-    return found
+    return sources_of_all([path])
+
+
+def sources_of_all(paths: Iterable[Path]) -> list[Path]:
+    """The same of several files, one after another; a file that many of them name is read once."""
+    named, out = cache(_named_in), dict[Path, None]()
+    for path in paths:
+        found = [path]
+        for one in found:  # grows while it is read
+            if one.suffix == ".toml":
+                found += [p for p in named(one) if p not in found]
+        out.update(dict.fromkeys(found))
+    return list(out)
 
 
 def _named_in(path: Path) -> list[Path]:

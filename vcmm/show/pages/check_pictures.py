@@ -1,4 +1,4 @@
-"""A check beside its forecast: polar of a circle, over its axis of a line (layout of ISO 230-2 diagrams), else reading by reading."""
+"""A number over time, and a check beside its forecast: polar of a circle, over its axis of a line (layout of ISO 230-2 diagrams), else reading by reading."""
 
 from __future__ import annotations
 
@@ -13,19 +13,25 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from vcmm.files.learned.last_checks import CheckPart
+    from vcmm.files.learned.track_result import NumberOverTime, Track
 
 WAYS = ((1.0, "forwards", "o"), (-1.0, "backwards", "s"), (0.0, "read", "o"))
+
+
+def number_over_time(track: Track, one: NumberOverTime, ax: Axes | ChartSheet | None = None) -> Axes:
+    """A number over the days with its band, checks, alarms and forecast."""
+    return charts.over_time(
+        one.when - one.when[0], one.value, one.u, name=one.name, unit=one.unit, start=track.checks[0].date,
+        alarms=[c.when - one.when[0] for c in track.alarms], ahead=np.array(one.ahead), what=one.what, ax=ax,
+    )  # fmt: skip
 
 
 def beside_forecast(part: CheckPart, ax: Axes | ChartSheet | None = None) -> Axes:
     """What was read, and what was forecast of it with the 95 % band of one reading."""
     title = f"{part.name} of {part.date}\n{part.inside:.0%} of {len(part.seen)} readings within the 95 % band of their forecast"
     if part.circle:
-        low, high = part.forecast - 1.96 * part.u, part.forecast + 1.96 * part.u
         lines = [
-            PolarTrace("low end", part.place, low, "c2", thin=True),
-            PolarTrace("high end", part.place, high, "c2", thin=True),
-            PolarTrace("forecast", part.place, part.forecast, "c2"),
+            PolarTrace("forecast, ± 1.96 u", part.place, part.forecast, "c2", half_um=1.96 * part.u),
             PolarTrace("read", part.place, part.seen, "c1"),
         ]
         return charts.traces(lines, title=title, ax=ax)

@@ -36,6 +36,7 @@ from vcmm.show.tables.diagnosis import (
     folds,
     micro_text,
     next_steps,
+    open_members,
     places,
     probability_text,
     values_text,
@@ -85,9 +86,11 @@ def sentences(d: Diagnosis) -> list[str]:
 
 def _answer_text(d: Diagnosis, a: Answer) -> str:
     """One answer: what the machine does, its numbers, what it may be instead."""
+    opened = open_members(a)
+    foreign = [n for n in a.cannot_be_told_from if n.split("[")[0] not in {m.effect for m in opened}]
     rivals = (
-        f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; probability of either: {a.with_rivals:.3f}."
-        if a.cannot_be_told_from
+        f" It cannot be told from {', '.join(foreign)} here; probability of either: {a.with_rivals:.3f}."
+        if foreign
         else ""
     )
     said = plain_words(a.effect, a.where, a.parameters)
@@ -96,10 +99,10 @@ def _answer_text(d: Diagnosis, a: Answer) -> str:
     elif a.doubtful:
         said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}"
     own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
-    return (
-        f"{said} {_name(a)}: {values_text(a)}; its own variance is {a.share:.0%} of the excess; probability"
-        f" {probability_text(a)}.{rivals}{own}".strip()
-    )
+    sure = f"probability {probability_text(a)}"
+    if opened:
+        sure = f"probability of the family {a.family} {a.family_probability:.3f}, of this shape of it {probability_text(a)}"
+    return f"{said} {_name(a)}: {values_text(a)}; its own variance is {a.share:.0%} of the excess; {sure}.{rivals}{own}".strip()
 
 
 def _of_unknown(d: Diagnosis) -> list[str]:

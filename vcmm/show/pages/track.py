@@ -12,7 +12,7 @@ from vcmm.files.learned.last_checks import last_checks
 from vcmm.show import charts
 from vcmm.show import report as r
 from vcmm.show.charts import Band, PlotSeries
-from vcmm.show.pages.check_pictures import beside_forecast
+from vcmm.show.pages.check_pictures import beside_forecast, number_over_time
 from vcmm.show.pages.header import OF_MACHINES, facts
 from vcmm.show.tables import track as tables
 from vcmm.show.tables.answers_runs import track_answers
@@ -44,7 +44,10 @@ def track_page(
         blocks += [r.heading("Doubtful parts"), html(tables.doubtful(doubtful))]
     blocks.append(r.heading("Numbers over time"))
     drawn = sorted(track.courses, key=lambda c: -c.moved)[:DRAWN]
-    blocks += [r.columns(*(charts.on_page(track.plot, c.name) for c in drawn)), html(tables.numbers(track))]
+    blocks += [
+        r.columns(*(charts.on_page(number_over_time, track, c) for c in drawn)),
+        html(tables.numbers(track)),
+    ]
     last = last_checks(track)
     blocks += [
         r.heading("Last checks beside their forecast"),

@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from vcmm.physics import BY_NAME
-
 if TYPE_CHECKING:
     from vcmm.core.declaration import Trade
+    from vcmm.core.effect import Effect
 
 _PLACE = re.compile(r"\[([^\]]*)\]")
 BY_REDRAW = {  # what helps where an effect says nothing of its own
@@ -57,7 +56,7 @@ def what_to_change(line: Any) -> str:
         return BY_REDRAW["touch"]
     if line.redraw in BY_REDRAW:
         return BY_REDRAW[line.redraw]
-    kind = BY_NAME.get(_effect(line))
+    kind = _kind_of(line)
     if kind is not None and kind.about.words is not None:
         return f"know it better: {_fill_in_place(kind.about.words.confirm, line)}"
     return CALIBRATE
@@ -71,8 +70,15 @@ def _effect(line: Any) -> str:
     return str(re.split(r"[\[.]", line.input)[0])
 
 
+def _kind_of(line: Any) -> type[Effect] | None:
+    """The effect of a line; the list of effects is loaded here, since documents without a budget need none."""
+    from vcmm.physics import BY_NAME
+
+    return BY_NAME.get(_effect(line))
+
+
 def _trade(line: Any) -> Trade | None:
-    kind = BY_NAME.get(_effect(line))
+    kind = _kind_of(line)
     return None if kind is None else kind.about.trade
 
 

@@ -11,7 +11,7 @@ from vcmm.core.error_names import words_of
 from vcmm.learn.diagnosis.plain_words import cause_and_cure
 from vcmm.shop.motion.toolpath import Toolpath, clock
 from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed_value, whole
-from vcmm.show.tables.diagnosis import micro_text
+from vcmm.show.tables.diagnosis import micro_text, open_members
 
 if TYPE_CHECKING:
     from vcmm.compensation.result import CompensatedProgram
@@ -256,29 +256,36 @@ def _unit(name: str) -> str:
 
 
 def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
-    name = f"{a.effect.replace('_', ' ')} {', '.join(str(v) for v in a.where.values())}".strip()
+    """One answer; where its family is more probable than the name that stands for it, the family first, and which members are open."""
+    where = ", ".join(str(v) for v in a.where.values())
+    name = f"{a.effect.replace('_', ' ')} {where}".strip()
     cause, confirm = cause_and_cure(a.effect, a.where, a.parameters)
     sizes = [
         f"{n} = {signed_value(float(e.value), K * float(e.u), _unit(e.unit))}"
         for n, e in a.parameters.items()
         if np.ndim(e.value) == 0
     ]
+    opened = open_members(a)
+    foreign = [n for n in a.cannot_be_told_from if n.split("[")[0] not in {m.effect for m in opened}]
     rivals = (
-        f"or {', '.join(n.replace('_', ' ') for n in a.cannot_be_told_from)}, {percent(a.with_rivals)} together"
-        if a.cannot_be_told_from
+        f"or {', '.join(n.replace('_', ' ') for n in foreign)}, {percent(a.with_rivals)} together"
+        if foreign
         else ""
     )
+    sure = a.family_probability if opened else a.probability
+    shapes = ", ".join(f"{m.effect.replace('_', ' ')} {percent(m.probability)}" for m in opened)
     return AnswerLine(
-        f"{rank}. {name}",
+        f"{rank}. {f'{a.family} {where}'.strip() + f', written as {name}' if opened else name}",
         ", ".join(sizes) or "size not stated",
         coverage=f"k = {K:.0f}; its own variance is {whole(a.share)} of the excess",
         limits=rivals,
-        verdict=f"probability {percent(a.probability)}",
-        kind="good" if a.probability >= 0.95 else "warning",
+        verdict=f"probability {percent(sure)}" + (f"; open is its shape: {shapes}" if opened else ""),
+        kind="good" if sure >= 0.95 else "warning",
         because=cause,
         change=confirm,
         link="Effects missing from the machine model",
-        numbers={"effect": a.effect, "share": a.share, "probability": a.probability},
+        numbers={"effect": a.effect, "share": a.share, "probability": a.probability}
+        | ({"family": a.family, "family_probability": sure} if opened else {}),
         labels=("", "usually", "confirm by:"),
     )
 

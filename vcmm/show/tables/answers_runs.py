@@ -10,7 +10,6 @@ from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed
 from vcmm.show.report.text import micro, unit_word
 from vcmm.show.tables.audit import verdict as audit_verdict
 from vcmm.show.tables.calibration import LEAST_U_UM
-from vcmm.show.tables.fleet import trend_text
 
 if TYPE_CHECKING:
     from vcmm.answer.inference.audit import AuditResult
@@ -28,6 +27,7 @@ NOTHING = "nothing missing"  # verdict of a diagnosis
 
 def folder_answers(records: Sequence[Mapping[str, Any]], found: Sequence[Change]) -> list[AnswerLine]:
     """Of a folder of recordings: per machine what changed and when; then what could not be diagnosed."""
+
     good = [r for r in records if not r["problem"]]
     lines = [_machine_line(m, good, found) for m in dict.fromkeys(r["machine"] for r in good)]
     bad = [r for r in records if r["problem"]]
@@ -48,6 +48,8 @@ def folder_answers(records: Sequence[Mapping[str, Any]], found: Sequence[Change]
 
 
 def _machine_line(machine: str, records: Sequence[Mapping[str, Any]], found: Sequence[Change]) -> AnswerLine:
+    from vcmm.show.tables.fleet import trend_text  # with all that diagnoses a folder
+
     own = [r for r in records if r["machine"] == machine]
     lacking = sum(r["verdict"] != NOTHING for r in own)
     moved = sorted(

@@ -16,6 +16,7 @@ from vcmm.show.tables.table import NUMBER_TEXT, WORDS, Column, ResultTable
 
 if TYPE_CHECKING:
     from vcmm.learn.diagnosis.estimates import Estimate
+    from vcmm.learn.diagnosis.families import Member
     from vcmm.learn.diagnosis.locate import Place
     from vcmm.learn.diagnosis.power import Detectable
     from vcmm.learn.diagnosis.result import Answer, Diagnosis, NextStep, Transfer
@@ -52,6 +53,13 @@ def micro_text(d: Diagnosis, value: float) -> str:
     if not np.isfinite(value):
         return "–"
     return f"{value * 1e6:.3g} µrad" if d.angle else f"{value * 1e3:.3g} µm"
+
+
+def open_members(a: Answer) -> tuple[Member, ...]:
+    """The shapes of its family that are open, the most probable first; none where the name is as probable as its family."""
+    if a.kin is None or len(a.kin.members) < 2 or a.family_probability <= a.probability:
+        return ()
+    return tuple(sorted(a.kin.members, key=lambda m: -m.probability))
 
 
 def probability_text(a: Answer) -> str:

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vcmm.core.units import plain
 from vcmm.files.learned.fleet import Change, name_of
 from vcmm.learn.diagnosis.trend import ALWAYS, DRIFT, IRREGULAR, STEADY, STEP
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
+from vcmm.show.tables.value_text import value_text
 
 Record = Mapping[str, Any]
 CHANGE_COLUMNS = (
@@ -38,17 +38,6 @@ def _values(answer: Mapping[str, Any]) -> str:
     return ", ".join(
         f"{k} {value_text((e['value'], e['u']), e['unit'])}" for k, e in answer["parameters"].items()
     )
-
-
-def value_text(value: tuple[float, float] | None, unit: str) -> str:
-    """1.50 ± 0.12 um: standard uncertainty to two digits."""
-    if value is None:
-        return "not found"
-    if value[1] is None or not value[1] > 0:
-        return f"{plain(value[0])} {unit}".rstrip()
-    u = float(f"{value[1]:.2g}")
-    digits = max(0, 1 - int(f"{u:e}".split("e")[1]))
-    return f"{value[0]:.{digits}f} ± {u:.{digits}f} {'' if unit == '1' else unit}".rstrip()
 
 
 def _rms(record: Record, which: str) -> float | None:

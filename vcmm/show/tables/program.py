@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from vcmm.shop.motion.toolpath import Toolpath, clock
 from vcmm.show.tables.quantities import fixed
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable, entry, listing, records
 
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from vcmm.core.machine import Machine
     from vcmm.program.moves import Move, Program
     from vcmm.program.summary import ProgramSummary
+    from vcmm.shop.motion.toolpath import Toolpath
 
 RIGHT = NUMBER_TEXT
 UPRIGHT = 1.0 - 1e-15
@@ -214,6 +214,8 @@ TIMES: tuple[Column[tuple[str, float, str]], ...] = (
 
 def times(path: Toolpath) -> ResultTable[tuple[str, float, str]]:
     """The cycle time and its parts by mode and by tool, s."""
+    from vcmm.shop.motion.toolpath import clock  # the time law is loaded where a time is shown
+
     rows = [("cycle time", path.seconds, clock(path.seconds))]
     for what in ("mode", "tool"):
         for name, seconds in path.seconds_by(what).items():

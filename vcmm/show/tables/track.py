@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING
 
 from vcmm.files.learned.track_result import NumberOverTime, Track, last_good
 from vcmm.learn.tracking.dates import date_of
-from vcmm.learn.tracking.next_check import CheckPlan, NextCheck
-from vcmm.learn.tracking.task_limits import TaskLimit
-from vcmm.show.tables.fleet import value_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
+from vcmm.show.tables.value_text import value_text
 
 if TYPE_CHECKING:
     from vcmm.learn.tracking.doubtful import CharacteristicShift, DoubtfulParts
     from vcmm.learn.tracking.follow import FollowedCheck
+    from vcmm.learn.tracking.next_check import CheckPlan, NextCheck
+    from vcmm.learn.tracking.task_limits import TaskLimit
+
+    Planned = tuple[tuple[TaskLimit, ...], tuple[NextCheck, ...], CheckPlan]
 
 MOST = 12  # numbers that people see; all stand in the document
 
@@ -113,9 +115,6 @@ def numbers(track: Track, most: int = MOST) -> ResultTable[NumberOverTime]:
     )
 
 
-Planned = tuple[tuple[TaskLimit, ...], tuple[NextCheck, ...], CheckPlan]
-
-
 def _date(track: Track, day: int) -> str:
     return date_of(track.dated.when + day)
 
@@ -144,7 +143,24 @@ def _columns(limits: Sequence[TaskLimit], track: Track) -> tuple[Column[NextChec
 def next_checks(planned: Planned, track: Track) -> ResultTable[NextCheck]:
     limits, each, _ = planned
     said = "each by itself, on the last day on which all limits hold; the longest for its cost first; U = 2 u, a known bias apart"
-    return ResultTable("which check next", _columns(limits, track), each, said)
+    return ResultTable(
+        "which check next",
+        _columns(limits, track),
+        each,
+        "; ".join([said, *map(_beyond, beyond_checks(limits))]),
+    )
+
+
+def beyond_checks(limits: Sequence[TaskLimit]) -> list[TaskLimit]:
+    """Limits that no check of the machine can keep: what else is uncertain is above them by itself."""
+    return [x for x in limits if 2.0 * x.rest >= x.limit]
+
+
+def _beyond(limit: TaskLimit) -> str:
+    return (
+        f"U of {limit.name} is {_small(2.0 * limit.rest, limit)} without any error of the machine, so no check of it keeps {_small(limit.limit, limit)}: "
+        "vcmm uncertainty says what else counts"
+    )
 
 
 def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:

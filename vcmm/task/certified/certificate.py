@@ -5,6 +5,7 @@ Maximum permissible errors as certificates and data sheets write them: ISO 10360
 1.9 um + L/300     1.9 + L/300      L in mm gives um
 1.9 um + 3.3L/1000 1.9 + 3.3 L/1000 3.3 um per 1000 mm
 1.9 um + 3.3 um/m  1.9 um           a slope with its unit; a limit that does not grow
+1.9 um + L/300 <= 4 um              ISO 10360-2's third form: grows as far as its cap; also <, a comma, min(1.9 um + L/300, 4 um)
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
@@ -38,6 +41,17 @@ def parts_of(text: str, name: str, example: str) -> tuple[float, float]:
         bare = re.fullmatch(NUMBER, first)  # "1.9 + L/300": the equation is one of numbers in um
         return quantity(f"{first} um" if bare else first, "length", name, example), per
     return quantity(f"{first} um" if bracket else first, "length", name, example), float("inf")
+
+
+_CAPPED = re.compile(r"min\((?P<grows>[^,;]+)[,;](?P<cap>[^,;]+)\)|(?P<left>.+?)(?:<=|≤|<)(?P<right>.+)")
+
+
+def with_cap(text: str) -> tuple[str, str]:
+    """A limit and its cap, two texts; the cap is empty where there is none: "1.8 um + L/350 <= 4 um"."""
+    capped = _CAPPED.fullmatch(text.strip().lstrip("±").strip())
+    if capped is None:
+        return text, ""
+    return (capped["grows"] or capped["left"]).strip(), (capped["cap"] or capped["right"]).strip()
 
 
 def _per(text: str, whole: str, name: str) -> float:
@@ -70,17 +84,28 @@ POSITIONING = ("A", "E", "R", "B", "M")
 
 @dataclass(frozen=True)
 class LengthLimit:
-    """A limit that may grow with the length: fixed mm + length / per, both sides (mm from mm)."""
+    """A limit that may grow with the length: fixed mm + length / per, cap mm at most, both sides (mm from mm)."""
 
     fixed: float
     per: float = float("inf")
+    cap: float = float("inf")
 
     def __call__(self, length: float) -> float:
-        return self.fixed + 1e-3 * length / self.per
+        return min(self.fixed + 1e-3 * length / self.per, self.cap)
 
     def at(self, lengths: Array) -> Array:
         """(n,) mm for lengths (n,) mm."""
-        return self.fixed + 1e-3 * lengths / self.per
+        return np.minimum(self.fixed + 1e-3 * lengths / self.per, self.cap)
+
+    @property
+    def corner(self) -> float:
+        """Length in mm at which the cap is reached; 0 where there is none."""
+        return 1e3 * (self.cap - self.fixed) * self.per if self.cap < float("inf") else 0.0
+
+    def __str__(self) -> str:
+        grows = f" + L/{self.per:g}" if self.per < float("inf") else ""
+        cap = f" <= {self.cap * 1e3:g} um" if self.cap < float("inf") else ""
+        return f"{self.fixed * 1e3:g} um{grows}{cap}"
 
 
 def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> LengthLimit:
@@ -89,9 +114,14 @@ def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> Le
         raise UsageError(
             f'{name} = {text} must be a text with its unit; write for example {name} = "{example}"'
         )
-    found = LengthLimit(*parts_of(text, name, example))
+    grows, cap = with_cap(text)
+    found = LengthLimit(*parts_of(grows, name, example), cap=short_limit(cap, name) if cap else float("inf"))
     if not (found.fixed >= 0 and found.per > 0) or (found.fixed == 0 and found.per == float("inf")):
         raise UsageError(f'{name} = "{text}": a limit is positive; write for example {name} = "{example}"')
+    if cap and (found.per == float("inf") or found.cap <= found.fixed):
+        raise UsageError(
+            f'{name} = "{text}": a cap bounds a limit that grows and begins below it; write for example {name} = "1.9 um + L/300 <= 4 um"'
+        )
     return found
 
 
@@ -170,11 +200,7 @@ class MachineCertificate:
 
     def words(self) -> str:
         """What is stated, as evidence of the Input."""
-        parts = [
-            f"{n} {x.fixed * 1e3:g} um" + (f" + L/{x.per:g}" if x.per < float("inf") else "")
-            for n, x in (("E0", self.E0), ("E150", self.E150))
-            if x
-        ]
+        parts = [f"{n} {x}" for n, x in (("E0", self.E0), ("E150", self.E150)) if x]
         parts += [
             f"{n} {x * 1e3:g} um"
             for n, x in (("R0", self.R0), ("P_Form", self.form), ("P_Size", self.size))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Motion, tip_motion
 from vcmm.core.machine import Machine
@@ -23,6 +26,17 @@ def tool_directions(machine: Machine, run: Run) -> Array:
         for one in np.eye(6)[:3]
     ]
     return np.stack(ways, axis=1)
+
+
+def head_axes(machine: Machine) -> tuple[str, ...]:
+    """Rotary axes that carry the tool: a head turns by them."""
+    return tuple(a for a in machine.chain.tool if is_rotary(a))
+
+
+def machine_directions(machine: Machine, run: Run) -> Array:
+    """(n, 3, 3): X, Y and Z of the machine in workpiece axes, as rows: what a head turns by does not count."""
+    still = {a: np.zeros(run.n) for a in head_axes(machine)}
+    return tool_directions(machine, replace(run, position={**run.position, **still}))
 
 
 def with_probe_frame(run: Run, machine: Machine) -> Run:

@@ -30,7 +30,13 @@ from vcmm.core.run import Array, Run
 from vcmm.task.instruments.artefact import DIAMETER
 from vcmm.task.instruments.instrument import Instrument, OwnError
 from vcmm.task.instruments.laying import layout
-from vcmm.task.instruments.probe_frame import SPINDLE, normals_in_probe, tool_directions
+from vcmm.task.instruments.probe_frame import (
+    SPINDLE,
+    head_axes,
+    machine_directions,
+    normals_in_probe,
+    tool_directions,
+)
 from vcmm.task.response.recording import Recording
 
 ORDERS = (2, 3)  # lobes
@@ -82,21 +88,24 @@ def touches(
 ) -> Recording:
     """Touches of spheres (place (3,) mm, workpiece axes, rotary axes at zero) at rotary positions (rad), spindle at angles (rad).
 
-    directions (k, 3): outward normals in the frame of the tool. A touch whose normal is more than `tilt` from +Z of the
-    table, where the stem of the sphere is, is left out. radius mm of the surface on which the middle of the ball lies; u mm per touch.
+    directions (k, 3): outward normals in the axes of the machine, along which a control touches however its head is turned. A touch whose normal is more than
+    `tilt` from +Z of the table, where the stem of the sphere is, is left out, and with a head that is turned one at which the stylus would lean over the sphere. radius mm of the surface on which the middle of the ball lies; u mm per touch.
     Raises ModelLimit where nothing can be touched, or the linear axes cannot reach it.
     """
     rows: list[tuple[int, int, float, Array]] = []
     letters = machine.chain.letters
     for k, pose in enumerate(poses):
         one = Run({a: np.array([pose.get(a, 0.0)]) for a in letters}, np.zeros((1, 3)))
-        outward = directions @ tool_directions(machine, one)[0]  # workpiece axes
+        outward = directions @ machine_directions(machine, one)[0]  # workpiece axes
+        stylus = (
+            tool_directions(machine, one)[0][2] if head_axes(machine) else None
+        )  # from the ball to the spindle
         rows += [
             (i, k, angle, n)
             for i in range(len(spheres))
             for angle in spindle
             for n in outward
-            if n[2] > np.cos(tilt) - 1e-9
+            if n[2] > np.cos(tilt) - 1e-9 and (stylus is None or n @ stylus > -1e-9)
         ]
     if not rows:
         raise ModelLimit("no direction of touch is free of the stems of the spheres; add directions")

@@ -2,6 +2,7 @@
 
     rigid, alignment  6 per value   where the artefact (part) lies: shift, and turn about the centroid of its points
     offset            3 per value   tip offset of a stylus; of an angle: how the tool stands in its head
+    tool              3 per value   where the target of a tracker sits on the tool, in the axes of the last joint
     index             1 per axis    and value: where the counter is zero, the axis stands at reading + index
     radius            1 per value   tip radius, along the outward normal; of a length: a constant (both ends)
     zero              1 per value   the instrument was set to zero anywhere
@@ -116,6 +117,8 @@ def _columns(word: str, group: _LabelGroup) -> Columns:
         return _profile(group)
     if word == "index":
         return _link_columns(group, {f".{a}": (a, COLUMN[a[0]]) for a in group.machine.chain.letters})
+    if word == "tool":
+        return _link_columns(group, {f".{c}": ("tool", i) for i, c in enumerate("xyz")})
     heads = any(is_rotary(a) for a in group.machine.chain.tool)
     if word == "offset" and group.recording.kind == "angle" and heads:
         return _link_columns(group, {f".turn_{c}": ("tool", 3 + i) for i, c in enumerate("xyz")})

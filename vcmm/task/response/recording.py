@@ -34,7 +34,7 @@ Ints = npt.NDArray[np.intp]
 KINDS = ("probe", "displacement", "length", "angle", "path")
 NUISANCES = (
     "rigid", "offset", "radius", "zero", "slope", "centre", "station", "dead_path", "alignment", "index",
-    "profile",
+    "profile", "tool",
 )  # fmt: skip
 UNKNOWN = "unknown "  # begins the name of a known covariance that stands for physics without a name
 SOURCE_LABEL = "recording"  # the label that says of several which recording a row is of

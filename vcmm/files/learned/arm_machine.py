@@ -1,0 +1,63 @@
+"""A calibrated arm as files: machine.toml, the location errors of its joints, and their joint covariance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.core.inputs import Input, JointCovariance
+from vcmm.core.laws import MultivariateNormal
+from vcmm.files.foreign.isg import ErrorFile
+from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.learned.improved_machine import effect_toml, input_toml
+from vcmm.files.own.joint_covariance import covariance_text
+from vcmm.files.toml_edits import editable, move_names
+from vcmm.learn.calibration.arm import ArmFit
+from vcmm.physics.structure.squareness import RotaryLocation
+
+
+def arm_texts(found: ArmFit, prior: Path, target: Path, sources: Sequence[str]) -> dict[str, str]:
+    """File name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv. prior: the machine file with the nominal arm.
+
+    The joint covariance holds the geometry; further terms have an Input each, and what they share with the geometry is not written.
+    """
+    table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
+    said = f"calibrated from {', '.join(sources)}"
+    geometry = [i for i, t in enumerate(found.terms) if isinstance(t.effect, RotaryLocation)]
+    starts = np.cumsum([0, *(t.size for t in found.terms)])
+    rows = starts[geometry]
+    names = [found.terms[i].name for i in geometry]
+    joint = JointCovariance(tuple(names), np.full(len(names), np.nan), found.covariance[np.ix_(rows, rows)])
+    document = editable(prior)
+    move_names(document, prior.parent, target.parent)
+    document.pop("large_errors", None)
+    head = (
+        str(document.as_string())
+        .rstrip()
+        .replace('vcmm = "machine/1"\n', 'vcmm = "machine/1"\nlarge_errors = true\n', 1)
+    )
+    told = "".join(f"# {r.text}\n" for r in found.redundant)
+    errors = (
+        f'[errors]\ntable = "{table}"\nstate = "residual"\ncovariance = "{covariance}"\nevidence = "{said}"\n'
+    )
+    further = [_term(found, i, said) for i in range(len(found.terms)) if i not in geometry]
+    return {
+        f"{target.stem}.toml": "\n".join([head, "", told + errors, *further]),
+        table: isg_text(ErrorFile((), dict(zip(names, found.theta[rows].tolist()))), said),
+        covariance: covariance_text(joint),
+    }
+
+
+def _term(found: ArmFit, i: int, said: str) -> str:
+    """An effect of two numbers with its Input."""
+    term = found.terms[i]
+    start = sum(t.size for t in found.terms[:i])
+    part = slice(start, start + term.size)
+    effect = term.with_values(found.theta[part])
+    law = MultivariateNormal(found.covariance[part, part])
+    known = Input(effect.name, effect.where, term.parameter, law, "machine", "")
+    text = input_toml(effect, replace(known), said).replace("diagnosed from calibrated", "calibrated")
+    return effect_toml(effect) + text

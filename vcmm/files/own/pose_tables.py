@@ -1,0 +1,193 @@
+"""Poses of a tracker against the joint angles of an arm (recordings of kind "pose"): columns of one file or two to PoseReadings.
+
+Usual columns: C1_deg A2_deg ... (or _rad), x_mm y_mm z_mm (or _m), and where orientations were read qw qx qy qz, rot_x_deg rot_y_deg
+rot_z_deg (a rotation vector, or _rad) or r11 r12 ... r33. [poses] names the columns of files that are written otherwise.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from vcmm.core.errors import DataError, UsageError, choose_from
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.core.units import quantity
+from vcmm.files.schema import Point, Table
+from vcmm.files.sheets import Sheet, read_csv
+from vcmm.task.response.poses import PoseReadings, check_arm
+
+_UNITS = {"deg": np.pi / 180.0, "rad": 1.0, "mm": 1.0, "m": 1000.0}
+_POSITION = tuple("xyz")
+_ROTATION = ("rot_x", "rot_y", "rot_z")
+_QUATERNION = ("qw", "qx", "qy", "qz")
+_MATRIX = tuple(f"r{i}{j}" for i in "123" for j in "123")
+Word = Literal[
+    "",
+    "quaternion wxyz",
+    "quaternion xyzw",
+    "rotation vector",
+    "matrix",
+    "euler xyz",
+    "euler zyx",
+    "euler zyz",
+]
+_COUNT = {"quaternion wxyz": 4, "quaternion xyzw": 4, "matrix": 9}  # numbers of an orientation; else 3
+TURNED = 0.01  # a quaternion or matrix written with two decimals is still one
+
+
+class PosesTable(Table):
+    """How poses are written, where that is not as usual: names of columns, or their numbers from "1" in a file without a heading.
+
+    measured: a second file that holds what the tracker read, in the same order of rows. angle, length: units of columns that do not say
+    theirs. orientation_as: euler xyz turns about the fixed axes x, y, z in that order (zyx: about its own axes is the same as xyz about
+    fixed ones). offset: where the target sits on the tool, in the axes of the last joint; found from the poses where it is left out.
+    """
+
+    measured: str = Field(default="", examples=['"tracker.csv"'])
+    joints: list[str] = Field(default_factory=list, examples=['["q1", "q2", "q3", "q4", "q5", "q6"]'])
+    position: list[str] = Field(default_factory=list, examples=['["x", "y", "z"]'])
+    orientation: list[str] = Field(default_factory=list, examples=['["rx", "ry", "rz"]'])
+    orientation_as: Word = Field(default="", examples=['"euler xyz"'])
+    angle: Literal["deg", "rad"] = "deg"
+    length: Literal["mm", "m"] = "mm"
+    offset: Point = (0.0, 0.0, 0.0)
+    u_orientation: str = Field(default="", examples=['"50 urad"'])
+
+
+def read_poses(
+    table: PosesTable, path: Path, machine: Machine, name: str, u_position: float = 0.0
+) -> PoseReadings:
+    """Read poses. Raises DataError with every problem: file, column, line; UsageError for a machine that is no arm."""
+    check_arm(machine, str(path))
+    own = read_csv(path, numbered=True)
+    seen = read_csv(path.parent / table.measured, numbered=True) if table.measured else own
+    if seen.count != own.count:
+        raise DataError(
+            f"{seen.path} has {seen.count} rows and {own.path} {own.count}; they hold the same poses in the same order"
+        )
+    position = _numbers(seen, _positions(table, seen), table.length, ("mm", "m"))
+    joints = _numbers(own, _joints(table, own, machine), table.angle, ("deg", "rad"))
+    run = Run(
+        {a: joints[:, i] for i, a in enumerate(machine.chain.letters)}, np.tile(table.offset, (own.count, 1))
+    )
+    u_turn = (
+        quantity(table.u_orientation, "angle", "u_orientation", "50 urad") if table.u_orientation else 0.0
+    )
+    lines = np.asarray(own.lines, dtype=np.intp)
+    return PoseReadings(name, run, position, _orientations(table, seen), (u_position, u_turn), lines)
+
+
+def _joints(table: PosesTable, sheet: Sheet, machine: Machine) -> list[str]:
+    letters = machine.chain.letters
+    if table.joints:
+        if len(table.joints) != len(letters):
+            raise UsageError(
+                f"joints names {len(table.joints)} columns, and the arm has {len(letters)} joints: {' '.join(letters)}; write one for each, in that order"
+            )
+        return _present(sheet, table.joints, "joints")
+    names = [
+        next((f"{a}_{u}" for u in ("deg", "rad") if f"{a}_{u}" in sheet.header), f"{a}_deg") for a in letters
+    ]
+    return _present(sheet, names, "joints")
+
+
+def _positions(table: PosesTable, sheet: Sheet) -> list[str]:
+    if table.position:
+        if len(table.position) != 3:
+            raise UsageError(f"position names {len(table.position)} columns where three are due: x, y, z")
+        return _present(sheet, table.position, "position")
+    names = [
+        next((f"{c}_{u}" for u in ("mm", "m") if f"{c}_{u}" in sheet.header), f"{c}_mm") for c in _POSITION
+    ]
+    return _present(sheet, names, "position")
+
+
+def _present(sheet: Sheet, names: list[str], key: str) -> list[str]:
+    """The names. Raises DataError for one that is no column."""
+    lacking = [n for n in names if n not in sheet.header]
+    if lacking:
+        raise DataError(
+            f"{sheet.head}: there is no column {' '.join(lacking)}.{choose_from(lacking[0], sheet.header)} Name the columns with [poses] {key} = [...]"
+        )
+    return names
+
+
+def _numbers(sheet: Sheet, names: list[str], unit: str, allowed: tuple[str, ...]) -> Array:
+    """(n, k) in mm or rad: a column's own unit where its name ends in one, else `unit`."""
+    own = [n.rpartition("_")[2] for n in names]
+    return sheet.stack(names) * np.array([_UNITS[u if u in allowed else unit] for u in own])
+
+
+def _orientations(table: PosesTable, sheet: Sheet) -> Array | None:
+    names, word = table.orientation, table.orientation_as
+    if not names:
+        if word:
+            raise UsageError(
+                f'orientation_as = "{word}" says how to read columns that orientation = [...] names; name them'
+            )
+        found = _usual_orientation(sheet)
+        if found is None:
+            return None
+        names, word = found
+    if not word:
+        raise UsageError(
+            f"orientation names columns, and orientation_as does not say what they are: {', '.join(w for w in Word.__args__ if w)}"  # type: ignore[attr-defined]
+        )
+    due = _COUNT.get(word, 3)
+    if len(names) != due:
+        raise UsageError(f'orientation names {len(names)} columns where "{word}" has {due}')
+    _present(sheet, names, "orientation")
+    if due == 3:
+        return _from_angles(_numbers(sheet, names, table.angle, ("deg", "rad")), word)
+    return _from_units(sheet.stack(names), word, sheet)
+
+
+def _usual_orientation(sheet: Sheet) -> tuple[list[str], Word] | None:
+    have = set(sheet.header)
+    vectors = [[f"{n}_{u}" for n in _ROTATION] for u in ("deg", "rad")]
+    kinds: list[tuple[list[str], Word]] = [(list(_QUATERNION), "quaternion wxyz"), (list(_MATRIX), "matrix")]
+    kinds += [(v, "rotation vector") for v in vectors]
+    for names, word in kinds:
+        if set(names) <= have:
+            return names, word
+    return None
+
+
+def _from_angles(values: Array, word: str) -> Array:
+    from scipy.spatial.transform import Rotation
+
+    if word == "rotation vector":
+        return np.asarray(Rotation.from_rotvec(values).as_matrix())
+    if word == "euler zyx":  # about its own axes z, y, x
+        return np.asarray(Rotation.from_euler("ZYX", values).as_matrix())
+    if word == "euler zyz":
+        return np.asarray(Rotation.from_euler("ZYZ", values).as_matrix())
+    return np.asarray(Rotation.from_euler("xyz", values).as_matrix())
+
+
+def _from_units(values: Array, word: str, sheet: Sheet) -> Array:
+    """Matrices (n, 3, 3) of quaternions or matrices. Raises DataError for a row that is none."""
+    from scipy.spatial.transform import Rotation
+
+    if word == "matrix":
+        matrices = values.reshape(-1, 3, 3)
+        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+        off = np.where(np.linalg.det(matrices) > 0, off, 2.0)
+        what = "no rotation: its rows are not of length 1 and square to one another, or it mirrors"
+    else:
+        off = np.abs(np.linalg.norm(values, axis=1) - 1.0)
+        what = "no unit quaternion"
+    wrong = np.flatnonzero(off > TURNED)
+    if len(wrong):
+        raise DataError(
+            f"{sheet.at(int(wrong[0]))}: the orientation is {what} ({len(wrong)} of {len(values)} rows are so)"
+        )
+    if word == "matrix":
+        left, _, right = np.linalg.svd(matrices)
+        return np.asarray(left @ right)
+    ordered = np.roll(values, -1, axis=1) if word == "quaternion wxyz" else values
+    return np.asarray(Rotation.from_quat(ordered).as_matrix())

@@ -1,0 +1,248 @@
+"""The likelihood of every recording as the ones before predict it, for many rates at once.
+
+The state is integrated out by a filter (Schweppe, IEEE Trans. Inf. Theory 11 (1965) 61) that goes by covariances: fast, and exact enough for a
+ratio of likelihoods; the state that is kept goes by factors (vcmm.learn.tracking.kalman).
+
+    y_t = C z + C_g (b + w + (cos a - 1) s + sin a c + v t / year),   a = 2 pi t / year
+    P -> P - K (H P),   K = P H' (H P H' + I)^-1,   m -> m + K (y - H m)
+
+It is the model of vcmm.learn.tracking.rates with season and trend as numbers that do not move, seen through columns that do: s, c and v of the first
+recording, which are left out where no rate asks for them. So only b and w step in time, and all rates share their columns. Where an innovation
+is beyond chance the jumps are weighed as in vcmm.learn.tracking.changes, and their mixture is joined to one Gaussian; w is carried from the first jump that
+passes, or from the start where there is a swing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.run import Array
+from vcmm.learn.tracking.chance import square_at
+from vcmm.learn.tracking.changes import ASK, MATTERS, SIZES, Jump, prior_of_change
+from vcmm.learn.tracking.compress import SeenRecording
+from vcmm.learn.tracking.rates import YEAR, WanderingMotion
+
+Numbers = npt.NDArray[np.intp]
+GONE = 1e-9  # usual sizes: less than this is nothing
+
+
+@dataclass(frozen=True, eq=False)
+class _Layout:
+    """The state z, b, s, c, v, w of m rates: stated numbers z, g shapes; season, trend: shapes of which one of the rates has it.
+
+    walk2, swing2, tau (m, g); ways: columns of all jumps side by side, (n, sum of k); of: number of the jump of each.
+    """
+
+    stated: int
+    season: Numbers
+    trend: Numbers
+    walk2: Array
+    swing2: Array
+    tau: Array
+    ways: Array
+    of: Numbers
+
+    @property
+    def g(self) -> int:
+        return int(self.walk2.shape[1])
+
+    @cached_property
+    def gram(self) -> Array:
+        """(jumps, n, n): by what a jump of usual size widens the covariance."""
+        parts = [self.ways[:, self.of == j] for j in range(int(self.of.max()) + 1)]
+        return np.array([p @ p.T for p in parts])
+
+    @property
+    def without_w(self) -> int:
+        return self.stated + self.g + 2 * len(self.season) + len(self.trend)
+
+    def columns(self, one: SeenRecording, days: float) -> Array:
+        """(r, n): what readings of a day see of the whole state."""
+        grown, turn = one.columns[:, self.stated :], 2.0 * np.pi * days / YEAR
+        season = grown[:, self.season]
+        return np.concatenate(
+            [
+                one.columns, season * (np.cos(turn) - 1.0), season * np.sin(turn), grown[:, self.trend] * (days / YEAR), grown
+            ],
+            axis=1,
+        )  # fmt: skip
+
+
+def _layout_of(motions: Sequence[WanderingMotion], jumps: Sequence[Jump]) -> _Layout:
+    walk, trend, season, swing, tau = (
+        np.array([getattr(m, k) for m in motions]) for k in ("walk", "trend", "season", "swing", "tau")
+    )
+    stated, g = motions[0].stated, walk.shape[1]
+    seasons, trends = np.flatnonzero(season.any(axis=0)), np.flatnonzero(trend.any(axis=0))
+    ways = np.concatenate([np.zeros((stated + 5 * g, 0)), *(j.columns for j in jumps)], axis=1)
+    own = np.zeros((stated + 2 * g + 2 * len(seasons) + len(trends), ways.shape[1]))
+    own[stated : stated + g], own[len(own) - g :] = (
+        ways[stated : stated + g],
+        ways[stated + g : stated + 2 * g],
+    )
+    of = np.repeat(np.arange(len(jumps)), [j.columns.shape[1] for j in jumps])
+    return _Layout(stated, seasons, trends, walk**2, swing**2, tau, own, of)
+
+
+def log_likelihoods(
+    recordings: Sequence[SeenRecording], motions: Sequence[WanderingMotion], jumps: Sequence[Jump]
+) -> Array:
+    """(m,): of every motion ln of the likelihood of all recordings, each given those before."""
+    layout = _layout_of(motions, jumps)
+    mean, covariance = _start(layout, motions)
+    total, first, before = np.zeros(len(motions)), None, 0.0
+    for one in recordings:
+        first = one.when if first is None else first
+        days = one.when - first
+        gap, before = days - before, days
+        if gap > 0:
+            mean, covariance = _move(layout, mean, covariance, gap)
+        if not len(one.value):
+            continue
+        columns = layout.columns(one, days)
+        seen = _see(mean, covariance, columns, one.value)
+        if not jumps:
+            total += seen.log_likelihood
+            _condition(mean, covariance, seen)
+            continue
+        p = prior_of_change(gap)
+        quiet = seen.log_likelihood + np.log1p(-p)
+        asked = np.flatnonzero(seen.square >= square_at(len(one.value), ASK))
+        kept = mean[asked], covariance[asked]
+        _condition(mean, covariance, seen)
+        if len(asked):
+            logs = np.concatenate(
+                [quiet[asked, None], _log_of_jumps(layout, seen, asked, columns, np.log(p / (len(jumps) * len(SIZES))))],
+                axis=1,
+            )  # fmt: skip
+            joined, quiet[asked] = _join(layout, kept, columns, one.value, logs)
+            mean, covariance = _put(mean, covariance, asked, joined)
+        total += quiet
+    return total
+
+
+def _start(layout: _Layout, motions: Sequence[WanderingMotion]) -> tuple[Array, Array]:
+    """Means (m, n) and covariances (m, n, n) before the first recording; with w where a rate swings."""
+    m, g = layout.walk2.shape
+    season = np.array([x.season for x in motions])[:, layout.season] ** 2
+    trend = np.array([x.trend for x in motions])[:, layout.trend] ** 2
+    blocks = [np.ones((m, layout.stated)), np.zeros((m, g)), season, season, trend]
+    if layout.swing2.any():
+        blocks.append(layout.swing2)
+    variance = np.concatenate(blocks, axis=1)
+    covariance = np.zeros((*variance.shape, variance.shape[1]))
+    _diagonal(covariance)[:] = variance
+    return np.zeros_like(variance), covariance
+
+
+def _diagonal(covariance: Array) -> Array:
+    """(m, n): a view."""
+    m, n, _ = covariance.shape
+    return covariance.reshape(m, n * n)[:, :: n + 1]
+
+
+def _move(layout: _Layout, mean: Array, covariance: Array, days: float) -> tuple[Array, Array]:
+    """b and w so many days later, in place; w is left out again where what jumped in it has gone back."""
+    s, g, w = layout.stated, layout.g, layout.without_w
+    _diagonal(covariance)[:, s : s + g] += layout.walk2 * (days / YEAR)
+    if mean.shape[1] == w:
+        return mean, covariance
+    left = np.exp(-days / layout.tau)
+    mean[:, w:] *= left
+    covariance[:, w:] *= left[:, :, None]
+    covariance[:, :, w:] *= left[:, None, :]
+    _diagonal(covariance)[:, w:] += layout.swing2 * -np.expm1(-2.0 * days / layout.tau)
+    if max(float(_diagonal(covariance)[:, w:].max()), float((mean[:, w:] ** 2).max())) < GONE**2:
+        return mean[:, :w].copy(), covariance[:, :w, :w].copy()
+    return mean, covariance
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Of m innovations: lower (m, r, r) Cholesky factors of their covariances, half (m, r, n) = lower^-1 H P, white (m, r)."""
+
+    lower: Array
+    half: Array
+    white: Array
+
+    @property
+    def square(self) -> Array:
+        return np.asarray((self.white**2).sum(axis=1))
+
+    @property
+    def log_likelihood(self) -> Array:
+        logs = np.log(np.diagonal(self.lower, axis1=1, axis2=2)).sum(axis=1)
+        return np.asarray(-0.5 * self.square - logs - 0.5 * self.white.shape[1] * np.log(2 * np.pi))
+
+
+def _see(mean: Array, covariance: Array, columns: Array, value: Array) -> _Seen:
+    """columns (r, all of the state): those beyond w are left out where it is not carried."""
+    own = columns[:, : mean.shape[1]]
+    cross = own @ covariance
+    lower = np.asarray(np.linalg.cholesky(cross @ own.T + np.eye(len(value))), dtype=np.float64)
+    inverse = np.linalg.solve(
+        lower, np.eye(len(value))
+    )  # few rows: a product with it is faster than a solution for all columns
+    return _Seen(lower, inverse @ cross, (inverse @ (value - mean @ own.T)[:, :, None])[:, :, 0])
+
+
+def _condition(mean: Array, covariance: Array, seen: _Seen) -> None:
+    """Means and covariances given the readings, in place."""
+    turned = seen.half.transpose(0, 2, 1)
+    mean += (turned @ seen.white[:, :, None])[:, :, 0]
+    covariance -= turned @ seen.half
+
+
+def _log_of_jumps(layout: _Layout, seen: _Seen, asked: Numbers, columns: Array, prior: float) -> Array:
+    """(a, jumps x sizes): ln (prior x likelihood), by N(white; 0, I + size^2 A A'), A = lower^-1 H B."""
+    white = seen.white[asked]
+    moved = np.linalg.solve(seen.lower[asked], (columns @ layout.ways)[None])
+    count = int(layout.of.max()) + 1
+    parts = [moved[:, :, layout.of == j] for j in range(count)]
+    gram = np.stack([p @ p.transpose(0, 2, 1) for p in parts], axis=1)
+    wider = np.eye(white.shape[1]) + np.square(SIZES)[:, None, None] * gram[:, :, None]
+    lower = np.linalg.cholesky(wider)  # (a, jumps, sizes, r, r)
+    left = np.linalg.solve(lower, np.broadcast_to(white[:, None, None, :, None], (*lower.shape[:-1], 1)))
+    fits = 0.5 * ((white**2).sum(axis=1)[:, None, None] - (left[..., 0] ** 2).sum(axis=-1))
+    logs = fits - np.log(np.diagonal(lower, axis1=-2, axis2=-1)).sum(axis=-1)
+    return np.asarray(prior + (seen.log_likelihood[asked][:, None, None] + logs).reshape(len(asked), -1))
+
+
+def _join(
+    layout: _Layout, before: tuple[Array, Array], columns: Array, value: Array, logs: Array
+) -> tuple[tuple[Array, Array], Array]:
+    """Means and covariances of the mixtures of all hypotheses that matter, with w, and ln of the likelihoods."""
+    full = len(layout.ways)
+    mean, covariance = (np.pad(x, [(0, 0)] + [(0, full - x.shape[1])] * (x.ndim - 1)) for x in before)
+    top = logs.max(axis=1, keepdims=True)
+    weights = np.exp(logs - top)
+    total = top[:, 0] + np.log(weights.sum(axis=1))
+    weights /= weights.sum(axis=1, keepdims=True)
+    weights = np.where(weights > MATTERS, weights, 0.0)
+    rows, numbers = np.nonzero(weights)
+    share = weights[rows, numbers] / weights.sum(axis=1)[rows]
+    jump = np.maximum(numbers - 1, 0) // len(SIZES)
+    wider = np.where(numbers > 0, np.take(SIZES, (numbers - 1) % len(SIZES)), 0.0) ** 2
+    m, p = mean[rows], covariance[rows] + wider[:, None, None] * layout.gram[jump]
+    _condition(m, p, _see(m, p, columns, value))
+    first = np.searchsorted(rows, np.arange(len(weights)))
+    means = np.add.reduceat(share[:, None] * m, first, axis=0)
+    away = m - means[rows]
+    p += away[:, :, None] * away[:, None, :]
+    return (means, np.add.reduceat(share[:, None, None] * p, first, axis=0)), total
+
+
+def _put(mean: Array, covariance: Array, asked: Numbers, joined: tuple[Array, Array]) -> tuple[Array, Array]:
+    """The joined states in their places; all are widened by w where one of them has it now."""
+    n, full = mean.shape[1], joined[0].shape[1]
+    if n < full and np.any(_diagonal(joined[1])[:, n:]):
+        mean = np.pad(mean, [(0, 0), (0, full - n)])
+        covariance = np.pad(covariance, [(0, 0), (0, full - n), (0, full - n)])
+        n = full
+    mean[asked], covariance[asked] = joined[0][:, :n], joined[1][:, :n, :n]
+    return mean, covariance

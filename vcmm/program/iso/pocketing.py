@@ -1,0 +1,184 @@
+"""G150 of Haas: a pocket of any shape, its contour in a subprogram.
+
+Source: Haas mill operator's manual 96-8000 and gcodes.net, "G150 general purpose pocket milling": X Y where the tool goes in, Z the depth, R the plane, Q the
+infeed from there, P the subprogram (block N of this program, else a program), I strokes along Y, I apart, J strokes along X; K stays on the wall until a
+last pass at the depth; G41 or G42 with D. The first move of the subprogram leads onto the contour, which ends where that move has ended. At each depth
+once round the contour, then the strokes. How it gets from one to the next is the control's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
+from vcmm.program.area import Area, Stroke, area
+from vcmm.program.contouring import READING_NOTES
+from vcmm.program.cutter import CycleCutter
+from vcmm.program.drilling import depths_of
+from vcmm.program.faults import BlockFault
+from vcmm.program.iso.codes import IsoWords
+from vcmm.program.iso.control import IsoControl
+from vcmm.program.iso.flow import ActiveCall
+from vcmm.program.iso.lengths import length
+from vcmm.program.iso.macros import ProgramCall, start_program
+from vcmm.program.moves import Move
+from vcmm.program.radius import RadiusCompensation
+
+if TYPE_CHECKING:
+    from vcmm.program.iso.flow import IsoRunner
+
+Flat = tuple[float, float]
+HOLE = "a hole in the path: its moves are missing"
+
+
+def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
+    """A block with G150. run: executes one line of the text."""
+    c, column = r.c, w.g_columns["irregular"]
+    c.column = column
+    beside, c.compensation = c.compensation, None
+    if beside is None:
+        raise BlockFault(
+            column, "G150 needs the side of the tool; add G41 or G42 and D, as in G150 G41 D1 ..."
+        )
+    if (w.whole("L", column, 1) or 1) != 1:
+        c.assume(
+            "repeats of G150 (L)",
+            "once",
+            "L of G150 is not understood; write a block for each pocket",
+            column=w.column("L"),
+        )
+    along, step = _step(c, w, column)
+    plane, depth = _level(c, w, "R", column), _level(c, w, "Z", column)
+    infeed, finish = _size(c, w, "Q", column), _size(c, w, "K", column) if w.has("K") else 0.0
+    if depth >= plane:
+        raise BlockFault(column, "G150 needs a depth Z below its plane R; correct them")
+    c.assume(
+        "how G150 clears", "down where X Y stand, round the contour, then strokes to and fro; up where the way crosses a wall",
+        "how G150 gets from one stroke to the next is the control's own affair and not known; write its moves with G1, G2 and G3", column=column,
+    )  # fmt: skip
+    cutter = CycleCutter(c)
+    start = (_place(c, w, "X", 0), _place(c, w, "Y", 1))
+    c.marker = "G150"
+    cutter.to(start, None, True)
+    cutter.to(None, plane, True)
+    number = w.whole("P", column)
+    if number is None:
+        raise BlockFault(column, "G150 needs P, the subprogram of its contour")
+    moves = _subprogram(r, number, here, column, run)
+    if moves is not None:
+        path = _closed(moves, column)
+        rough = area([(path, beside.side)], beside.radius + finish)
+        strokes = rough.strokes(step, along)
+        _clear(
+            cutter,
+            (rough, [*strokes[-len(rough.rings) :], *strokes[: -len(rough.rings)]]),
+            start,
+            depths_of(plane, depth, infeed),
+            plane,
+        )
+        if finish:
+            _finish(cutter, path, beside, (depth, plane))
+        cutter.to(None, plane, True)
+    c.marker = ""
+
+
+def _step(c: IsoControl, w: IsoWords, column: int) -> tuple[int, float]:
+    """The axis of the plane along which the strokes go (0: X), and how far apart they are."""
+    if w.has("I") == w.has("J"):
+        raise BlockFault(
+            column, "G150 takes either I (strokes along Y) or J (strokes along X); write one of them"
+        )
+    return (1, _size(c, w, "I", column)) if w.has("I") else (0, _size(c, w, "J", column))
+
+
+def _size(c: IsoControl, w: IsoWords, letter: str, column: int) -> float:
+    value = length(c, w, letter, w.need(letter, f"a length ({letter} of G150)", column))
+    if value <= 0:
+        raise BlockFault(w.column(letter), f"{letter} of G150 is a length above zero; correct it")
+    return value
+
+
+def _level(c: IsoControl, w: IsoWords, letter: str, column: int) -> float:
+    value = length(c, w, letter, w.need(letter, f"a height ({letter} of G150)", column))
+    return value if c.absolute else value + c.p[2]
+
+
+def _place(c: IsoControl, w: IsoWords, letter: str, axis: int) -> float:
+    number = w.take(letter)
+    if number is None:
+        return c.p[axis]
+    return length(c, w, letter, number) + (0.0 if c.absolute else c.p[axis])
+
+
+def _subprogram(
+    r: IsoRunner, number: int, here: int, column: int, run: Callable[[int], None]
+) -> list[Move] | None:
+    """The moves of the contour in programmed coordinates; nothing of the state is changed by them. None: it is nowhere, and told."""
+    c = r.c
+    kept = {f.name: getattr(c, f.name) for f in fields(c) if f.name not in READING_NOTES}
+    at, under = r.at, len(r.calls)
+    c.moves, c.sides, c.corners, c.markers, c.tracer = [], [], [], [], None
+    c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
+    index = r.text.number(number, here)
+    if index is not None:
+        r.push(ActiveCall(r.text, here + 1, "M98", f"N{number}", index, 1), None, column)
+        r.enter(r.text, index)
+    else:
+        start_program(r, ProgramCall("M98", number), here, column)
+    is_there = len(r.calls) > under
+    while len(r.calls) > under:
+        if r.at >= len(r.text.lines) or c.ended:
+            raise BlockFault(column, f"the subprogram {number} of G150 ends without M99; add it")
+        run(r.at)
+    made, world = c.moves, c.world
+    for name, value in kept.items():
+        setattr(c, name, value)
+    r.at = at
+    if not is_there:
+        return None
+    return [
+        m._replace(start=world.undo(m.start), end=world.undo(m.end), centre=m.centre and world.undo(m.centre))
+        for m in made
+        if m.kind in ("rapid", "line", "arc")
+    ]
+
+
+def _closed(moves: Sequence[Move], column: int) -> list[Move]:
+    """The contour without the move that leads onto it."""
+    path = list(moves[1:])
+    if len(path) < 2 or any(m.plane != "XY" or m.kind == "rapid" for m in path):
+        raise BlockFault(
+            column, "the subprogram of G150 makes no contour of G1, G2 and G3 in the plane XY; correct it"
+        )
+    return path
+
+
+def _clear(
+    cutter: CycleCutter, found: tuple[Area, list[Stroke]], start: Flat, depths: Sequence[float], plane: float
+) -> None:
+    """All strokes at each depth."""
+    made, strokes = found
+    for depth in depths:
+        if cutter.here() != start:
+            cutter.to(None, plane, True)
+            cutter.to(start, None, True)
+        cutter.to(None, depth, False)
+        for stroke in strokes:
+            if not made.is_clear(cutter.here(), stroke.start):
+                cutter.to(None, plane, True)
+                cutter.to(stroke.start, None, True)
+                cutter.to(None, depth, False)
+            cutter.to(stroke.start, None, False)
+            cutter.follow(stroke.path, depth)
+
+
+def _finish(cutter: CycleCutter, path: Sequence[Move], beside: RadiusCompensation, heights: Flat) -> None:
+    """Once along the wall at the depth."""
+    depth, plane = heights
+    last = area([(path, beside.side)], beside.radius).strokes(0.0)
+    for stroke in last:
+        cutter.to(None, plane, True)
+        cutter.to(stroke.start, None, True)
+        cutter.to(None, depth, False)
+        cutter.follow(stroke.path, depth)
