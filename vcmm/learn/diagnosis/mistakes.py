@@ -19,6 +19,7 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, cast
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -39,7 +40,7 @@ from vcmm.physics.structure.abbe import AbbeCountedTwice
 from vcmm.physics.structure.component import ComponentTable
 from vcmm.physics.structure.geometric_change import GeometricChange
 from vcmm.physics.structure.squareness import Squareness
-from vcmm.task.response.observe import nuisance_columns
+from vcmm.task.response.observe import Observer, nuisance_columns
 from vcmm.task.response.recording import ALL_ROWS
 
 TAKEN_FOR = (
@@ -136,11 +137,17 @@ def _name(mistake: Mistake) -> tuple[str, str]:
     return mistake.component, mistake.what
 
 
-def hypotheses(problem: Problem) -> Iterator[Mistake]:
+_HYPOTHESES: WeakKeyDictionary[Observer, tuple[Mistake, ...]] = WeakKeyDictionary()
+"""Of recordings as they are seen now: they depend neither on the noise nor on what was found, and are asked for in every pass."""
+
+
+def hypotheses(problem: Problem) -> tuple[Mistake, ...]:
     """All mistakes of all tables (and of all together), and of the log. Tables of a machine that was followed hold no mistake."""
-    if not is_followed(problem.machine):
-        yield from _of_tables(problem)
-    yield from log_hypotheses(problem.recording, problem.machine)
+    if problem.observer not in _HYPOTHESES:
+        of_tables = () if is_followed(problem.machine) else _of_tables(problem)
+        of_log = log_hypotheses(problem.recording, problem.machine)
+        _HYPOTHESES[problem.observer] = (*of_tables, *of_log)
+    return _HYPOTHESES[problem.observer]
 
 
 def is_followed(machine: Machine) -> bool:
