@@ -14,7 +14,7 @@ from tests.compensation import block
 from vcmm.core.errors import DataError
 from vcmm.face.cli import loop_findings, run
 from vcmm.files.learned.improved_machine import improved_machine, repaired_in_place
-from vcmm.learn.diagnosis.mistakes import Mistake
+from vcmm.learn.diagnosis.log_mistakes import Mistake
 from vcmm.shop.machining.gauge import gauge_plan
 
 KNOWN = block.SCENARIO.replace(

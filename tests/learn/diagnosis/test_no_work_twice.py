@@ -18,7 +18,9 @@ from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.cross_checks import second_opinion
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.log_mistakes import changed_names, log_hypotheses, names_read
+from vcmm.learn.diagnosis.mistakes import hypotheses
 from vcmm.learn.diagnosis.power import power
+from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.select import Selection, Term
 from vcmm.learn.diagnosis.sharpen import spectrum_of
 from vcmm.physics.catalogue.encoder import EncoderInterpolation
@@ -57,7 +59,7 @@ def test_mistakes_of_the_log_are_those_of_whole_predictions(tmp_path):
     recording, machine = load_recording(recorded(tmp_path))
     before = Observer(recording, machine).baseline()
     found = list(log_hypotheses(recording, machine))
-    exchanged = {h.columns: h.departure for h in found if h.what == "columns_exchanged"}
+    exchanged = {h.component: h.departure for h in found if h.what == "columns_exchanged"}
     assert set(exchanged) == {
         "temp_frame_C and temp_oil_C",
         "temp_frame_C and temp_table_C",
@@ -69,7 +71,17 @@ def test_mistakes_of_the_log_are_those_of_whole_predictions(tmp_path):
     due = Observer(other, machine).baseline() - before
     assert exchanged["temp_frame_C and temp_table_C"] == pytest.approx(due, abs=1e-15)
     assert np.any(due)
-    assert not any("oil" in h.columns and h.what == "unit" for h in found)
+    assert not any("oil" in h.component and h.what == "unit" for h in found)
+
+
+def test_mistakes_are_listed_once_for_a_recording(tmp_path):
+    """The same list whatever has been found; that of another recording is its own."""
+    problem = make_problem(*load_recording(recorded(tmp_path)))
+    again = replace(problem, residual=problem.residual + 1.0)
+    assert hypotheses(again) is hypotheses(problem)
+    other = make_problem(*load_recording(recorded(tmp_path)))
+    assert hypotheses(other) is not hypotheses(problem)
+    assert [h.what for h in hypotheses(other)] == [h.what for h in hypotheses(problem)]
 
 
 def test_the_price_of_a_wide_spectrum_is_the_ln_of_its_lines(tmp_path):

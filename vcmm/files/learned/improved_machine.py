@@ -24,7 +24,7 @@ from vcmm.files.foreign.isg_writer import isg_text, with_values
 from vcmm.files.toml_edits import editable, move_names
 from vcmm.learn.diagnosis.acceptance import answers_to_write, notes
 from vcmm.learn.diagnosis.improve import departure
-from vcmm.learn.diagnosis.mistakes import Mistake
+from vcmm.learn.diagnosis.log_mistakes import Mistake
 from vcmm.learn.diagnosis.repair import repair_machine, repaired_effects
 from vcmm.learn.diagnosis.result import Answer
 

@@ -37,8 +37,8 @@ from vcmm.learn.diagnosis.evidence import Dictionary, best_mimic, visible
 from vcmm.learn.diagnosis.families import open_text
 from vcmm.learn.diagnosis.field import Field, weigh_against_field
 from vcmm.learn.diagnosis.improve import fitted_effect
-from vcmm.learn.diagnosis.log_mistakes import LOG
-from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, generalises
+from vcmm.learn.diagnosis.log_mistakes import LOG, MISTAKE, Mistake
+from vcmm.learn.diagnosis.mistakes import generalises
 from vcmm.learn.diagnosis.periods import alias_names
 from vcmm.learn.diagnosis.plain_words import remark
 from vcmm.learn.diagnosis.problem import Problem

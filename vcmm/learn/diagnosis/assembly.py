@@ -32,7 +32,8 @@ from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something, w
 from vcmm.learn.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.learn.diagnosis.judgement import Judgement, scatter_excess
 from vcmm.learn.diagnosis.locate import locate, score_map
-from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, hypotheses, is_stale
+from vcmm.learn.diagnosis.log_mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.mistakes import hypotheses, is_stale
 from vcmm.learn.diagnosis.nextstep import closer, next_steps
 from vcmm.learn.diagnosis.noise import audit
 from vcmm.learn.diagnosis.null import clip_residuals

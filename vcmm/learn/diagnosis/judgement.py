@@ -59,7 +59,7 @@ from vcmm.learn.diagnosis.field import Field, is_simple, kept_terms, rival_field
 from vcmm.learn.diagnosis.holdout import Fold, folds, gate, is_free_curve, tells, wins_everywhere
 from vcmm.learn.diagnosis.kernels import departure
 from vcmm.learn.diagnosis.locate import path_speed, short
-from vcmm.learn.diagnosis.mistakes import Mistake
+from vcmm.learn.diagnosis.log_mistakes import Mistake
 from vcmm.learn.diagnosis.noise import Audit, chain_noise
 from vcmm.learn.diagnosis.problem import FIELD, Problem, generator
 from vcmm.learn.diagnosis.result import Unknown

@@ -87,6 +87,7 @@ def _with_clock(run: Run, own: dict[str, Series], true_time: Callable[[Array], A
     return replace(run.with_columns(columns), series={**run.series, **series})
 
 
+MISTAKE = "map_mistake"  # the name of an answer: a wrong number in a stored table
 LOG = "log_mistake"  # the name of an answer
 LABELS_EXCHANGED = "labels_exchanged"
 EXCHANGED, SIGN, UNIT, DIRECTIONS = "columns_exchanged", "sign", "unit", "directions_exchanged"
@@ -112,17 +113,29 @@ class Clock:
 
 
 @dataclass(frozen=True, eq=False)
-class LogHypothesis:
-    """columns that are meant, one of the words above, departure (m,) mm or rad, ln prior within its kind."""
+class Mistake:
+    """One hypothesis that something was written down wrongly: component (EYX, C0Y, or "all"; of a log the columns or labels that are meant),
+    what, departure (m,) of the observation, mm or rad, score in nats.
+    """
 
-    columns: str
+    component: str
     what: str
     departure: Array
-    prior: float
-    clock: Clock | None = None  # of a hypothesis with one number
+    score: float = 0.0
+    prior: float = 0.0  # ln; each kind of mistake of a component weighs the same, however many forms it has
+    rivals: tuple[str, ...] = ()  # other mistakes within 3 nats, in words
+    effect: str = MISTAKE  # or the effect of a wrong Abbe arm, whose component is the axis
+    factor: float = (
+        1.0  # what the recording holds of the table: -1, 0, 2 or a unit factor; of the Abbe error -1 or 1
+    )
+    source: str = ""  # the component whose table it holds instead
+    both: bool = False  # and the other way round
+    lead: float = np.inf  # nats over the best explanation without a mistake
+    free: tuple[str, ...] = ()  # names of the terms that explain it instead
+    clock: Clock | None = None  # of a mistake of the log with one number
 
 
-def log_hypotheses(recording: Recording, machine: Machine) -> Iterator[LogHypothesis]:
+def log_hypotheses(recording: Recording, machine: Machine) -> Iterator[Mistake]:
     """All mistakes of the log that change what the machine file predicts."""
     observer = Observer(recording, machine)
     before = observer.baseline()
@@ -143,19 +156,23 @@ def log_hypotheses(recording: Recording, machine: Machine) -> Iterator[LogHypoth
         changed = [(columns, change(corrected(recording.run))) for columns, corrected in tried]
         seen = [(columns, d) for columns, d in changed if d is not None]
         for columns, departure in seen:
-            yield LogHypothesis(columns, what, departure, -float(np.log(len(seen))))
+            yield _of_log(columns, what, departure, -float(np.log(len(seen))))
     yield from _of_labels(recording.run, change)
     for clock in clock_mistakes(recording.run):
         yield from _of_clock(clock, change)
 
 
-def _of_labels(run: Run, change: Callable[[Run], Array | None]) -> Iterator[LogHypothesis]:
+def _of_log(columns: str, what: str, departure: Array, prior: float) -> Mistake:
+    return Mistake(columns, what, departure, prior=prior, effect=LOG)
+
+
+def _of_labels(run: Run, change: Callable[[Run], Array | None]) -> Iterator[Mistake]:
     seen = [(text, d) for text, other in exchanged_labels(run) if (d := change(other)) is not None]
     for text, departure in seen:
-        yield LogHypothesis(text, LABELS_EXCHANGED, departure, -float(np.log(len(seen))))
+        yield _of_log(text, LABELS_EXCHANGED, departure, -float(np.log(len(seen))))
 
 
-def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Iterator[LogHypothesis]:
+def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Iterator[Mistake]:
     """Every trial value; what is best is searched on between its neighbours."""
 
     def at(seconds: float) -> tuple[str, Array] | None:
@@ -167,7 +184,7 @@ def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Ite
     for seconds in clock.values:
         found = at(seconds)
         if found is not None:
-            yield LogHypothesis(found[0], clock.what, found[1], share, Clock(seconds, step, at))
+            yield replace(_of_log(found[0], clock.what, found[1], share), clock=Clock(seconds, step, at))
 
 
 class _Watched(dict[str, Any]):

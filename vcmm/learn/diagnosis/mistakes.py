@@ -17,8 +17,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, cast
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.constants import CLOSING, FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import orthonormal
-from vcmm.learn.diagnosis.log_mistakes import LABELS_EXCHANGED, LOG, Clock, log_hypotheses
+from vcmm.learn.diagnosis.log_mistakes import LABELS_EXCHANGED, LOG, MISTAKE, Mistake, log_hypotheses
 from vcmm.learn.diagnosis.null import clip_residuals, robust_scale
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import POINTS, ROUNDS
@@ -39,7 +40,7 @@ from vcmm.physics.structure.abbe import AbbeCountedTwice
 from vcmm.physics.structure.component import ComponentTable
 from vcmm.physics.structure.geometric_change import GeometricChange
 from vcmm.physics.structure.squareness import Squareness
-from vcmm.task.response.observe import nuisance_columns
+from vcmm.task.response.observe import Observer, nuisance_columns
 from vcmm.task.response.recording import ALL_ROWS
 
 TAKEN_FOR = (
@@ -50,30 +51,8 @@ TAKEN_FOR = (
     np.degrees(1.0),
 )  # mm for um, ppm for um in 100 mm, inches, arcsec for urad, deg
 UNIT_FACTORS = (*TAKEN_FOR, *(1.0 / k for k in TAKEN_FOR))
-MISTAKE = "map_mistake"  # the name of an answer: a wrong number in a stored table
 TABLE_ROLES = (ComponentTable, Squareness)  # effects whose numbers a table file holds
 TINY = 1e-7  # mm or rad: a table this small says nothing
-
-
-@dataclass(frozen=True, eq=False)
-class Mistake:
-    """component (EYX, C0Y, or "all"), what, departure (m,) of the observation, score in nats."""
-
-    component: str
-    what: str
-    departure: Array
-    score: float = 0.0
-    prior: float = 0.0  # ln; each kind of mistake of a component weighs the same, however many forms it has
-    rivals: tuple[str, ...] = ()  # other mistakes within 3 nats, in words
-    effect: str = MISTAKE  # or the effect of a wrong Abbe arm, whose component is the axis
-    factor: float = (
-        1.0  # what the recording holds of the table: -1, 0, 2 or a unit factor; of the Abbe error -1 or 1
-    )
-    source: str = ""  # the component whose table it holds instead
-    both: bool = False  # and the other way round
-    lead: float = np.inf  # nats over the best explanation without a mistake
-    free: tuple[str, ...] = ()  # names of the terms that explain it instead
-    clock: Clock | None = None  # of a mistake of the log with one number
 
 
 def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) -> Mistake | None:
@@ -81,7 +60,7 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
 
     raw (m,): white residual. Outliers count as `limit` robust standard deviations, the same number for all hypotheses.
     """
-    candidates = [*hypotheses(problem), *_of_labels(problem, white)]
+    candidates = [*hypotheses(problem), *slipped_labels(problem, white)]
     if not candidates:
         return None
     departures = white.apply(np.stack([h.departure for h in candidates], axis=1))
@@ -158,12 +137,17 @@ def _name(mistake: Mistake) -> tuple[str, str]:
     return mistake.component, mistake.what
 
 
-def hypotheses(problem: Problem) -> Iterator[Mistake]:
+_HYPOTHESES: WeakKeyDictionary[Observer, tuple[Mistake, ...]] = WeakKeyDictionary()
+"""Of recordings as they are seen now: they depend neither on the noise nor on what was found, and are asked for in every pass."""
+
+
+def hypotheses(problem: Problem) -> tuple[Mistake, ...]:
     """All mistakes of all tables (and of all together), and of the log. Tables of a machine that was followed hold no mistake."""
-    if not is_followed(problem.machine):
-        yield from _of_tables(problem)
-    for h in log_hypotheses(problem.recording, problem.machine):
-        yield Mistake(h.columns, h.what, h.departure, prior=h.prior, effect=LOG, clock=h.clock)
+    if problem.observer not in _HYPOTHESES:
+        of_tables = () if is_followed(problem.machine) else _of_tables(problem)
+        of_log = log_hypotheses(problem.recording, problem.machine)
+        _HYPOTHESES[problem.observer] = (*of_tables, *of_log)
+    return _HYPOTHESES[problem.observer]
 
 
 def is_followed(machine: Machine) -> bool:
@@ -187,11 +171,6 @@ def _of_tables(problem: Problem) -> Iterator[Mistake]:
             yield Mistake(name, "unit", (factor - 1.0) * e, prior=prior, factor=factor)
     yield from _swaps(problem, tables, own, nothing)
     yield from _abbe(problem, nothing)
-
-
-def _of_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
-    for h in slipped_labels(problem, white):
-        yield Mistake(h.text, LABELS_EXCHANGED, h.departure, prior=h.prior, effect=LOG)
 
 
 def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
@@ -262,16 +241,7 @@ def is_stale(effect: str, component: object) -> bool:
     return component == "all" and effect == GeometricChange.name
 
 
-@dataclass(frozen=True, eq=False)
-class SlippedLabels:
-    """text: which label, by how many rows; departure (m,) of the nuisance as meant; prior: ln, with the difference of the two fits."""
-
-    text: str
-    departure: Array
-    prior: float
-
-
-def slipped_labels(problem: Problem, white: Whitener) -> Iterator[SlippedLabels]:
+def slipped_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
     """Every label of the nuisance, some rows too early or too late. white: of the problem as it stands."""
     recording = problem.recording
     labels = sorted({w for w in recording.nuisance.values() if w not in ALL_ROWS} & set(recording.run.labels))
@@ -293,7 +263,7 @@ def slipped_labels(problem: Problem, white: Whitener) -> Iterator[SlippedLabels]
         share = -float(np.log(len(labels) * len(steps)))
         rows = "row" if abs(by) == 1 else "rows"
         text = f"{label}, {abs(by)} {rows} too {'late' if by < 0 else 'early'}"
-        yield SlippedLabels(text, departure, share - max(too_little, 0.0))
+        yield Mistake(text, LABELS_EXCHANGED, departure, prior=share - max(too_little, 0.0), effect=LOG)
 
 
 def _slipped(run: Run, label: str, by: int, lines: np.ndarray | None) -> Run:

@@ -14,8 +14,7 @@ from vcmm.core.effect import Effect, place_fields
 from vcmm.core.run import Run
 from vcmm.core.units import plain
 from vcmm.learn.diagnosis.estimates import Estimate
-from vcmm.learn.diagnosis.log_mistakes import LOG
-from vcmm.learn.diagnosis.mistakes import MISTAKE
+from vcmm.learn.diagnosis.log_mistakes import LOG, MISTAKE
 from vcmm.learn.diagnosis.periods import alias_words
 from vcmm.physics import ALL
 

@@ -11,8 +11,7 @@ from vcmm.core.effect import Effect, own_nodes, with_parameter
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.log_mistakes import LOG
-from vcmm.learn.diagnosis.mistakes import Mistake
+from vcmm.learn.diagnosis.log_mistakes import LOG, Mistake
 from vcmm.physics.structure.abbe import AbbeCountedTwice
 
 

@@ -29,7 +29,8 @@ from vcmm.learn.diagnosis.families import Kin
 from vcmm.learn.diagnosis.holdout import HeldOut
 from vcmm.learn.diagnosis.later import Failure
 from vcmm.learn.diagnosis.locate import Place
-from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, is_stale
+from vcmm.learn.diagnosis.log_mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.mistakes import is_stale
 from vcmm.learn.diagnosis.plain_words import plain_words
 from vcmm.learn.diagnosis.power import Detectable
 from vcmm.learn.diagnosis.statement_tests import Pull

@@ -30,7 +30,8 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Catalogue, Family
 from vcmm.learn.diagnosis.constants import FALSE_ALARM, FEW, HEAVY, NOTHING, SIMPLER, STRONG
 from vcmm.learn.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
-from vcmm.learn.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake, generalises
+from vcmm.learn.diagnosis.log_mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.mistakes import factor_fits, find_mistake, generalises
 from vcmm.learn.diagnosis.noise import Audit
 from vcmm.learn.diagnosis.null import Noise, clip_residuals, draws, upper_quantile
 from vcmm.learn.diagnosis.problem import Problem
