@@ -75,8 +75,8 @@ def _next_steps(target: Path) -> str:
         known = target.parent / target.stem / "machine.toml"
         return f"vcmm calibrate {target} --machine {known} --out {target.stem}-machine.toml"
     if is_poses(target):
-        beside = target.parent / target.stem
-        return f"vcmm calibrate {target} --machine {beside / 'machine.toml'} --out {target.stem}-machine.toml --test {beside / 'others.toml'}"
+        folder = target.parent / target.stem
+        return f"vcmm calibrate {target} --machine {folder / 'machine.toml'} --out {target.stem}-machine.toml --test {folder / 'others.toml'}"
     if records(target):
         return f"vcmm diagnose {target} --out {target.stem}-report"
     if cuts(target):
