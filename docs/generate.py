@@ -125,7 +125,9 @@ def tables(effect: type[Effect]) -> list[str]:
 def number(unit: str, shape: str, scan: tuple[float, ...], **_: object) -> str:
     """A plausible value with its unit: "0.8 um", "1 0 0 um"; for scanned parameters one of the trial values."""
     if scan:
-        return f"{scan[len(scan) // 2] / parse_unit(unit).factor:g} {unit}"
+        return f"{scan[len(scan) // 2] / parse_unit(unit).factor:g} {unit}".removesuffix(
+            " 1"
+        )  # of a pure number
     one = EXAMPLES[dimension_of(unit)].split(" ", 1)[0]
     count = int(shape.strip("(),")) if shape else 1
     return " ".join([one] + ["0"] * (count - 1)) + f" {unit}"

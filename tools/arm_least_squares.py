@@ -203,7 +203,7 @@ def compare(machine: Path, first: Path, others: Path) -> list[str]:
     ]
 
 
-def by_command(machine: Path, first: Path, others: Path, work: Path) -> dict:  # type: ignore[type-arg]
+def by_command(machine: Path, first: Path, others: Path, work: Path) -> dict:
     """The document of vcmm calibrate."""
     files = []
     for path in (first, others):
@@ -227,7 +227,7 @@ def by_command(machine: Path, first: Path, others: Path, work: Path) -> dict:  #
     done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(done.stderr)
-    return json.loads(done.stdout)  # type: ignore[no-any-return]
+    return json.loads(done.stdout)
 
 
 ARM = """vcmm = "machine/1"

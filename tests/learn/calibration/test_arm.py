@@ -18,6 +18,7 @@ from vcmm.learn.calibration.arm import fit_arm
 from vcmm.learn.calibration.arm_geometry import link_numbers
 from vcmm.learn.calibration.arm_terms import load_patterns
 from vcmm.learn.calibration.pose_tests import put_to_poses
+from vcmm.task.response.volumetric import field
 
 NAMES = ["C1", "B2", "B3", "A4", "B5", "A6"]
 PLANAR = """vcmm = "machine/1"
@@ -144,6 +145,8 @@ def test_the_command_writes_a_file_that_predicts(tmp_path: Path, capsys: pytest.
         ("A4", "link offset d"),
     } <= names
     assert {one["name"] for one in found["redundant"]} >= {"C0C1", "A0A6"}
+    # such errors are of no first order, and the map says by what it was computed
+    assert field(load_machine(out), load_poses(there, load_machine(tmp_path / "arm.toml")).run).exact
     # compare reads the file back and predicts the same poses with tracker and target placed anew
     assert run(["compare", str(there), "--machine", str(out), "--json"]) == 0
     compared = json.loads(capsys.readouterr().out)["machines"][-1]

@@ -82,10 +82,10 @@ class TrackerPlacement:
 def tool_frames(machine: Machine, run: Run) -> Frame:
     """Frame of the last axis in workpiece axes, errors of the machine included, transforms multiplied: (n, 3, 3) and (n, 3)."""
 
-    def tip(offset: Sequence[float] | Array) -> Array:
+    def tip(offset: Array) -> Array:
         there = Run(
             run.position,
-            np.tile(np.asarray(offset, dtype=float), (run.n, 1)),
+            np.tile(offset, (run.n, 1)),
             run.columns,
             run.labels,
             run.series,
@@ -93,7 +93,7 @@ def tool_frames(machine: Machine, run: Run) -> Frame:
         ideal = nominal_tip(machine.chain, machine.axes, there)
         return ideal + machine.tip_error(there, exact=True) if machine.effects else ideal
 
-    origin = tip((0.0, 0.0, 0.0))
+    origin = tip(np.zeros(3))
     columns = [(tip(LEVER * e) - origin) / LEVER for e in np.eye(3)]
     return Frame(np.stack(columns, axis=2), origin)
 

@@ -66,6 +66,7 @@ class ErrorField(Readable):
 
 def field(machine: Machine, run: Run | None = None, exact: bool = False, nodes: int = 5) -> ErrorField:
     """Tip errors at the rows of a run, or on a grid of nodes^3 over the travels (rotary axes at zero), as far as every effect is known."""
+    exact = exact or machine.large_errors
     within: tuple[tuple[str, float, float], ...] = ()
     if run is None:
         run = grid(machine, nodes)
