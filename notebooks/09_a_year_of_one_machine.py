@@ -59,7 +59,9 @@ year.plot("2026-12-02_bar.toml XY")
 (doubt,) = year.doubtful_parts(TASK, MILL / "parts.csv")
 print("after", doubt.since, "until", doubt.alarm, ":", [p.name for p in doubt.parts])
 for shift in doubt.shifts:
-    print(f"{shift.name:8s} {shift.shift * (1e3 if shift.unit == 'mm' else 1e6):+.1f} {'um' if shift.unit == 'mm' else 'urad'}")
+    print(
+        f"{shift.name:8s} {shift.shift * (1e3 if shift.unit == 'mm' else 1e6):+.1f} {'um' if shift.unit == 'mm' else 'urad'}"
+    )
 bores = next(s for s in doubt.shifts if s.name == "bores")
 jump = year.course("squareness[C0Y].angle").value[10] - year.course("squareness[C0Y].angle").value[9]  # urad
 assert abs(bores.shift - jump * 1e-6 * 300 * 200 / 360.6) < bores.u
