@@ -56,13 +56,14 @@ for kind, off in twin.maps(found).items():
     print(f"{kind:38s} flatness {flatness:5.1f} nm, off the true flat {wrong:.2f} nm rms")
 turned = [flat.scanned(drawn, shape, rng, index) for index in twin.INDEXED]
 fit = joint.joint_fit(found, turned, twin.INDEXED, yaw=True)
+surface = fit.at(*flat.cells())
 print(
-    f"{'one fit, flat turned, yaw measured':38s} flatness {flat.flatness(fit.surface).pv * nm:5.1f} nm, off {flat.levelled(fit.surface - true).std() * nm:.2f} nm rms"
+    f"{'one fit, flat turned, yaw measured':38s} flatness {flat.flatness(surface).pv * nm:5.1f} nm, off {flat.levelled(surface - true).std() * nm:.2f} nm rms"
 )
 
 # %%
 x, y = flat.cells()
 ax = canvas(None, height=4.8)
-dots = ax.scatter(x, y, c=flat.levelled(fit.surface) * nm, s=9, cmap="RdBu_r")
+dots = ax.scatter(x, y, c=flat.levelled(surface) * nm, s=9, cmap="RdBu_r")
 ax.set(xlabel="x / mm", ylabel="y / mm", title="the flat / nm", aspect="equal")
 _ = ax.figure.colorbar(dots)

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from vcmm import Array
+from vcmm import Array, faces
 
 from .lathe import NM, RADIUS, TURN, DrawnLathe, surface_motion
 from .surveys import asynchronous, wander
@@ -58,26 +58,14 @@ def shape_of(rng: np.random.Generator) -> Array:
 
 
 def terms(x: Array, y: Array) -> Array:
-    """(n, 28) Zernike-like terms to degree 6 at places mm; the first three are piston and tilts."""
-    rho, phi = np.hypot(x, y) / RADIUS, np.arctan2(y, x)
-    out = []
-    for n in range(DEGREE + 1):
-        for m in range(-n, n + 1, 2):
-            angular = np.cos(m * phi) if m >= 0 else np.sin(-m * phi)
-            out.append(_radial(n, abs(m), rho) * angular)
-    return np.stack(out, axis=1)
+    """(n, 28) Zernike terms to degree 6 at places mm; the first three are piston and tilts."""
+    return faces.zernike_terms(x, y, RADIUS, DEGREE)
 
 
-def _radial(n: int, m: int, rho: Array) -> Array:
-    """Zernike's radial polynomial (Born and Wolf, Principles of Optics, 9.2.1)."""
-    from math import factorial as f
-
-    total = np.zeros_like(rho)
-    for s in range((n - m) // 2 + 1):
-        total += (
-            (-1) ** s * f(n - s) / (f(s) * f((n + m) // 2 - s) * f((n - m) // 2 - s)) * rho ** (n - 2 * s)
-        )
-    return total
+def face_scan(scan: FlatScan) -> faces.FaceScan:
+    """As vcmm takes it."""
+    run = np.full(len(scan.x), "1")
+    return faces.FaceScan("flat", True, scan.x, scan.angle, scan.reading, run)
 
 
 @cache

@@ -1,10 +1,10 @@
 """On-machine measurement of an optical flat on an X-C-Z lathe, step by step, on drawn lathes of the published magnitudes.
 
     1  straightness reversal, face reversal, half turn (section 4)                          surveys.survey
-    2  selective model (eq. 6, minus eq. 5) and error map                                   lathe.selective, mapped
+    2  selective model (eq. 6, minus eq. 5) and error map                                   lathe.selective, vcmm.faces.known_rise
     3  spiral scan of a flat of radius 10 mm, three repeats; the interferometer             flat.scanned, flat.offline
     4  map taken off, flatness on machine against offline, alignment (Fig. 16, 17)          one_lathe
-    5  all scans in one fit, and what would make it better                                  joint.joint_fit
+    5  all scans in one fit, and what would make it better                                  vcmm.faces.fit_face
 
 Only lathes and flats are kept whose scan shows the published flatness without compensation within one standard deviation of it.
 """
@@ -17,14 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from vcmm import Array
+from vcmm import Array, Axis, Machine, faces, kinematics
 from vcmm import effects as fx
 
 from .flat import (
     REPEATS,
     Flatness,
+    FlatScan,
     aligned,
     cells,
+    face_scan,
     flatness,
     levelled,
     offline,
@@ -38,12 +40,12 @@ from .joint import joint_fit
 from .lathe import (
     ARCSEC,
     CIRCLE,
+    HALF,
     NM,
     SELECTED,
     DrawnLathe,
     drawn_lathe,
     only,
-    selective,
     surface_motion,
 )
 from .surveys import Survey, survey
@@ -139,11 +141,27 @@ def polar_cells() -> tuple[Array, Array]:
 
 def mapped(found: Survey, x: Array, angle: Array, square: float, moving: bool = False) -> Array:
     """(n,) mm: the kinematic error map (section 4.4) at x mm, angle rad. moving: E_BC put into Table 1, which turns with the spindle."""
-    tilt = found.spindle.curve("EBC", angle)
-    if moving:
-        tilt = tilt * np.cos(angle)
-    straight = np.interp(x, found.straight.nodes, found.straight.machine)
-    return selective(x, straight, found.spindle.curve("EZC", angle), tilt, square)
+    scan = face_scan(FlatScan(x, angle, np.zeros(len(x))))
+    return faces.known_rise(scan, selected_machine(found, square, moving)).value
+
+
+def selected_machine(found: Survey, square: float, moving: bool = False) -> Machine:
+    """The machine of the four errors that the reversals found: eq. 6 as its kinematics."""
+    orders = {
+        name: np.stack([value.real, -value.imag], axis=1).ravel()
+        for name, value in zip(found.spindle.names, found.spindle.value)
+    }
+    axes = {
+        "X": Axis("X", (-HALF, HALF)),
+        "C": Axis("C", (-1e4, 1e4), error_frame="moving" if moving else "fixed"),
+        "Z": Axis("Z", (-50.0, 50.0)),
+    }
+    straight = fx.ComponentTable("EZX", ("X",), (found.straight.nodes,), found.straight.machine)
+    turning = [fx.RotaryCyclic(name, orders[name]) for name in ("EZC", "EBC")]
+    chain = kinematics.parse_structure("w C' X' b Z t")
+    return Machine(
+        "four errors", "lathe", chain, axes, (straight, *turning, fx.RotaryLocation("B0C", tilt=square))
+    )
 
 
 def maps(found: Survey) -> dict[str, Array]:
@@ -171,8 +189,8 @@ def one_lathe(seed: int) -> tuple[OneLathe, int, Pictured]:
         TURNED: joint_fit(found, indexed, INDEXED),
         YAWED: joint_fit(found, indexed, INDEXED, yaw=True),
     }
-    flats |= {kind: _result([fit.surface], true) for kind, fit in fits.items()}
-    stated = float(np.sqrt((fits[YAWED].u ** 2).mean())) / NM
+    flats |= {kind: _result([fit.at(*cells())], true) for kind, fit in fits.items()}
+    stated = float(np.sqrt((fits[YAWED].u_at(*cells()) ** 2).mean())) / NM
     beside = [offline(shape, rng) for _ in range(REPEATS)]
     reference = _result([h for h, _ in beside], true, aside=True)
     moved, angle = aligned(beside[0][0], surfaces[MENDED][0])
@@ -190,7 +208,11 @@ def one_lathe(seed: int) -> tuple[OneLathe, int, Pictured]:
         stated=stated,
     )
     shown = {kind: levelled(several[0]) / NM for kind, several in surfaces.items()}
-    shown |= {"offline": levelled(moved) / NM, "true": true / NM, YAWED: levelled(fits[YAWED].surface) / NM}
+    shown |= {
+        "offline": levelled(moved) / NM,
+        "true": true / NM,
+        YAWED: levelled(fits[YAWED].at(*cells())) / NM,
+    }
     shown["map"] = off / NM
     return one, tried, Pictured(shown, found)
 

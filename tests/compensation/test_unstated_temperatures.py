@@ -1,6 +1,6 @@
 """A machine file whose errors go with temperatures, and a set-up that states none: 20 degC, and it is said."""
 
-from vcmm.compensation.temperatures import unstated_temperatures
+from vcmm.compensation.temperatures import with_temperatures
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.face.cli import run
@@ -28,12 +28,12 @@ def test_what_is_stated_is_not_assumed():
     axes = {a: Axis(a, (0.0, 500.0)) for a in "XYZ"}
     effects = (ScaleExpansion("X", 1e-5), ScaleExpansion("Y", 1e-5))
     machine = Machine("m", "machine-tool", parse_structure("w b X Y Z t"), axes, effects)
-    assumed, (said,) = unstated_temperatures(machine, Setup(), {"temp_scale_x_C": 22.0})
-    assert assumed == {"temp_scale_y_C": 20.0}
+    assumed, (said,) = with_temperatures(machine, Setup(), {"temp_scale_x_C": 22.0})
+    assert assumed == {"temp_scale_x_C": 22.0, "temp_scale_y_C": 20.0}
     assert "scale_expansion[Y]" in said
     assert "scale_expansion[X]" not in said
     both = {"temp_scale_x_C": 22.0, "temp_scale_y_C": 21.0}
-    assert unstated_temperatures(machine, Setup(), both) == ({}, ())
+    assert with_temperatures(machine, Setup(), both) == (both, ())
 
 
 def test_a_program_is_corrected_at_twenty_degrees_with_a_note(tmp_path, capsys):

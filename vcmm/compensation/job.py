@@ -46,7 +46,7 @@ from vcmm.compensation.rewriting import Work, rewrite
 from vcmm.compensation.run_again import both_paths, departure_by_run, pointing_of
 from vcmm.compensation.source import SourceText, at_origin
 from vcmm.compensation.surface import SurfaceErrors, what_is_left, with_surface
-from vcmm.compensation.temperatures import unstated_temperatures
+from vcmm.compensation.temperatures import with_temperatures
 from vcmm.compensation.writer import Writer
 from vcmm.core.effect import required
 from vcmm.core.errors import DataError, ModelLimit, UsageError
@@ -182,9 +182,7 @@ def prepare(
     source, read, origin = _flat(source, read, setup, language, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
 
-    columns = {**setup.constants, **(constants or {})}
-    assumed, unsaid = unstated_temperatures(known.machine, setup, columns)
-    columns |= assumed
+    columns, unsaid = with_temperatures(known.machine, setup, {**setup.constants, **(constants or {})})
     field = field_of(known, setup, read.moves, set_here=set_here, constants=columns, lathe=language.lathe)
     field = with_surface(field, surface, source.name)
     aim = read if orientation else None
@@ -198,8 +196,7 @@ def prepare(
     files = file_parts([setup.path, machine_file, setup.log.path if setup.log else None])
     hashed = digest([*files, *own, given[1].text.encode("utf-8")])
     said = (
-        *notes,
-        *unsaid,
+        *(*notes, *unsaid),
         *what_is_left(known.left, surface),
         *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings),
     )

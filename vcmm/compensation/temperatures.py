@@ -10,10 +10,10 @@ from vcmm.core.run import T0_DEG_C
 from vcmm.program.setup import Setup
 
 
-def unstated_temperatures(
+def with_temperatures(
     machine: Machine, setup: Setup, stated: Mapping[str, float]
 ) -> tuple[dict[str, float], tuple[str, ...]]:
-    """Columns temp_<sensor>_C at 20 degC for what neither the set-up nor its log states, and a note that says so."""
+    """What is stated with columns temp_<sensor>_C at 20 degC for what neither the set-up nor its log states, and a note that says so."""
     logged = setup.log.sensors if setup.log is not None else {}
     open_: dict[str, list[str]] = {}
     for effect in machine.effects:
@@ -22,10 +22,10 @@ def unstated_temperatures(
             if column == f"temp_{sensor}_C" and column not in stated and sensor not in logged:
                 open_.setdefault(sensor, []).append(effect.id)
     if not open_:
-        return {}, ()
+        return dict(stated), ()
     first, *_ = open_
     said = (
         f"{', '.join(dict.fromkeys(e for own in open_.values() for e in own))} of the machine file go with the temperature of {', '.join(open_)}, which the set-up does not "
         f'state: taken as 20 degC; write [temperature] {first} = "22 degC" into it where it is another'
     )
-    return {f"temp_{s}_C": T0_DEG_C for s in open_}, (said,)
+    return {**stated, **{f"temp_{s}_C": T0_DEG_C for s in open_}}, (said,)

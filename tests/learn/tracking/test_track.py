@@ -358,3 +358,14 @@ def test_the_document_is_valid_by_its_schema(tmp_path, capsys):
     without = {k: v for k, v in document.items() if k != "alarms"}
     for wrong in (document | {"alarm": []}, without, document | {"alpha": "0.05"}):
         assert len(list(known.iter_errors(wrong))) == 1
+
+
+def test_a_number_of_which_no_uncertainty_is_stated_is_warned_of(tmp_path):
+    machine = write_year(tmp_path, 2, lambda week: 2.0)
+    assert vcmm.track(machine, tmp_path / "checks").warnings == ()
+    text = machine.read_text()
+    machine.write_text(text[: text.index("[[inputs]]")])
+    (said,) = vcmm.track(machine, tmp_path / "checks").warnings
+    assert (
+        "states no uncertainty of scale_factor[X].k: taken as exactly right on the day of the first" in said
+    )

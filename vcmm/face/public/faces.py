@@ -3,6 +3,8 @@
 scan = vcmm.faces.load_face_scan("scan.toml")
 found = vcmm.faces.map_face(scan, vcmm.load_machine("lathe.toml"))
 better = vcmm.faces.correct_face("face.nc", "setup.toml", found)
+
+Several spirals, with what reversals know of slide and spindle, in one fit: fit_face.
 """
 
 from __future__ import annotations
@@ -19,10 +21,25 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.face.machine_of_setup import setup_and_machine
 from vcmm.files.own.face_scan import load_face_scan
+from vcmm.learn.calibration.face_fit import (
+    FaceFit,
+    FacePrior,
+    HalfTurn,
+    SlideKnowledge,
+    SpindleKnowledge,
+    fit_face,
+    hats,
+    memory,
+    zernike_terms,
+)
+from vcmm.learn.calibration.face_knowledge import KnownRise, known_rise
 from vcmm.learn.calibration.face_map import FaceFigure, FaceMap, map_face
 from vcmm.task.instruments.face_scan import FaceScan
 
-__all__ = ["FaceFigure", "FaceMap", "FaceScan", "correct_face", "load_face_scan", "map_face"]
+__all__ = [
+    "FaceFigure", "FaceFit", "FaceMap", "FacePrior", "FaceScan", "HalfTurn", "KnownRise", "SlideKnowledge", "SpindleKnowledge",
+    "correct_face", "fit_face", "hats", "known_rise", "load_face_scan", "map_face", "memory", "zernike_terms",
+]  # fmt: skip
 
 
 def correct_face(

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 DAYS = 30  # that a plan of checks covers
 AHEAD = (7.0, 30.0, 90.0)  # days of the forecast
 ROUND = {"mm": "um", "rad": "urad"}  # how small lengths and angles are written
+MOST = 4  # numbers that a warning names
 WEEKS = 7.0  # days for which the coverage that was counted is near 95 %
 
 
@@ -92,10 +93,24 @@ class Track:
         """What was not shown, where it matters here."""
         days = self.dated.when - self.checks[-1].when
         if days <= WEEKS:
-            return ()
+            return self._taken_as_exact
         return (
+            *self._taken_as_exact,
             f"{self.at} is {days:.0f} days after the last check: on drawn machines with a season and wear the 95 % bands of a forecast of 90 days "
             "held 0.93 (0.90 to 0.96; docs/track.md); the line time since calibration is the least that time has brought",
+        )
+
+    @property
+    def _taken_as_exact(self) -> tuple[str, ...]:
+        """Numbers of which the machine file states no uncertainty, in words; nothing where it states that of all."""
+        tracked = self.followed.tracked
+        open_ = [q.id for q in tracked.quantities if not tracked.factor[tracked.rows[q.id]].any()]
+        if not open_:
+            return ()
+        more = f" and {len(open_) - MOST} more" if len(open_) > MOST else ""
+        return (
+            f"the machine file states no uncertainty of {', '.join(open_[:MOST])}{more}: taken as exactly right on the day of the first recording; "
+            "state u in [[inputs]], or calibrate the machine first",
         )
 
     @property
