@@ -62,7 +62,7 @@ def forecasts(
         tracked.growth,
         picks(tracked),
     )
-    ways = pick @ np.concatenate([tracked.factor, growth, growth, growth, 0 * growth, 0 * growth], 1)
+    ways = pick @ np.concatenate([tracked.factor, growth, growth, growth, 0 * growth, 0 * growth, growth], 1)
     out = []
     for age in (a for a in AGES if now + a < len(theta)):
         day, later = now + age, motion.step(state, float(age))

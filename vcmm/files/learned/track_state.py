@@ -26,7 +26,7 @@ from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.learn.tracking.rates import GroupRates
 
 TEXT, NUMBERS = "track.toml", "track.npz"
-SHAPES = 2  # of changes of a table: 2 begins with a straight line, 1 (not written) did not
+SHAPES = 3  # of what changes: 3 has numbers of their own for what passes; since 2 a table begins with a straight line, 1 (not written) did not
 PLAIN = tuple(k for k in SeenRecording.__dataclass_fields__ if k not in ("columns", "value"))
 
 
