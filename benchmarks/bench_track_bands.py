@@ -1,7 +1,7 @@
 """How often the 95 % bands and the alarms of `vcmm track` are right, and why not: python benchmarks/bench_track_bands.py FOLDER [--machines 12 --first 200 --given]
 
 Machines of referee/fleet.py, followed recording by recording in one process (the functions that the command calls, without its files). After
-every fourth recording from day 60 on every number is forecast 0, 7, 30 and 90 days ahead and held against the truth of that day; forecasts over a jump are left
+every fourth recording from day 60 on every number is forecast 0, 7, 30 and 90 days ahead and held against the truth of that day; forecasts over a jump, or after one that no check has seen yet, are left
 out. With --given also by a filter that is told the rates (GIVEN: the middle of what the fleet is drawn from), which tells what the learning of the
 rates costs from what the filter, its shapes and its jumps do. Alarms and changes are judged by referee/follow.py. Rows are kept in FOLDER and gone on with.
 """
@@ -53,24 +53,30 @@ def picks(tracked: TrackedMachine) -> np.ndarray:
 
 
 def forecasts(
-    tracked: TrackedMachine, motion: WanderingMotion, state: GaussianState, now: int, theta: np.ndarray, told: list[Any]
+    tracked: TrackedMachine, motion: WanderingMotion, state: GaussianState, days: tuple[int, int], theta: np.ndarray, told: list[Any]
 ) -> list[list[Any]]:  # fmt: skip
-    """[number, age, day, error over u, u] of every forecast that is made on a day."""
+    """[number, age, day, error over u, u] of every forecast that is made on a day. days: of the last check that sees all numbers, and this one."""
+    known, now = days
     truth, growth, pick = (
         np.stack([theta[:, k] * s for k, s in NUMBERS.values()], 1),
         tracked.growth,
         picks(tracked),
     )
-    ways = pick @ np.concatenate([tracked.factor, growth, growth, growth, 0 * growth, 0 * growth], 1)
+    ways = pick @ np.concatenate([tracked.factor, growth, growth, growth, 0 * growth, 0 * growth, growth], 1)
     out = []
     for age in (a for a in AGES if now + a < len(theta)):
         day, later = now + age, motion.step(state, float(age))
         mean, u = ways @ later.mean, np.sqrt(((ways @ later.factor) ** 2).sum(1))
         for j, (number, _) in enumerate(NUMBERS.values()):
-            if not any(now < d <= day and n in (number, -1) and (n >= 0 or d == day) for d, _, n in told):
+            if not any(known < d <= day and n in (number, -1) and (n >= 0 or d == day) for d, _, n in told):
                 z = float((mean[j] - truth[day, j]) / u[j])
                 out.append([list(NUMBERS)[j], age, now, z, float(u[j])])
     return out
+
+
+def days_of(seen: list[SeenRecording], i: int) -> tuple[int, int]:
+    """Days of the last check that sees all numbers (a laser sees one alone), and of recording i."""
+    return int(max(s.when for s in seen[: i + 1] if "laser" not in s.name)), int(seen[i].when)
 
 
 def is_asked(i: int, one: SeenRecording) -> bool:
@@ -85,7 +91,7 @@ def by_learnt_rates(
     for i, one in enumerate(seen):
         followed = follow_one(followed, one, "")
         if is_asked(i, one):
-            out += forecasts(tracked, followed.motion, followed.state, int(one.when), theta, told)
+            out += forecasts(tracked, followed.motion, followed.state, days_of(seen, i), theta, told)
     document = {
         "checks": [
             {"recording": c.name, "alarm": c.alarm, "changed": [{"name": n} for n, _ in c.suspects]}
@@ -107,7 +113,7 @@ def by_given_rates(
         state = update(motion.step(state, days), columns, one.value, jumps_of(tracked), days).state
         before = one.when
         if is_asked(i, one):
-            out += forecasts(tracked, motion, state, int(one.when), theta, told)
+            out += forecasts(tracked, motion, state, days_of(seen, i), theta, told)
     return out
 
 

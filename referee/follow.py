@@ -6,7 +6,7 @@
     python -m referee.follow FOLDER --again      the table from the rows that lie there
 
 Bands: after the checks of 90, 180 and 270 days the forecast of every number 7, 30 and 90 days after the last check is held against the truth of
-that day: the ends of the curves (slope times travel; the bow is zero there) and the squareness. A band says nothing of a jump to come: forecasts over one, and onto the one day of an open door, are counted apart. Machines are drawn
+that day: the ends of the curves (slope times travel; the bow is zero there) and the squareness. A band says nothing of a jump to come: forecasts over one, after one that only a laser of another axis followed, and onto the one day of an open door, are counted apart. Machines are drawn
 independently, numbers of one machine are not: the coverage interval of a share of bands is that of Student's t over the shares of machines; that of a
 share of changes is exact (C. Clopper & E. Pearson, Biometrika 26 (1934) 404), and so is that of a rate of false alarms (F. Garwood, Biometrika 28 (1936) 437).
 """
@@ -49,12 +49,15 @@ def follow(folder, seed, events, every):
                 (folder / "checks" / path.name).write_text(path.read_text())
         document = call(folder, "track", "machine.toml", "checks", "--out", "out", "--no-explain")
         last = max(int(c["recording"][:3]) for c in document["checks"])
+        known = max(int(c["recording"][:3]) for c in document["checks"] if "laser" not in c["recording"])
         for one in document["forecast"]:
             number, scale = NUMBERS[one["input"]]
             day = last + int(one["days"])
             if day < len(theta):
                 away = abs(one["value"] - theta[day][number] * scale) / one["u"]
-                jump = any(last < d <= day and n in (number, -1) and (n >= 0 or d == day) for d, _, n in told)
+                jump = any(
+                    known < d <= day and n in (number, -1) and (n >= 0 or d == day) for d, _, n in told
+                )
                 bands.append(
                     {
                         "cut": cut,

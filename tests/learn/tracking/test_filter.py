@@ -58,7 +58,7 @@ def test_walk_trend_season_and_swing_are_the_regression_with_their_covariance():
     walk, trend, season, swing, tau = 1.5, 2.5, 1.2, 0.7, 30.0
     days, y = np.array([0.0, 3.0, 40.0, 41.0, 300.0]), np.array([1.0, -0.5, 2.0, 2.2, 0.3])
     motion = rates.WanderingMotion(1, *(np.array([v]) for v in (walk, trend, season, swing, tau)))
-    columns = np.array([[math.sqrt(p0), 1.0, 1.0, 1.0, 0.0, 0.0]])
+    columns = np.array([[math.sqrt(p0), 1.0, 1.0, 1.0, 0.0, 0.0, 1.0]])
     state, before = rates.first_state(motion), 0.0
     for day, value in zip(days, y):
         state = motion.step(state, day - before)
@@ -79,9 +79,19 @@ def test_walk_trend_season_and_swing_are_the_regression_with_their_covariance():
 
 
 def test_a_passing_change_goes_back_and_a_lasting_one_stays():
-    # 3 usual sizes into w at tau = 1 d, seven days on: 3 e^-7; into b: 3
-    motion = rates.WanderingMotion(0, *(np.array([v]) for v in (0.0, 0.0, 0.0, 0.0, 1.0)))
-    assert motion.carry(np.array([3.0, 3.0, 0, 0, 0]), 7.0)[:2] == pytest.approx([3.0, 3.0 * math.exp(-7)])
+    # 3 usual sizes into p, seven days on: 3 e^-7; into b: 3; into w with a time constant of 30 d: 3 e^(-7 / 30), which is no day or a few
+    motion = rates.WanderingMotion(0, *(np.array([v]) for v in (0.0, 0.0, 0.0, 0.5, 30.0)))
+    later = motion.carry(np.array([3.0, 3.0, 0, 0, 0, 3.0]), 7.0)
+    assert later[[0, 1, 5]] == pytest.approx([3.0, 3.0 * math.exp(-7 / 30), 3.0 * math.exp(-7)])
+
+
+def test_a_passing_change_passes_whatever_swings(tmp_path):
+    """Where a swing of 30 days was learnt, "everything, for a day or a few" still goes back in a day: it has numbers of its own."""
+    tracked = tracked_machine(vcmm.load_machine(write_machine(tmp_path)))
+    passing = next(j for j in changes.jumps_of(tracked) if j.name == changes.PASSING)
+    own = tuple(rates.GroupRates(0.0, 0.0, 0.0, 5, 1) for _ in tracked.groups)
+    motion = rates.motion_of(tracked.group_of_mode, tracked.stated, own)
+    assert motion.carry(passing.columns, 7.0) == pytest.approx(math.exp(-7) * passing.columns)
 
 
 @pytest.mark.parametrize("jumps", [True, False])
@@ -94,7 +104,7 @@ def test_the_evidence_by_covariances_is_that_of_the_filter(jumps):
         rates.WanderingMotion(2, *(np.array([v, v / 2]) for v in own), np.array([1.0, 30.0])) for own in sizes
     ]
     ones = np.eye(motions[0].size)
-    hits = [changes.Jump("a", ones[:, 2:3]), changes.Jump("passing", ones[:, 4:6])] if jumps else []
+    hits = [changes.Jump("a", ones[:, 2:3]), changes.Jump("passing", ones[:, 12:14])] if jumps else []
     seen = []
     for day in range(10):
         columns = rng.normal(size=(3, 4))

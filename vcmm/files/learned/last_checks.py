@@ -20,6 +20,7 @@ from vcmm.learn.calibration.solve import nuisance_basis
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.tracking.compress import columns_of
 from vcmm.learn.tracking.follow import FollowedMachine
+from vcmm.learn.tracking.learn_rates import of_whole_state
 
 if TYPE_CHECKING:
     from vcmm.files.learned.track_result import Track
@@ -94,9 +95,7 @@ def _beside(
 ) -> tuple[Array, Array, Array]:
     """(seen, forecast, u) (m,) mm or rad, the nuisance taken out of each."""
     mean, factor = state
-    columns = columns_of(followed.tracked, problem)
-    grown = columns[:, followed.tracked.stated :]
-    shown = np.concatenate([columns, grown, grown, 0 * grown, 0 * grown], axis=1)
+    shown = of_whole_state(columns_of(followed.tracked, problem), followed.tracked.stated)
     basis = nuisance_basis(problem.nuisance / problem.u[:, None])
 
     def free(values: Array) -> Array:

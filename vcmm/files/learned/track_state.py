@@ -26,7 +26,7 @@ from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.learn.tracking.rates import GroupRates
 
 TEXT, NUMBERS = "track.toml", "track.npz"
-SHAPES = 3  # of what changes: 2 gives tables a straight line first, 3 leaves out coefficients that a control was given
+SHAPES = 4  # of what changes: 2 gives tables a straight line first, 3 leaves out coefficients that a control was given, 4 has numbers of its own for what passes
 PLAIN = tuple(k for k in SeenRecording.__dataclass_fields__ if k not in ("columns", "value"))
 
 

@@ -3,7 +3,7 @@
     p(h | y) ~ p(h) N(y; H m, I + H (P + B_h B_h') H'),   B_h the shapes of the quantities that jump, times SIZES
 
 The hypotheses are each quantity alone, all of one axis, everything, and everything for a day or a few (a door left open, a bad set-up: it goes
-back with the time constant of the swings); their prior is one change of a machine in a year (an
+back with a time constant of a day); their prior is one change of a machine in a year (an
 assumption, RATE), shared out evenly. Posteriors of all that matter are joined to one Gaussian of the same mean and covariance (GPB1: Bar-Shalom,
 Li & Kirubarajan, Estimation with Applications (2001), 11.6). Hypotheses are asked only where the innovation is beyond ASK by chance.
 """
@@ -58,7 +58,7 @@ class Update:
 
 @lru_cache(maxsize=4)
 def jumps_of(tracked: TrackedMachine) -> tuple[Jump, ...]:
-    """All hypotheses: columns over the state; what passes jumps in w, which goes back, all else in b."""
+    """All hypotheses: columns over the state; what passes jumps in p, which goes back, all else in b."""
     axes = dict.fromkeys(q.axis for q in tracked.quantities if q.axis)
     sets = {q.id: [q.id] for q in tracked.quantities}
     for axis in axes:
@@ -73,7 +73,7 @@ def jumps_of(tracked: TrackedMachine) -> tuple[Jump, ...]:
         numbers = tracked.stated + np.flatnonzero(group_numbers(tracked, ids))
         if len(numbers):
             out.append(Jump(name, _ones(tracked, numbers)))
-    passing = np.arange(tracked.stated + g, tracked.stated + 2 * g)
+    passing = np.arange(tracked.stated + (BLOCKS - 1) * g, tracked.stated + BLOCKS * g)
     return (*out, Jump(PASSING, _ones(tracked, passing))) if g else tuple(out)
 
 

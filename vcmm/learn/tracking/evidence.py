@@ -3,13 +3,13 @@
 The state is integrated out by a filter (Schweppe, IEEE Trans. Inf. Theory 11 (1965) 61) that goes by covariances: fast, and exact enough for a
 ratio of likelihoods; the state that is kept goes by factors (vcmm.learn.tracking.kalman).
 
-    y_t = C z + C_g (b + w + (cos a - 1) s + sin a c + v t / year),   a = 2 pi t / year
+    y_t = C z + C_g (b + w + p + (cos a - 1) s + sin a c + v t / year),   a = 2 pi t / year
     P -> P - K (H P),   K = P H' (H P H' + I)^-1,   m -> m + K (y - H m)
 
 It is the model of vcmm.learn.tracking.rates with season and trend as numbers that do not move, seen through columns that do: s, c and v of the first
 recording, which are left out where no rate asks for them. So only b and w step in time, and all rates share their columns. Where an innovation
-is beyond chance the jumps are weighed as in vcmm.learn.tracking.changes, and their mixture is joined to one Gaussian; w is carried from the first jump that
-passes, or from the start where there is a swing.
+is beyond chance the jumps are weighed as in vcmm.learn.tracking.changes, and their mixture is joined to one Gaussian. w is carried where there is a
+swing, p from a jump that passes until it has gone back.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vcmm.core.run import Array
 from vcmm.learn.tracking.chance import square_at
 from vcmm.learn.tracking.changes import ASK, MATTERS, SIZES, Jump, prior_of_change
 from vcmm.learn.tracking.compress import SeenRecording
-from vcmm.learn.tracking.rates import YEAR, WanderingMotion
+from vcmm.learn.tracking.rates import BLOCKS, PASSES, YEAR, WanderingMotion
 
 Numbers = npt.NDArray[np.intp]
 GONE = 1e-9  # usual sizes: less than this is nothing
@@ -33,7 +33,7 @@ GONE = 1e-9  # usual sizes: less than this is nothing
 
 @dataclass(frozen=True, eq=False)
 class _Layout:
-    """The state z, b, s, c, v, w of m rates: stated numbers z, g shapes; season, trend: shapes of which one of the rates has it.
+    """The state z, b, s, c, v, w, p of m rates: stated numbers z, g shapes; season, trend: shapes of which one of the rates has it.
 
     walk2, swing2, tau (m, g); ways: columns of all jumps side by side, (n, sum of k); of: number of the jump of each.
     """
@@ -58,16 +58,25 @@ class _Layout:
         return np.array([p @ p.T for p in parts])
 
     @property
-    def without_w(self) -> int:
+    def w(self) -> int:
+        """Where w begins."""
         return self.stated + self.g + 2 * len(self.season) + len(self.trend)
+
+    @property
+    def without_p(self) -> int:
+        return self.w + (self.g if self.swings else 0)
+
+    @cached_property
+    def swings(self) -> bool:
+        return bool(self.swing2.any())
 
     def columns(self, one: SeenRecording, days: float) -> Array:
         """(r, n): what readings of a day see of the whole state."""
         grown, turn = one.columns[:, self.stated :], 2.0 * np.pi * days / YEAR
-        season = grown[:, self.season]
+        season, swing = grown[:, self.season], grown if self.swings else grown[:, :0]
         return np.concatenate(
             [
-                one.columns, season * (np.cos(turn) - 1.0), season * np.sin(turn), grown[:, self.trend] * (days / YEAR), grown
+                one.columns, season * (np.cos(turn) - 1.0), season * np.sin(turn), grown[:, self.trend] * (days / YEAR), swing, grown
             ],
             axis=1,
         )  # fmt: skip
@@ -77,13 +86,13 @@ def _layout_of(motions: Sequence[WanderingMotion], jumps: Sequence[Jump]) -> _La
     walk, trend, season, swing, tau = (
         np.array([getattr(m, k) for m in motions]) for k in ("walk", "trend", "season", "swing", "tau")
     )
-    stated, g = motions[0].stated, walk.shape[1]
+    stated, g, swings = motions[0].stated, walk.shape[1], bool(swing.any())
     seasons, trends = np.flatnonzero(season.any(axis=0)), np.flatnonzero(trend.any(axis=0))
-    ways = np.concatenate([np.zeros((stated + 5 * g, 0)), *(j.columns for j in jumps)], axis=1)
-    own = np.zeros((stated + 2 * g + 2 * len(seasons) + len(trends), ways.shape[1]))
+    ways = np.concatenate([np.zeros((stated + BLOCKS * g, 0)), *(j.columns for j in jumps)], axis=1)
+    own = np.zeros((stated + (2 + swings) * g + 2 * len(seasons) + len(trends), ways.shape[1]))
     own[stated : stated + g], own[len(own) - g :] = (
         ways[stated : stated + g],
-        ways[stated + g : stated + 2 * g],
+        ways[len(ways) - g :],
     )
     of = np.repeat(np.arange(len(jumps)), [j.columns.shape[1] for j in jumps])
     return _Layout(stated, seasons, trends, walk**2, swing**2, tau, own, of)
@@ -127,12 +136,12 @@ def log_likelihoods(
 
 
 def _start(layout: _Layout, motions: Sequence[WanderingMotion]) -> tuple[Array, Array]:
-    """Means (m, n) and covariances (m, n, n) before the first recording; with w where a rate swings."""
+    """Means (m, n) and covariances (m, n, n) before the first recording; with w where a rate swings, without p."""
     m, g = layout.walk2.shape
     season = np.array([x.season for x in motions])[:, layout.season] ** 2
     trend = np.array([x.trend for x in motions])[:, layout.trend] ** 2
     blocks = [np.ones((m, layout.stated)), np.zeros((m, g)), season, season, trend]
-    if layout.swing2.any():
+    if layout.swings:
         blocks.append(layout.swing2)
     variance = np.concatenate(blocks, axis=1)
     covariance = np.zeros((*variance.shape, variance.shape[1]))
@@ -147,19 +156,25 @@ def _diagonal(covariance: Array) -> Array:
 
 
 def _move(layout: _Layout, mean: Array, covariance: Array, days: float) -> tuple[Array, Array]:
-    """b and w so many days later, in place; w is left out again where what jumped in it has gone back."""
-    s, g, w = layout.stated, layout.g, layout.without_w
+    """b, w and p so many days later, in place; p is left out again where what jumped in it has gone back."""
+    s, g, w, p = layout.stated, layout.g, layout.w, layout.without_p
     _diagonal(covariance)[:, s : s + g] += layout.walk2 * (days / YEAR)
-    if mean.shape[1] == w:
+    if layout.swings:
+        _shrink(mean, covariance, slice(w, p), np.exp(-days / layout.tau))
+        _diagonal(covariance)[:, w:p] += layout.swing2 * -np.expm1(-2.0 * days / layout.tau)
+    if mean.shape[1] == p:
         return mean, covariance
-    left = np.exp(-days / layout.tau)
-    mean[:, w:] *= left
-    covariance[:, w:] *= left[:, :, None]
-    covariance[:, :, w:] *= left[:, None, :]
-    _diagonal(covariance)[:, w:] += layout.swing2 * -np.expm1(-2.0 * days / layout.tau)
-    if max(float(_diagonal(covariance)[:, w:].max()), float((mean[:, w:] ** 2).max())) < GONE**2:
-        return mean[:, :w].copy(), covariance[:, :w, :w].copy()
+    _shrink(mean, covariance, slice(p, None), np.full((1, g), np.exp(-days / PASSES)))
+    if max(float(_diagonal(covariance)[:, p:].max()), float((mean[:, p:] ** 2).max())) < GONE**2:
+        return mean[:, :p].copy(), covariance[:, :p, :p].copy()
     return mean, covariance
+
+
+def _shrink(mean: Array, covariance: Array, block: slice, left: Array) -> None:
+    """A block of the state times left (m or 1, g), in place."""
+    mean[:, block] *= left
+    covariance[:, block] *= left[:, :, None]
+    covariance[:, :, block] *= left[:, None, :]
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +196,7 @@ class _Seen:
 
 
 def _see(mean: Array, covariance: Array, columns: Array, value: Array) -> _Seen:
-    """columns (r, all of the state): those beyond w are left out where it is not carried."""
+    """columns (r, all of the state): those of p are left out where it is not carried."""
     own = columns[:, : mean.shape[1]]
     cross = own @ covariance
     lower = np.asarray(np.linalg.cholesky(cross @ own.T + np.eye(len(value))), dtype=np.float64)
@@ -216,7 +231,7 @@ def _log_of_jumps(layout: _Layout, seen: _Seen, asked: Numbers, columns: Array, 
 def _join(
     layout: _Layout, before: tuple[Array, Array], columns: Array, value: Array, logs: Array
 ) -> tuple[tuple[Array, Array], Array]:
-    """Means and covariances of the mixtures of all hypotheses that matter, with w, and ln of the likelihoods."""
+    """Means and covariances of the mixtures of all hypotheses that matter, with p, and ln of the likelihoods."""
     full = len(layout.ways)
     mean, covariance = (np.pad(x, [(0, 0)] + [(0, full - x.shape[1])] * (x.ndim - 1)) for x in before)
     top = logs.max(axis=1, keepdims=True)
@@ -238,7 +253,7 @@ def _join(
 
 
 def _put(mean: Array, covariance: Array, asked: Numbers, joined: tuple[Array, Array]) -> tuple[Array, Array]:
-    """The joined states in their places; all are widened by w where one of them has it now."""
+    """The joined states in their places; all are widened by p where one of them has it now."""
     n, full = mean.shape[1], joined[0].shape[1]
     if n < full and np.any(_diagonal(joined[1])[:, n:]):
         mean = np.pad(mean, [(0, 0), (0, full - n)])

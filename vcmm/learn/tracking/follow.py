@@ -91,7 +91,7 @@ class FollowedMachine:
         """(K, n): all numbers per number of the state."""
         growth = self.tracked.growth
         return np.concatenate(
-            [self.tracked.factor, growth, growth, growth, 0.0 * growth, 0.0 * growth], axis=1
+            [self.tracked.factor, growth, growth, growth, 0.0 * growth, 0.0 * growth, growth], axis=1
         )
 
 

@@ -54,10 +54,15 @@ def is_due(count: int) -> bool:
 
 
 def columns_for(seen: SeenRecording, stated: int) -> Array:
-    """(r, n): b, w and s show alike; c and v do not show."""
-    grown = seen.columns[:, stated:]
+    """(r, n) of a recording that was seen."""
+    return of_whole_state(seen.columns, stated)
+
+
+def of_whole_state(columns: Array, stated: int) -> Array:
+    """(r, stated + g) -> (r, n): b, w, s and p show alike; c and v do not show."""
+    grown = columns[:, stated:]
     none = np.zeros((len(grown), 2 * grown.shape[1]))
-    return np.concatenate([seen.columns, grown, grown, none], axis=1)
+    return np.concatenate([columns, grown, grown, none, grown], axis=1)
 
 
 def seen_numbers(

@@ -3,6 +3,7 @@
     b(t + d) = b(t) + v d / year + N(0, walk^2 d / year)                 random walk with a trend; v ~ N(0, trend^2), constant
     w(t + d) = e^(-d / tau) w(t) + N(0, swing^2 (1 - e^(-2 d / tau)))    Ornstein-Uhlenbeck: mean-reverting, stationary
     s(t + d) = s cos(a) + c sin(a),  c(t + d) = -s sin(a) + c cos(a)     season of one year, a = 2 pi d / year; s, c ~ N(0, season^2)
+    p(t + d) = e^(-d / 1 day) p(t)                                       a change that passes; zero but for jumps
 
 in units of the usual size of the parameter (Uhlenbeck & Ornstein, Phys. Rev. 36 (1930) 823, exact step: Gillespie, Phys. Rev. E 54 (1996)
 2084; trend and season: A. Harvey, Forecasting, Structural Time Series Models and the Kalman Filter (1989), 2.3). On the first day b = -s: the
@@ -33,7 +34,8 @@ SWINGS = (0.0, *(2.0**k for k in range(-6, 3)))
 TAUS = (1.0, 30.0)  # days: from set-up to set-up, and of weeks
 GRIDS = {"walk": WALKS, "trend": TRENDS, "season": SEASONS}
 CENTRE, SPREAD = -2.0, 2.0  # of log2 of a rate
-BLOCKS = 5  # b, w, s, c, v
+BLOCKS = 6  # b, w, s, c, v, p
+PASSES = 1.0  # days: time constant of what passes
 
 
 def log_priors(name: str) -> Array:
@@ -97,7 +99,7 @@ class GroupRates:
 
 @dataclass(frozen=True, eq=False)
 class WanderingMotion:
-    """Rates of every shape: walk, trend, season, swing, tau (g,). A state is z (stated,), b, w, s, c, v (g,) each."""
+    """Rates of every shape: walk, trend, season, swing, tau (g,). A state is z (stated,), b, w, s, c, v, p (g,) each."""
 
     stated: int
     walk: Array
@@ -111,17 +113,18 @@ class WanderingMotion:
         return self.stated + BLOCKS * len(self.walk)
 
     def block(self, number: int) -> slice:
-        """Where b, w, s, c, v (0 to 4) stand."""
+        """Where b, w, s, c, v, p (0 to 5) stand."""
         g = len(self.walk)
         return slice(self.stated + number * g, self.stated + (number + 1) * g)
 
     def carry(self, rows: Array, days: float) -> Array:
         """(n, ...) -> what becomes of it in so many days, without what comes in anew."""
-        b, w, s, c, v = (self.block(k) for k in range(BLOCKS))
+        b, w, s, c, v, p = (self.block(k) for k in range(BLOCKS))
         turn = 2.0 * np.pi * days / YEAR
         out = rows.copy()
         out[b] += rows[v] * (days / YEAR)
         out[w] *= np.reshape(np.exp(-days / self.tau), (-1, *(1,) * (rows.ndim - 1)))
+        out[p] *= np.exp(-days / PASSES)
         out[s] = rows[s] * np.cos(turn) + rows[c] * np.sin(turn)
         out[c] = rows[c] * np.cos(turn) - rows[s] * np.sin(turn)
         return out
@@ -157,7 +160,7 @@ def motion_of(groups: Array, stated: int, rates: tuple[GroupRates, ...]) -> Wand
 
 def first_state(motion: WanderingMotion) -> GaussianState:
     """At the date of the machine file: z standard normal, b = -s, w stationary."""
-    b, w, s, c, v = (motion.block(k) for k in range(BLOCKS))
+    b, w, s, c, v, _ = (motion.block(k) for k in range(BLOCKS))
     root = np.zeros((motion.size, motion.size))
     root[np.arange(motion.stated), np.arange(motion.stated)] = 1.0
     for rows, columns, size in ((w, w, motion.swing), (s, s, motion.season), (c, c, motion.season)):
