@@ -64,6 +64,29 @@ def circle(decimals: int) -> list[Move]:
     return lines(np.round(50 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), decimals))
 
 
+def cam(decimals: int) -> list[Move]:
+    """1800 chords of a cam: R 40 with three lifts of 6 mm."""
+    angle = np.linspace(0, 2 * np.pi, 1801)
+    reach = 40 + 6 * np.cos(3 * angle)
+    return lines(
+        np.round(np.stack([reach * np.cos(angle), reach * np.sin(angle), 0 * angle], axis=1), decimals)
+    )
+
+
+def superellipse(decimals: int) -> list[Move]:
+    """1800 chords of |x / 60|^4 + |y / 35|^4 = 1, which has near corners."""
+    angle = np.linspace(0, 2 * np.pi, 1801)
+    x, y = (np.sign(v) * np.sqrt(np.abs(v)) for v in (np.cos(angle), np.sin(angle)))
+    return lines(np.round(np.stack([60 * x, 35 * y, 0 * angle], axis=1), decimals))
+
+
+def hump(decimals: int) -> list[Move]:
+    """A row of 0.3 mm steps over a hump 4 mm high with waves of 0.8 mm: what a ball does on a mould."""
+    x = np.arange(267) * 0.3
+    z = 4 * np.exp(-(((x - 40) / 15) ** 2)) + 0.8 * np.cos(x / 6)
+    return lines(np.round(np.stack([x, 0 * x, z], axis=1), decimals))
+
+
 def seconds(moves: list[Move], tolerance: float) -> float:
     return plan_motion(moves, mill(), Control(tolerance=tolerance)).seconds
 
@@ -83,6 +106,7 @@ def main() -> None:
     print("\n| short lines, 10 um | length over feed | cycle time | ratio | stops |\n|---|---|---|---|---|")
     rows = {
         "500 steps of 0.2 mm, 3 decimals": smooth_line(3), "1000 chords of R 50, 3 decimals": circle(3), "the same, 5 decimals": circle(5),
+        "cam of three lifts, 1800 chords, 3 decimals": cam(3), "superellipse, 1800 chords, 4 decimals": superellipse(4), "row over a hump, 266 steps of 0.3 mm, 3 decimals": hump(3),
     }  # fmt: skip
     for name, moves in rows.items():
         plain, timed = naive_seconds(plan_motion(moves, mill())), seconds(moves, USUAL)

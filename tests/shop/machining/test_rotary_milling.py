@@ -254,10 +254,14 @@ def test_a_stock_cut_from_two_sides(tmp_path):
     assert blank.removed == pytest.approx(2 * 100 * 44 * 10 - 10 * 10 * 44, rel=0.03)
     assert blank.kept_as == "rays along X, Y and Z"
     assert "several sides" in " ".join(notes(blank))
-    (tmp_path / "setup.toml").write_text((tmp_path / "setup.toml").read_text() + 'material = "Al7075"\n')
+    setup = (tmp_path / "setup.toml").read_text().replace("[tools.1]\n", "[tools.1]\nteeth = 3\n")
+    (tmp_path / "setup.toml").write_text(setup + 'material = "Al7075"\n')
     blank = rs.shop_of(path).blank
-    assert blank.forces is None
-    assert "no cutting forces are computed" in " ".join(notes(blank))
+    assert "no cutting forces are computed" not in " ".join(notes(blank))
+    side = blank.pieces.sweep.axis[:, 2] < 0.5
+    # the tool presses from both sides, across its axis alone but for the axial part of its edges
+    for rows in (side, ~side):
+        assert np.abs(blank.forces[rows]).max() > 10.0
 
 
 def test_probed_on_the_same_machine_with_the_pallet_at_zero(tmp_path):
