@@ -253,3 +253,13 @@ def test_many_quantities_with_a_covariance_that_is_none_are_refused():
 
 def test_many_independent_quantities_keep_their_directions():
     assert MultivariateNormal(np.diag(np.full(250, 9.0))).factor == pytest.approx(3.0 * np.eye(250))
+
+
+def test_the_bound_of_a_curvilinear_trapezoid_is_the_greatest_sine_integral():
+    """|Si(a) - Si(b)| <= Si(pi) = 1.852, so the mean of sin(w t) / (w t) is at most 1.852 / (2 d t) for a half width of 1 +- d."""
+    law, t = CurvilinearTrapezoidal(1.0, 0.9), np.array([np.pi / 1.9])  # 1.653: 1.9 t = pi
+    # 1.852 / (2 x 0.9 x 1.6535) = 0.6222; (1.8519 - Si(0.16535) = 0.1651) / 2.9763 = 0.5668 lies below
+    assert law._bound(t) == pytest.approx([0.6222], abs=2e-4)
+    assert law._cf(t) == pytest.approx([0.5668], abs=2e-4)
+    far = np.linspace(0.1, 60.0, 600)
+    assert (np.abs(law._cf(far)) <= law._bound(far) * (1 + 1e-3)).all()

@@ -140,3 +140,15 @@ def test_a_job_of_measuring_loads_no_room_of_cutting_or_learning(verb: str, tmp_
         "assert set(others) <= {'vcmm.shop.machining', 'vcmm.shop.machining.scenario'}, others"
     )
     run(code)
+
+
+@pytest.mark.parametrize("verb", ["nc", "cut", "compensate"])
+def test_a_job_of_programs_loads_no_room_of_learning(verb: str):
+    """What a control does with a program is no diagnosis: tables that say both import the words of a diagnosis where they are shown."""
+    code = (
+        f"import sys, vcmm.face.cli.{verb}\n"
+        "import vcmm.show.tables.answers_machine\n"
+        "others = [m for m in sys.modules if m.startswith('vcmm.learn.')]\n"
+        "assert not others, others"
+    )
+    run(code)

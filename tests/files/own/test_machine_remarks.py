@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vcmm.files.own.machine_remarks import repeatability_remarks
+from vcmm.files.own.machine import repeatability_remarks
 from vcmm.files.own.machine_tables import MachineFile
 
 RANDOM = {"effect": "residual_field", "parameter": "random", "redraw": "touch"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,15 +20,19 @@ from vcmm.files.own.certificate_keys import certificate_remarks
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.knowledge import further_effects, further_inputs, names_in, tables_in
 from vcmm.files.own.known_errors import known_errors
-from vcmm.files.own.machine_remarks import repeatability_remarks
 from vcmm.files.own.machine_tables import AxisTable, MachineFile, found_machine
 from vcmm.files.own.tracked import tracked_inputs
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
+from vcmm.physics.structure.residual import ResidualField
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.certified.certificate import MachineCertificate
 from vcmm.task.certified.knowledge import CertifiedKnowledge, certified_knowledge, passing_machines
+
+MOST_SCATTER = (
+    0.05  # mm: hand-held arms have 20 to 50 um; probes of machines, on CMMs and machine tools, 0.1 to 10 um
+)
 
 
 def load_machine(path: str | Path) -> Machine:
@@ -224,3 +229,19 @@ def _dynamics(letter: str, table: dict[str, str | float | None]) -> dict[str, fl
 
 
 __all__ = ["MachineFile", "load_machine", "machine_from"]
+
+
+def repeatability_remarks(model: MachineFile, inputs: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """Scatter out of the usual range, or stated twice. inputs: the tables [[inputs]] of the file."""
+    if model.repeatability is None:
+        return ()
+    stated = model.repeatability
+    key, spread = ("u", stated.u) if stated.u is not None else ("scale", stated.scale)
+    out = []
+    if spread is not None and spread > MOST_SCATTER:
+        out.append(
+            f'[repeatability] {key} = "{spread:g} mm": usual are 0.1 to 10 um, of arms up to 50 um: check the unit and the decimal point'
+        )
+    if any(i.get("effect") == ResidualField.name and i.get("parameter") == "random" for i in inputs):
+        out.append(ResidualField.counted_twice)
+    return tuple(out)

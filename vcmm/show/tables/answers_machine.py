@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vcmm.core.error_names import words_of
-from vcmm.learn.diagnosis.plain_words import cause_and_cure
 from vcmm.shop.motion.toolpath import Toolpath, clock
 from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed_value, whole
-from vcmm.show.tables.diagnosis import micro_text, open_members
 
 if TYPE_CHECKING:
     from vcmm.compensation.result import CompensatedProgram
@@ -220,6 +218,8 @@ def _unused_words(program: Program) -> AnswerLine:
 
 def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
     """What is missing from the machine model, ranked by the variance of each; or that nothing is, or has no name."""
+    from vcmm.show.tables.diagnosis import micro_text  # a program that is rewritten loads no diagnosis
+
     ranked = sorted(d.found, key=lambda a: -a.share)
     lines = [_fault_line(d, k, a) for k, a in enumerate(ranked, 1)]
     if d.unknown is not None:
@@ -257,6 +257,10 @@ def _unit(name: str) -> str:
 
 def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
     """One answer; where its family is more probable than the name that stands for it, the family first, and which members are open."""
+    # a program that is rewritten loads no diagnosis
+    from vcmm.learn.diagnosis.plain_words import cause_and_cure
+    from vcmm.show.tables.diagnosis import open_members
+
     where = ", ".join(str(v) for v in a.where.values())
     name = f"{a.effect.replace('_', ' ')} {where}".strip()
     cause, confirm = cause_and_cure(a.effect, a.where, a.parameters)
