@@ -129,12 +129,12 @@ def read_row(r: Recorder, row: Cycle[Any], values: Mapping[str, float]) -> Value
 
 def of_row(row: Cycle[KlartextPrimitive]) -> Action:
     """What a cycle of a table does. Its parameters are read once for all the calls that follow."""
-    read: dict[int, tuple[MachiningCycle, Values]] = {}
+    latest: dict[int, tuple[MachiningCycle, Values]] = {}
 
     def act(c: MachiningCycle) -> None:
-        if id(c) not in read:
-            read.clear()
-            read[id(c)] = c, read_row(c.recorder, row, c.values)
-        row.primitive(c, read[id(c)][1])
+        if id(c) not in latest:
+            latest.clear()
+            latest[id(c)] = c, read_row(c.recorder, row, c.values)
+        row.primitive(c, latest[id(c)][1])
 
     return act
