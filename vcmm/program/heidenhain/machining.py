@@ -128,5 +128,13 @@ def read_row(r: Recorder, row: Cycle[Any], values: Mapping[str, float]) -> Value
 
 
 def of_row(row: Cycle[KlartextPrimitive]) -> Action:
-    """What a cycle of a table does."""
-    return lambda c: row.primitive(c, read_row(c.recorder, row, c.values))
+    """What a cycle of a table does. Its parameters are read once for all the calls that follow."""
+    latest: dict[int, tuple[MachiningCycle, Values]] = {}
+
+    def act(c: MachiningCycle) -> None:
+        if id(c) not in latest:
+            latest.clear()
+            latest[id(c)] = c, read_row(c.recorder, row, c.values)
+        row.primitive(c, latest[id(c)][1])
+
+    return act
