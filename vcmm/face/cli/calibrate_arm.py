@@ -93,7 +93,7 @@ class ArmJob(Job[ArmInput, ArmFound]):
         poses, tests, machine = loaded
         report("geometry, elastic and eccentric joints", 0.1)
         fit = fit_arm(poses, machine)
-        before = np.concatenate([_left(p, machine) for p in poses])
+        before = np.concatenate([_residuals_of(p, machine) for p in poses])
         out = self.wanted.out
         after = fit.machine
         if out is not None:
@@ -139,7 +139,7 @@ class ArmJob(Job[ArmInput, ArmFound]):
         say_warnings(remarks(fit))
 
 
-def _left(poses: PoseReadings, machine: Machine) -> np.ndarray:
+def _residuals_of(poses: PoseReadings, machine: Machine) -> np.ndarray:
     """Position departures with the nominal arm, (n, 3)."""
     frames = tool_frames(machine, poses.run)
     return np.asarray(poses.position - settle_placement(poses, frames).predict(frames)[0])

@@ -27,7 +27,7 @@ from vcmm.task.response.poses import (
     departures,
     nuisance_columns,
     settle_placement,
-    stacked,
+    stack_rows,
     tool_frames,
     weights,
 )
@@ -141,7 +141,7 @@ def _screen(fit: ArmFit, terms: Sequence[Term]) -> tuple[dict[str, float], list[
     known = np.column_stack([free, own[:, :size]])
     labels = ["tracker or target"] * free.shape[1] + [t.name for t in fit.terms for _ in range(t.size)]
     q = orthonormal(known)
-    rest = np.concatenate([stacked(p, o, fit.u) for p, o in fit.residual])
+    rest = np.concatenate([stack_rows(p, o, fit.u) for p, o in fit.residual])
     gains, same, k = {}, [], size
     for term in terms:
         block = own[:, k : k + term.size]
@@ -254,7 +254,7 @@ class _Problem:
         for poses, place in zip(self.recordings, placing):
             run = self.nominal.prepare(_with_offset(poses.run, place.offset))
             frames = tool_frames(self.nominal, run)
-            nuisances.append(stacked(*nuisance_columns(poses, frames, place), u))
+            nuisances.append(stack_rows(*nuisance_columns(poses, frames, place), u))
             own.append(self._term_columns(poses, run, place, u))
         m = sum(len(n) for n in nuisances)
         free = np.zeros((m, sum(n.shape[1] for n in nuisances)))
@@ -273,7 +273,7 @@ class _Problem:
         both = np.stack(moved, axis=2)
         shift = np.einsum("ij,njk->nik", place.turn, both[:, :3])
         turn = np.einsum("ij,njk->nik", place.turn, both[:, 3:])
-        return stacked(shift, None if poses.orientation is None else turn, u)
+        return stack_rows(shift, None if poses.orientation is None else turn, u)
 
     def rest(self, theta: Array, placing: Sequence[TrackerPlacement]) -> list[tuple[Array, Array | None]]:
         machine = machine_with(self.nominal, self.terms, theta)
@@ -287,7 +287,7 @@ class _Problem:
         for step in range(STEPS):
             if step in (1, 3):  # the target sits elsewhere than at first
                 free, own = self.columns(placing, u)
-            rest = np.concatenate([stacked(p, o, u) for p, o in self.rest(theta, placing)])
+            rest = np.concatenate([stack_rows(p, o, u) for p, o in self.rest(theta, placing)])
             change, moves = self._step(free, own, rest, theta)
             theta = theta + change
             placing = self._moved(placing, moves)
@@ -309,7 +309,7 @@ class _Problem:
         out, k = [], 0
         for poses, place in zip(self.recordings, placing):
             size = 9 if poses.orientation is None else 12
-            out.append(place.moved(moves[k : k + size]))
+            out.append(place.after_step(moves[k : k + size]))
             k += size
         return out
 
@@ -342,7 +342,7 @@ class _Problem:
     ) -> ArmFit:
         free, own = self.columns(placing, u)
         rest = self.rest(theta, placing)
-        flat = np.concatenate([stacked(p, o, u) for p, o in rest])
+        flat = np.concatenate([stack_rows(p, o, u) for p, o in rest])
         basis = orthonormal(free)
         seen = own - basis @ (basis.T @ own)
         covariance = np.asarray(np.linalg.inv(seen.T @ seen + np.diag(self.prior)), dtype=float)

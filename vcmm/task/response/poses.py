@@ -70,7 +70,7 @@ class TrackerPlacement:
         points = frames.shift + frames.rotation @ self.offset
         return points @ self.turn.T + self.shift, self.turn @ frames.rotation @ self.target
 
-    def moved(self, step: Array) -> TrackerPlacement:
+    def after_step(self, step: Array) -> TrackerPlacement:
         """After a step of `nuisance_columns`: shift, turn about the points' own origin, offset, and turn of the target."""
         turn = rotation_from_vector(step[None, 3:6])[0]
         target = rotation_from_vector(step[None, 9:12])[0] if len(step) > 9 else np.eye(3)
@@ -109,7 +109,7 @@ def departures(poses: PoseReadings, frames: Frame, place: TrackerPlacement) -> t
     return poses.position - position, np.asarray(turned)
 
 
-def stacked(position: Array, orientation: Array | None, u: tuple[float, float]) -> Array:
+def stack_rows(position: Array, orientation: Array | None, u: tuple[float, float]) -> Array:
     """(3 n,) or (6 n,): departures, or columns (n, 3, k) of them, each over its standard uncertainty."""
     parts = [position / u[0]] + ([] if orientation is None else [orientation / u[1]])
     return np.concatenate([p.reshape((-1, *p.shape[2:])) for p in parts])
@@ -146,12 +146,12 @@ def settle_placement(
     stated = poses.run.offset[0]
     offsets = [stated] if stated.any() else [s * e for e in np.eye(3) for s in STARTS]
     best = min(
-        (_refine(poses, frames, _placed(poses, frames, o)) for o in offsets), key=lambda found: found[1]
+        (_refine(poses, frames, _placement_of(poses, frames, o)) for o in offsets), key=lambda found: found[1]
     )
     return best[0]
 
 
-def _placed(poses: PoseReadings, frames: Frame, offset: Array) -> TrackerPlacement:
+def _placement_of(poses: PoseReadings, frames: Frame, offset: Array) -> TrackerPlacement:
     """Tracker by the positions alone, for a target at that offset (Kabsch, Acta Cryst. A32 (1976) 922); then the turn of the target."""
     assert frames.rotation is not None
     points = frames.shift + frames.rotation @ offset
@@ -187,8 +187,8 @@ def _refine(poses: PoseReadings, frames: Frame, place: TrackerPlacement) -> tupl
     u = weights(poses)
     cost = np.inf
     for _ in range(STEPS):
-        rest = stacked(*departures(poses, frames, place), u)
-        columns = stacked(*nuisance_columns(poses, frames, place), u)
+        rest = stack_rows(*departures(poses, frames, place), u)
+        columns = stack_rows(*nuisance_columns(poses, frames, place), u)
         size = np.linalg.norm(columns, axis=0)
         used = size > 0
         step = np.zeros(len(size))
@@ -210,8 +210,8 @@ def _shorter(
 ) -> TrackerPlacement:
     """The placement after the step, halved until it is no worse."""
     for _ in range(12):
-        there = place.moved(step)
-        rest = stacked(*departures(poses, frames, there), u)
+        there = place.after_step(step)
+        rest = stack_rows(*departures(poses, frames, there), u)
         if float(rest @ rest) <= cost * (1 + 1e-12):
             return there
         step = step / 2
