@@ -20,7 +20,7 @@ APART = 1.2  # ratio of speeds from which a power of them shows
 
 def _speeds(effect: SpeedPlay, run: Run) -> Array | None:
     """Speeds (n,) over the reference, without a sense; None where they were not recorded."""
-    speed = run.columns.get(effect.required()[1])
+    speed = run.columns.get(effect.required_columns()[1])
     return None if speed is None else np.abs(speed) / effect.reference
 
 
@@ -86,13 +86,13 @@ class SpeedPlay(Effect, ChoosesColumns):
         """v0, mm/s or rad/s."""
         return REFERENCE if self.axis in "XYZ" else REFERENCE_TURN
 
-    def required(self) -> tuple[str, ...]:
+    def required_columns(self) -> tuple[str, ...]:
         """Rotary axes have their speed in rad/s."""
         columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm_s", "_rad_s") for c in columns)
 
     def error_motion(self, run: Run) -> Array:
-        speed = np.abs(run.column(self.required()[1])) / self.reference
+        speed = np.abs(run.column(self.required_columns()[1])) / self.reference
         return motion(
             run, **{self.axis: -0.5 * self.gap * speed**self.power * share_taken_up(run, self.axis)}
         )
