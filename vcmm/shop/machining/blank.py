@@ -185,11 +185,8 @@ def _from_all_sides(
     after = both(feed, carve(low, high, cell, rough.take(np.flatnonzero(fast)))) if fast.any() else feed
     removed, through = _volume(before) - _volume(after), _volume(feed) - _volume(after)
     stretches = along_path(sweep, setup.material is not None)
-    met = (
-        indexed_removal(low, high, stretches.sweep, np.repeat(rapid, stretches.count))
-        if setup.material
-        else None
-    )
+    row = np.repeat(np.arange(len(sweep)), stretches.count)
+    met = indexed_removal(low, high, sweep, rapid, (stretches.sweep, row)) if setup.material else None
     forces, power, teeth = (
         (None, None, None) if met is None else cutting_forces(setup, program, stretches, met, asks)
     )

@@ -17,11 +17,12 @@ from vcmm.shop.cutting.contactmap import Ints
 from vcmm.shop.cutting.dexels import material_ends
 from vcmm.shop.cutting.index import build
 from vcmm.shop.cutting.stock import Removal, Stock, remove
-from vcmm.shop.cutting.sweeps import UP, Sweep, frames_of
+from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, frames_of, pieces, position
 
 NODES = 300  # rays along the longer side of what one direction runs over
 MOST = 60  # directions one after another
 SAME = 1e-9  # of a unit vector
+CHORD = 0.1  # rad: its sagitta at 10 mm is 0.0125 mm
 FIELDS = ("volume", "axial", "radial", "enter", "leave")
 
 
@@ -31,22 +32,29 @@ def directions(axis: Array) -> Ints:
     return np.concatenate([[0], np.cumsum(turned)]).astype(np.intp)
 
 
-def indexed_removal(low: Array, high: Array, sweep: Sweep, rapid: Array) -> Removal | None:
-    """What each row of a sweep meets of the block between two corners (3,), workpiece axes; None where the tool cuts in more than `MOST` directions.
+def indexed_removal(
+    low: Array, high: Array, whole: Sweep, rapid: Array, stretches: tuple[Sweep, Ints]
+) -> Removal | None:
+    """What each stretch of a sweep meets of the block between two corners (3,), workpiece axes; None where the tool cuts in more than `MOST` directions.
 
-    rapid (rows,): they cut nothing. Of the answer only the columns of the rows count; the stock is that of the last direction.
+    whole, rapid (rows,): the sweep and what of it cuts nothing; stretches: its rows cut up, and the row of each. Of the answer only the columns count; its
+    stock is that of the last direction.
     """
-    feeds = np.flatnonzero(np.logical_not(rapid))
+    sweep, row = stretches
+    cuts = np.logical_not(rapid)
+    straight, of = _chords(whole)
+    feeds = np.flatnonzero(cuts[row])
     number = directions(sweep.axis[feeds]) if len(feeds) else np.zeros(0, dtype=np.intp)
     if number.max(initial=0) >= MOST:
         return None
     columns = {name: np.zeros(len(sweep)) for name in FIELDS}
     last: Removal | None = None
     for k in range(int(number.max(initial=-1)) + 1):
-        rows, before = feeds[number == k], feeds[number < k]
+        rows = feeds[number == k]
+        before = np.flatnonzero(cuts[of] & (of < row[rows[0]]))
         frame = frames_of(sweep.axis[rows[:1]])[0]
         mine = _in_frame(sweep.take(rows), frame)
-        stock = _stock_before(low, high, sweep.take(before), mine, frame)
+        stock = _stock_before(low, high, straight.take(before), mine, frame)
         if stock is None:
             continue
         last = remove(stock, mine)
@@ -56,6 +64,26 @@ def indexed_removal(low: Array, high: Array, sweep: Sweep, rapid: Array) -> Remo
     if last is None:
         return None
     return Removal(last.stock, **columns, collisions=none, collision_depth=np.zeros(0), idle=none)
+
+
+def _chords(sweep: Sweep) -> tuple[Sweep, Ints]:
+    """The sweep with its arcs as chords, which rays along the axis of a tool leave at once, and the row of each (rows,)."""
+    count = np.where(sweep.kind == LINE, 1, np.maximum(np.ceil(np.abs(sweep.turn) / CHORD), 1)).astype(
+        np.intp
+    )
+    parts, row, _, _ = pieces(sweep, count)
+    ends = position(parts, np.ones(len(parts)))
+    nothing = np.full(parts.centre.shape, np.nan)
+    plain = replace(
+        parts,
+        end=ends,
+        centre=nothing,
+        normal=nothing,
+        turn=np.zeros(len(parts)),
+        kind=np.full(len(parts), LINE),
+        drift=None,
+    )
+    return plain, row.astype(np.intp)
 
 
 def _in_frame(sweep: Sweep, frame: Array) -> Sweep:
