@@ -1,0 +1,41 @@
+"""What a mechanism outside the catalogue leaves to the names of a diagnosis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from vcmm.learn.diagnosis.engine import with_outside
+
+
+@dataclass(frozen=True)
+class Named:
+    probability: float = 0.8
+    rival_probability: float = 0.1
+    alias_probability: float = 0.05
+    kin: Any = None
+    stands: bool = True
+    improbable: bool = False
+
+
+@dataclass(frozen=True)
+class Verdict:
+    verdict: str
+    answer: tuple[Named, ...] = (Named(),)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "share"),
+    [
+        ("explained", 1 / 1.026),
+        ("partly explained", 1 / 2.42),
+    ],  # odds of 0.026 and 1.42 that it is none of the names
+)
+def test_every_name_loses_the_odds_of_none(verdict: str, share: float):
+    """0.8 / 1.026 = 0.7797 where the account closes, 0.8 / 2.42 = 0.3306 where something is left; rivals and aliases alike."""
+    (after,) = with_outside(Verdict(verdict)).answer  # type: ignore[arg-type]
+    assert after.probability == pytest.approx(0.8 * share)
+    assert after.rival_probability == pytest.approx(0.1 * share)
+    assert after.alias_probability == pytest.approx(0.05 * share)
