@@ -101,7 +101,7 @@ def test_the_written_file_is_tested_and_mapped(recorded_x, capsys):
     ("words", "message"),
     [
         (["calibrate"], "calibrate needs recordings"),
-        (["calibrate", "r.toml"], "name either --structure"),
+        (["calibrate", __file__], "name either --structure"),  # a file that is there: a missing one is named first
         (["test", "m.toml", "--iso", "230-9"], "does not exist"),
     ],
 )
