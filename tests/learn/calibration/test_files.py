@@ -101,11 +101,13 @@ def test_the_written_file_is_tested_and_mapped(recorded_x, capsys):
     ("words", "message"),
     [
         (["calibrate"], "calibrate needs recordings"),
-        (["calibrate", __file__], "name either --structure"),  # a file that is there: a missing one is named first
+        (["calibrate", "r.toml"], "name either --structure"),
         (["test", "m.toml", "--iso", "230-9"], "does not exist"),
     ],
 )
-def test_wrong_command_lines(words, message, capsys):
+def test_wrong_command_lines(words, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "r.toml").write_text('vcmm = "recording/1"\n')  # a file that is missing would be named first
     assert run(words) == 2
     out, err = capsys.readouterr()
     assert out == ""
