@@ -105,7 +105,9 @@ def test_the_written_file_is_tested_and_mapped(recorded_x, capsys):
         (["test", "m.toml", "--iso", "230-9"], "does not exist"),
     ],
 )
-def test_wrong_command_lines(words, message, capsys):
+def test_wrong_command_lines(words, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "r.toml").write_text('vcmm = "recording/1"\n')  # a file that is missing would be named first
     assert run(words) == 2
     out, err = capsys.readouterr()
     assert out == ""

@@ -101,6 +101,8 @@ def test_three_months_of_a_chain_hold_the_truth(tmp_path):
     assert np.abs(np.concatenate(scores)).max() < 4
 
 
-def test_growth_on_the_command_line_is_checked(capsys):
-    assert run(["calibrate", "r.toml", "--structure", "w b X t", "--growth", "0.5 um"]) == 2
+def test_growth_on_the_command_line_is_checked(tmp_path, capsys):
+    recording = tmp_path / "r.toml"
+    recording.write_text("")  # a file that is missing would be named first
+    assert run(["calibrate", str(recording), "--structure", "w b X t", "--growth", "0.5 um"]) == 2
     assert "and a machine file with --machine" in capsys.readouterr().err

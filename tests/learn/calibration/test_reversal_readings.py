@@ -101,7 +101,7 @@ def test_other_reversals_beside_a_laser_are_told_to_go_alone(turned, tmp_path, c
     words = ["calibrate", str(tmp_path / "laser.toml"), "--structure", "w C' X' b Z t"]
     assert run([*words, str(tmp_path / "half.toml")]) == 2
     assert "Calibrate it alone with --out spindle.toml" in capsys.readouterr().err
-    assert run([*words, str(turned), "--thermal", "--machine", "known.toml"]) == 2
+    assert run([*words, str(turned), "--thermal", "--machine", str(turned)]) == 2
     assert "a reversal takes no --thermal" in capsys.readouterr().err
     with pytest.raises(UsageError, match='is about axis X, which structure = "w b Y t" lacks'):
         reversed_recordings([load_reversal(turned)], bare_machine("w b Y t"))
