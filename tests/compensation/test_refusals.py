@@ -176,8 +176,9 @@ def test_temperatures_of_the_setup(tmp_path, capsys):
     """A scale of 10 um/(m K) at 22 degC makes 100 mm 2 um longer."""
     machine = MACHINE + '[[effects]]\neffect = "scale_expansion"\naxis = "X"\nalpha = "10 um/(m K)"\n'
     setup = SET + "[control]\ncompensation = []\n"
-    assert vcmm(files(tmp_path, machine, setup)) == 2
-    assert "temp_scale" in capsys.readouterr().err
+    assert vcmm(files(tmp_path, machine, setup)) == 0  # unstated: 20 degC, and it is said
+    assert "taken as 20 degC" in capsys.readouterr().err
+    assert "G1 X100. F500" in (tmp_path / "new.nc").read_text()
     assert vcmm(files(tmp_path, machine, setup + '[temperature]\nscale_x = "22 degC"\n')) == 0
     assert "G1 X99.998 F500" in (tmp_path / "new.nc").read_text()
 

@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import pytest
 
 from vcmm.learn.diagnosis.engine import with_outside
+from vcmm.learn.diagnosis.result import Answer
 
-
-@dataclass(frozen=True)
-class Named:
-    probability: float = 0.8
-    rival_probability: float = 0.1
-    alias_probability: float = 0.05
-    kin: Any = None
-    stands: bool = True
-    improbable: bool = False
+NAMED = Answer(
+    "backlash", {"axis": "X"}, {}, 0.8, 1.0, (), 0.0, rival_probability=0.1, alias_probability=0.05
+)
 
 
 @dataclass(frozen=True)
 class Verdict:
     verdict: str
-    answer: tuple[Named, ...] = (Named(),)
+    answer: tuple[Answer, ...] = (NAMED,)
 
 
 @pytest.mark.parametrize(
