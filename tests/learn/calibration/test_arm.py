@@ -73,6 +73,59 @@ def test_a_planar_arm_by_pencil(planar: Path):
     assert found.rms[0] < 1e-6
 
 
+def _two_links(folder: Path, name: str, seed: int) -> Path:
+    """30 poses of two links of 400.25 and 300 mm with 10 um of noise: x = 400.25 cos q1 + 300 cos(q1 + q2), y with sines; the target lies 700 mm from
+    where the axes meet the origin.
+    """
+    rng = np.random.default_rng(seed)
+    q1, q2 = np.radians(rng.uniform(-90, 90, 30)), np.radians(rng.uniform(-120, 120, 30))
+    seen = np.stack(
+        [
+            400.25 * np.cos(q1) + 300 * np.cos(q1 + q2),
+            400.25 * np.sin(q1) + 300 * np.sin(q1 + q2),
+            np.zeros(30),
+        ],
+        axis=1,
+    ) + rng.normal(0.0, 0.01, (30, 3))
+    rows = np.column_stack([np.degrees(q1), np.degrees(q2), seen])
+    np.savetxt(
+        folder / f"{name}.csv",
+        rows,
+        "%.9f",
+        delimiter=",",
+        header="C1_deg,C2_deg,x_mm,y_mm,z_mm",
+        comments="",
+    )
+    return _recording(folder, name)
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_other_poses_of_a_planar_arm_find_tracker_and_target(tmp_path: Path, seed: int):
+    (tmp_path / "arm.toml").write_text(PLANAR.replace("300 0 0", "400 0 0"))
+    machine = load_machine(tmp_path / "arm.toml")
+    found = fit_arm([load_poses(_two_links(tmp_path, "poses", 1), machine)], machine)
+    others = load_poses(_two_links(tmp_path, "others", seed), machine)
+    test = put_to_poses(others, machine, found.machine, found.placements[0])
+    # 0.25 mm of 400: less than 0.25 / sqrt(3) = 0.14 mm per coordinate are left of the nominal arm, about the noise of 10 um of the calibrated one
+    assert 0.05 < test.before < 0.14
+    assert test.after < 0.012
+    assert test.held is not None
+    assert test.after <= test.held  # found anew is the least that any place leaves
+    assert test.after_turn is None
+
+
+@pytest.mark.parametrize(
+    ("columns", "lacking"), [("r11 r12 r13 r21 r22 r23 r31 r32", "r33"), ("qw qx qy qzz", "qz")]
+)
+def test_orientations_that_lack_a_column_are_not_dropped(planar: Path, columns: str, lacking: str):
+    names = ["C1_deg", "C2_deg", "x_mm", "y_mm", "z_mm", *columns.split()]
+    (planar / "poses.csv").write_text(
+        "\n".join([",".join(names), *[",".join("1" for _ in names)] * 3]) + "\n"
+    )
+    with pytest.raises(DataError, match=f"there is no column {lacking}"):
+        load_poses(_recording(planar, "poses"), load_machine(planar / "arm.toml"))
+
+
 def test_a_level_joint_carries_its_link_and_the_forearm(tmp_path: Path):
     (tmp_path / "arm.toml").write_text(ARM)
     # C1 stands upright, B2 and B3 lie level and parallel; A4 turns B5 out of the level
