@@ -11,6 +11,7 @@ import pytest
 from tools.arm_least_squares import ARM, Poses, draw, drawn_parameters, fit, lines_of, placed, rms_left, write
 from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
+from vcmm.face.cli.calibrate_arm import remarks
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.pose_recordings import load_poses
 from vcmm.files.own.recording import load_recording
@@ -124,6 +125,25 @@ def test_orientations_that_lack_a_column_are_not_dropped(planar: Path, columns: 
     )
     with pytest.raises(DataError, match=f"there is no column {lacking}"):
         load_poses(_recording(planar, "poses"), load_machine(planar / "arm.toml"))
+
+
+def test_a_joint_outside_its_travel_is_told_as_what_a_recording_may_hold(planar: Path):
+    (planar / "poses.csv").write_text("C1_deg,C2_deg,x_mm,y_mm,z_mm\n0,0,500,0,0\n0,190,100,0,0\n")
+    with pytest.raises(
+        DataError, match=r"poses.csv:3.*axis C2 = 190 deg is outside .*check the order, the unit and"
+    ) as told:
+        load_poses(_recording(planar, "poses"), load_machine(planar / "arm.toml"))
+    assert "move the part" not in str(told.value)
+
+
+@pytest.mark.thorough
+def test_few_poses_that_fit_too_well_are_told(tmp_path: Path):
+    """Six poses of six joints have 36 coordinates for more than 30 numbers: they fit to a tenth of the noise, and predict one another badly."""
+    _drawn(tmp_path, 0, 1)
+    machine = load_machine(tmp_path / "arm.toml")
+    poses = load_poses(_recording(tmp_path, "fit", '[noise]\nlaw = "normal"\nu = "20 um"\n'), machine)
+    assert not any("too few or too alike" in r for r in remarks(fit_arm([poses], machine)))
+    assert any("too few or too alike" in r for r in remarks(fit_arm([poses.take(range(6))], machine)))
 
 
 def test_a_level_joint_carries_its_link_and_the_forearm(tmp_path: Path):

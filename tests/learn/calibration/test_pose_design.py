@@ -103,6 +103,18 @@ def test_what_no_pose_tells_does_not_hide_what_the_choice_changes(tmp_path):
         assert here[name] < 1.3 * all_of_them[name]
 
 
+def test_a_height_that_the_travel_lacks_is_told_with_what_it_is_for(tmp_path, capsys):
+    (tmp_path / "machine.toml").write_text(HEAD)
+    text = PLAN.replace('budget = "20 min"', "")
+    (tmp_path / "plan.toml").write_text(re.sub(r"rotary = .*", 'rotary = { B = ["0 deg", "30 deg"] }', text))
+    words = ["calibrate", "program", str(tmp_path / "plan.toml"), "--control", "fanuc"]
+    assert run([*words, "--out", str(tmp_path / "written")]) == 2
+    said = capsys.readouterr().err
+    assert "rotary axes turn at Z" in said
+    assert "put the spheres lower or nearer" in said
+    assert "move the part" not in said
+
+
 def test_the_offset_of_the_probe_bounds_the_place_of_the_trunnion(plan):
     # one trunnion: place and offset are one, so u of X0C and Y0A is that of the offset, 1 um, and a little more
     expected = plan.expected(range(40))
