@@ -24,6 +24,7 @@ from vcmm.core.run import Array, Run
 
 LARGEST_TRANSLATION = 1.0  # mm of one effect; more is a table in micrometres, unless it is stated
 FIRST_ORDER_LIMIT_RAD = 1e-3  # second-order terms: 1e-3^2 / 2 x 1 m = 0.5 um
+MOVE_IT = "; move the part or the pose"  # the way out of a travel, where nothing was recorded yet
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,6 +193,6 @@ def check_travel(axis: Axis, q: Array) -> None:
         scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
         raise BeyondFirstOrder(
             f"row {row + 1}: axis {axis.letter} = {q[row] * scale:.6g} {unit} is outside its travel "
-            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose",
+            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are){MOVE_IT}",
             row=row,
         )

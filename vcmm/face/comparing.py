@@ -18,7 +18,10 @@ def compare_files(
     from vcmm.show.console.documents import sources
 
     read = list(recordings)
-    others = [(file, load_machine(file)) for file in machines]
+    named = {_machine_name([path]) for path in read}
+    recorded = Path(named.pop()).resolve() if len(named) == 1 else None  # named again it would stand twice
+    once = {file.resolve(): file for file in machines if file.resolve() != recorded}
+    others = [(file, load_machine(file)) for file in once.values()]
     every = [effect for _, known in others for effect in known.effects]
     rows = [_compare(read, None, None, seed, every)]
     rows += [_compare(read, file, known, seed, every) for file, known in others]

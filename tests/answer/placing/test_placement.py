@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace as Made
+
 import numpy as np
 import pytest
 
 import vcmm
 from tests.answer.placing.cases import plate, with_field
 from vcmm.answer.placing.confirmation import fresh_seed
-from vcmm.answer.placing.placement import place
+from vcmm.answer.placing.placement import _known_bias, place
 from vcmm.core.errors import ModelLimit
 from vcmm.task.measuring.fixture import Fixture, Freedom, Goal
 
@@ -51,6 +53,19 @@ def test_the_same_seed_gives_the_same_answer(tmp_path, monkeypatch):
     first, again = vcmm.place(scenario, **options), vcmm.place(scenario, **options)
     assert np.array_equal(first.best.pose, again.best.pose)
     assert first.confirmation == again.confirmation
+
+
+@pytest.mark.parametrize(
+    ("u_new", "left_in", "told"),
+    [(9.4e-3, 8.0e-3, "length from 4.9 um to 9.4 um"), (5.0e-3, 8.0e-3, ""), (9.4e-3, 0.0, "")],
+)
+def test_a_known_bias_that_takes_away_the_gain_is_said(u_new: float, left_in: float, told: str):
+    """U with its bias grows from 4.9 to 9.4 um while the gain is of U without it; 2 % more is not told, nor U without a bias in it."""
+    old = Made(name="length", unit="mm", expanded=4.9e-3, bias_in_U=2.7e-3)
+    new = Made(name="length", unit="mm", expanded=u_new, bias_in_U=left_in)
+    made = Made(best=object(), present=object(), objective=Made(weights={"length": 1.0}))
+    said = _known_bias(made, Made(characteristics=(old,)), Made(characteristics=(new,)))  # type: ignore[arg-type]
+    assert (told in said[0]) if told else not said
 
 
 def test_present_pose_out_of_reach_is_said(tmp_path):

@@ -74,6 +74,14 @@ def test_weights_count(folder, capsys):
     assert own["chi2"] == pytest.approx(2.428571, abs=1e-6)
 
 
+def test_a_machine_that_is_named_twice_stands_once(folder, capsys):
+    own, better = folder / "machine.toml", folder / "better.toml"
+    words = [folder / "recording.toml"]
+    for file in (own, better, better):
+        words += ["--machine", file]
+    assert [m["file"] for m in document(capsys, *words)["machines"]] == [str(own), str(better)]
+
+
 def test_order_of_rows_does_not_matter(folder, capsys):
     before = document(capsys, folder / "recording.toml")["machines"][0]
     (folder / "rows.csv").write_text("\n".join(["X_mm,nx,ny,nz,d_um", *ROWS[::-1]]) + "\n")

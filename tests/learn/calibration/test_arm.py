@@ -11,6 +11,7 @@ import pytest
 from tools.arm_least_squares import ARM, Poses, draw, drawn_parameters, fit, lines_of, placed, rms_left, write
 from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
+from vcmm.face.cli.calibrate_arm import remarks
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.pose_recordings import load_poses
 from vcmm.files.own.recording import load_recording
@@ -71,6 +72,78 @@ def test_a_planar_arm_by_pencil(planar: Path):
         [200 * np.cos(2e-3), 200 * np.sin(2e-3)], abs=1e-4
     )
     assert found.rms[0] < 1e-6
+
+
+def _two_links(folder: Path, name: str, seed: int) -> Path:
+    """30 poses of two links of 400.25 and 300 mm with 10 um of noise: x = 400.25 cos q1 + 300 cos(q1 + q2), y with sines; the target lies 700 mm from
+    where the axes meet the origin.
+    """
+    rng = np.random.default_rng(seed)
+    q1, q2 = np.radians(rng.uniform(-90, 90, 30)), np.radians(rng.uniform(-120, 120, 30))
+    seen = np.stack(
+        [
+            400.25 * np.cos(q1) + 300 * np.cos(q1 + q2),
+            400.25 * np.sin(q1) + 300 * np.sin(q1 + q2),
+            np.zeros(30),
+        ],
+        axis=1,
+    ) + rng.normal(0.0, 0.01, (30, 3))
+    rows = np.column_stack([np.degrees(q1), np.degrees(q2), seen])
+    np.savetxt(
+        folder / f"{name}.csv",
+        rows,
+        "%.9f",
+        delimiter=",",
+        header="C1_deg,C2_deg,x_mm,y_mm,z_mm",
+        comments="",
+    )
+    return _recording(folder, name)
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_other_poses_of_a_planar_arm_find_tracker_and_target(tmp_path: Path, seed: int):
+    (tmp_path / "arm.toml").write_text(PLANAR.replace("300 0 0", "400 0 0"))
+    machine = load_machine(tmp_path / "arm.toml")
+    found = fit_arm([load_poses(_two_links(tmp_path, "poses", 1), machine)], machine)
+    others = load_poses(_two_links(tmp_path, "others", seed), machine)
+    test = put_to_poses(others, machine, found.machine, found.placements[0])
+    # 0.25 mm of 400: less than 0.25 / sqrt(3) = 0.14 mm per coordinate are left of the nominal arm, about the noise of 10 um of the calibrated one
+    assert 0.05 < test.before < 0.14
+    assert test.after < 0.012
+    assert test.held is not None
+    assert test.after <= test.held  # found anew is the least that any place leaves
+    assert test.after_turn is None
+
+
+@pytest.mark.parametrize(
+    ("columns", "lacking"), [("r11 r12 r13 r21 r22 r23 r31 r32", "r33"), ("qw qx qy qzz", "qz")]
+)
+def test_orientations_that_lack_a_column_are_not_dropped(planar: Path, columns: str, lacking: str):
+    names = ["C1_deg", "C2_deg", "x_mm", "y_mm", "z_mm", *columns.split()]
+    (planar / "poses.csv").write_text(
+        "\n".join([",".join(names), *[",".join("1" for _ in names)] * 3]) + "\n"
+    )
+    with pytest.raises(DataError, match=f"there is no column {lacking}"):
+        load_poses(_recording(planar, "poses"), load_machine(planar / "arm.toml"))
+
+
+def test_a_joint_outside_its_travel_is_told_as_what_a_recording_may_hold(planar: Path):
+    (planar / "poses.csv").write_text("C1_deg,C2_deg,x_mm,y_mm,z_mm\n0,0,500,0,0\n0,190,100,0,0\n")
+    with pytest.raises(
+        DataError, match=r"poses.csv:3.*axis C2 = 190 deg is outside .*check the order, the unit and"
+    ) as told:
+        load_poses(_recording(planar, "poses"), load_machine(planar / "arm.toml"))
+    assert "move the part" not in str(told.value)
+
+
+@pytest.mark.thorough
+def test_few_poses_that_fit_too_well_are_told(tmp_path: Path):
+    """Six poses of six joints have 36 coordinates for more than 30 numbers: they fit to a tenth of the noise, and predict one another badly."""
+    _drawn(tmp_path, 0, 1)
+    machine = load_machine(tmp_path / "arm.toml")
+    poses = load_poses(_recording(tmp_path, "fit", '[noise]\nlaw = "normal"\nu = "20 um"\n'), machine)
+    assert not any("too few or too alike" in r for r in remarks(fit_arm([poses], machine)))
+    assert any("too few or too alike" in r for r in remarks(fit_arm([poses.take(range(6))], machine)))
 
 
 def test_a_level_joint_carries_its_link_and_the_forearm(tmp_path: Path):

@@ -205,6 +205,23 @@ def test_residuals_of_millimetres_are_refused_and_explained(good, change, word):
         diagnose_recording(bad, make.machine(), 1, 100)
 
 
+@pytest.mark.parametrize(
+    ("factor", "word"),
+    [(1000.0, "readings in um for mm"), (1 / 25.4, "readings in inches for mm"), (0.0, "deviations already")],
+)
+def test_readings_of_one_axis_in_another_unit_are_explained(factor, word):
+    """A line along Y: 40 readings that should be near the commanded 0 to 100 mm are given in um, in inches, or are the deviations."""
+    q = np.linspace(0.0, 100.0, 40)
+    run = Run({"X": np.zeros(40), "Y": q, "Z": np.zeros(40)}, np.zeros((40, 3)))
+    recording = Recording(
+        name="line", kind="displacement", run=run, value=(factor - 1.0) * q, measuring=False, row=np.arange(40),
+        direction=np.tile([0.0, 1.0, 0.0], (40, 1)), other=np.full(40, -1, dtype=np.intp), nuisance={"zero": ""},
+        u=np.full(40, 1e-3),
+    )  # fmt: skip
+    with pytest.raises(ModelLimit, match=word):
+        diagnose_recording(recording, make.machine(), 1, 100)
+
+
 def test_a_missing_alignment_is_named(good):
     turn = np.array([0.0, 0.0, 0.02])
     tip = np.stack([good.run.position[a] for a in "XYZ"], axis=1) + good.run.offset

@@ -106,6 +106,7 @@ def test_words_that_do_not_serve(followed, tmp_path):
         ("lenght = 2 um", 'write the name of a characteristic and U, such as "length = 2 um"'),
         ("length = 2 deg", "length"),
         ("length", "write the name"),
+        ("length = -2 um", "larger than zero"),
     ):
         with pytest.raises(UsageError, match=said):
             limits_of([text], scenario, found.dated)

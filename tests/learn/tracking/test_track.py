@@ -12,6 +12,7 @@ from vcmm.face.cli import run
 from vcmm.files.learned.last_checks import check_parts
 from vcmm.learn.tracking.machine_at import machine_on
 from vcmm.show.pages.track import track_page
+from vcmm.show.tables.answers_runs import track_answers
 
 FILES = ("track.toml", "track.npz", "machine.toml", "machine_state.csv")
 
@@ -298,6 +299,51 @@ def test_a_part_is_placed_on_a_machine_that_was_followed(tmp_path, capsys):
         204.0 * float(np.sqrt((found.dated.since**2).sum())), rel=1e-3
     )
     assert line["u_best_mm"] < 0.05 * line["u_present_mm"]
+
+
+def test_map_and_convenient_pose_are_of_the_pose_that_is_found(tmp_path):
+    """A length along X alone: a quarter turn to either side and every place are equally good, and of them the one nearest to the present pose is found. The
+    rounded pose beside it is that pose in steps of 50 mm, not another that is as good.
+    """
+    machine = write_year(tmp_path, 5, lambda week: 6.0)
+    vcmm.track(machine, tmp_path / "checks", at="2026-06-01", explain=False).write(tmp_path / "out")
+    (tmp_path / "task.toml").write_text(TASK.replace('offset = "0 0 0 mm"', 'offset = "0 0 -60 mm"'))
+    found = vcmm.place(tmp_path / "task.toml", evaluations=200, scanned=16, trials=1000, seed=2)
+    near = found.region.convenient
+    assert near is not None
+    assert np.abs(near - found.best.pose)[:2].max() <= 25.0
+    assert found.map.x[0] <= found.best.pose[0] <= found.map.x[-1]
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ('vcmm = "recordings/1"', 'vcmm = "recordings/1", but a recording file is due here'),
+        ("# no first line", 'the first line must be vcmm = "recording/1"'),
+    ],
+)
+def test_a_recording_whose_first_line_is_mistyped_is_not_passed_over(tmp_path, line, told):
+    machine = write_year(tmp_path, 2, lambda week: 2.0)
+    file = sorted((tmp_path / "checks").glob("*.toml"))[-1]
+    file.write_text(file.read_text().replace('vcmm = "recording/1"', line))
+    with pytest.raises(DataError, match=told):
+        vcmm.track(machine, tmp_path / "checks", explain=False)
+    file.write_text('vcmm = "checks/1"\n')  # a file of another kind is none of them
+    assert len(vcmm.track(machine, tmp_path / "checks", explain=False).checks) == 1
+
+
+def test_a_later_day_answers_with_the_numbers_of_that_day(tmp_path):
+    machine = write_year(tmp_path, 3, lambda week: 2.0)
+    found = vcmm.track(machine, tmp_path / "checks", at="2026-03-01", explain=False)
+    line = track_answers(found)[1]
+    assert "forecast of 2026-03-01" in line.coverage
+    assert line.numbers["value"] == pytest.approx(found.machine.effects[-1].k * 1e6)
+    assert line.numbers["U"] == pytest.approx(2e6 * float(found.dated.u[0]))
+    last = found.course("scale_factor[X].k").u[-1]
+    assert line.numbers["U"] > 2.0 * last
+    today = track_answers(vcmm.track(machine, tmp_path / "checks", explain=False))[1]
+    assert today.numbers["U"] == 2.0 * last
+    assert "forecast" not in today.coverage
 
 
 @pytest.mark.thorough

@@ -152,12 +152,19 @@ def test_the_verdict_of_a_test_agrees_with_its_probability(p: float, words: str)
 def test_the_state_of_a_machine_names_every_alarm(alarms: tuple[int, ...], verdict: str):
     checks = [
         SimpleNamespace(
-            name=f"bar{i}", date=f"2026-0{i + 1}-15", alarm=i in alarms, suspects=(), answer="", spread=1.0
+            name=f"bar{i}",
+            date=f"2026-0{i + 1}-15",
+            when=30.0 * i,
+            alarm=i in alarms,
+            suspects=(),
+            answer="",
+            spread=1.0,
         )
         for i in range(3)
     ]
     followed = SimpleNamespace(tracked=SimpleNamespace(machine=SimpleNamespace(name="bridge")))
-    track: Any = SimpleNamespace(checks=checks, followed=followed, courses=())
+    day = SimpleNamespace(when=60.0)
+    track: Any = SimpleNamespace(checks=checks, followed=followed, courses=(), dated=day, at="2026-03-15")
     assert answers_runs.track_answers(track)[0].verdict == verdict
 
 

@@ -55,7 +55,7 @@ def _room(placed: PlacementResult) -> list[str]:
             continue
         at = float(placed.best.pose[DOFS.index(name)])
         left.append(
-            f"{min(at - values[0], values[-1] - at):.0f} mm from the end of its range in {name} ({values[0]:.0f} to {values[-1]:.0f} mm)"
+            f"{min(at - values[0], values[-1] - at):.0f} mm from the end of its range in {name} ({round(float(values[0]))} to {round(float(values[-1]))} mm)"
         )
     return [f"The pose found lies {' and '.join(left)}."] if left else []
 

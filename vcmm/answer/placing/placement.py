@@ -10,6 +10,7 @@ import numpy as np
 from vcmm.answer.evaluation.checks import remarks
 from vcmm.answer.evaluation.result import UncertaintyResult
 from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.answer.placing.advice import SMALL
 from vcmm.answer.placing.certificate import LEAST_SHOWN, Scan, certify, scan_after
 from vcmm.answer.placing.confirmation import confirm
 from vcmm.answer.placing.fixture_boxes import (
@@ -144,9 +145,6 @@ def _report_outcome(
     seen, earlier = last_scan
     order = np.argsort(seen.values, kind="stable")
     middle, last = order[len(order) // 2], order[-1]
-    report("drawing the map", 0.0)
-    chart = table_map(objective, outcome)
-    flat = region(objective, outcome, seen.values, seed)
     best = _at(objective, outcome.pose)
     if present is not None and present.value <= best.value * (1 + SAME):
         best = present  # nothing better was found: the part stays where it is
@@ -156,6 +154,12 @@ def _report_outcome(
         equal = [pose for value, pose in outcome.local if value <= best.value * (1 + SAME)]
         near = min(equal, key=lambda pose: _pose_distance(pose, present.pose), default=best.pose)
         best = best if near is best.pose else _at(objective, near)
+        outcome = replace(
+            outcome, pose=best.pose, value=best.value
+        )  # map and convenient pose are of this one
+    report("drawing the map", 0.0)
+    chart = table_map(objective, outcome)
+    flat = region(objective, outcome, seen.values, seed)
     certificate = certify(objective, allowed, best.pose, best.value, seen, earlier)
     confirmation = None
     if present is not None and best is not present:
@@ -182,10 +186,39 @@ def _evaluate_poses(
 
     after = full(placed.best)
     before = None if placed.present is None else full(placed.present)
-    notes = [*remarks(scenario), *_notes(placed, problems), *after.warnings]
+    notes = [
+        *remarks(scenario),
+        *_notes(placed, problems),
+        *_known_bias(placed, before, after),
+        *after.warnings,
+    ]
     return replace(
         placed, problems=problems, before=before, after=after, warnings=tuple(dict.fromkeys(notes))
     )
+
+
+def _known_bias(
+    placed: PlacementResult, before: UncertaintyResult | None, after: UncertaintyResult
+) -> list[str]:
+    """A known bias that is left in U is no part of the objective: said where it takes away what the pose gains."""
+    if before is None or placed.best is placed.present:
+        return []
+    weights = placed.objective.weights
+    worse = [
+        f"{new.name} from {_with_unit(old.expanded, old.unit)} to {_with_unit(new.expanded, new.unit)}"
+        for old, new in zip(before.characteristics, after.characteristics)
+        if weights.get(new.name) and new.bias_in_U and new.expanded > (1 + SMALL) * old.expanded
+    ]
+    if not worse:
+        return []
+    return [
+        f"the gain leaves the known bias aside; U with it grows at the pose found: {'; '.join(worse)}; correct the bias "
+        '([job] known_bias = "corrected"), or leave the part where it is'
+    ]
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value * 1e3:.2g} um" if unit == "mm" else f"{value * 1e6:.2g} urad"
 
 
 def _notes(placed: PlacementResult, problems: Sequence[Hindrance]) -> list[str]:

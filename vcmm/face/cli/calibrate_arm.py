@@ -35,6 +35,7 @@ from vcmm.task.response.poses import PoseReadings, TrackerPlacement, settle_plac
 
 FAR = 4.5  # standard deviations of a pose that is told
 TOLD = 6  # poses that are named
+FEW = 3.0  # scatters by which poses miss that are predicted from the others, from which that is told
 
 
 class ArmInput(NamedTuple):
@@ -174,6 +175,11 @@ def remarks(fit: ArmFit) -> list[str]:
     weak = [t.name for t in fit.terms if bool((fit.values(t)[1] > 0.5 * t.most).any())]
     if weak:
         out.append(f"these poses hardly tell {', '.join(weak)}: move all joints over more of their travel")
+    if fit.press > FEW * fit.u[0]:
+        out.append(
+            f"each pose predicted from the others misses by {fit.press * 1e3:.1f} um, and positions scatter by {fit.u[0] * 1e3:.1f} um: the poses are too few or too alike "
+            "for what is found; measure more (40 or more, all joints over most of their travel)"
+        )
     if any(t.effect.name == "elastic_joint" for t in fit.terms):
         out.append(
             "elastic_joint: numbers are compliance times the torque of weight at the cosine and sine of the summed angles; poses alone do not tell the "

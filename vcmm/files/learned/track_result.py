@@ -43,7 +43,8 @@ BANDS = (
 
 @dataclass(frozen=True, eq=False)
 class NumberOverTime:
-    """One number over time: name, unit; when (n,) days, value, u (n,) in that unit; ahead: days of the forecast beside value and u.
+    """One number over time: name, unit; when (n,) days, value, u (n,) in that unit; ahead: days of the forecast beside value and u; of_day: value and
+    u on the day for which the machine is written.
 
     what: "" for a number by itself; "end less start" of a table over its travel.
     """
@@ -55,6 +56,7 @@ class NumberOverTime:
     value: Array
     u: Array
     ahead: tuple[tuple[float, float, float], ...]
+    of_day: tuple[float, float]
 
     @property
     def moved(self) -> float:
@@ -139,7 +141,8 @@ class Track:
         values = np.array([start + ways @ s.mean for s in states])
         us = np.array([np.sqrt(((ways @ s.factor) ** 2).sum(axis=1)) for s in states])
         last = float(self.followed.last or 0.0)
-        future = [(d, self.followed.at(last + d)) for d in AHEAD]
+        beyond = max(self.dated.when - last, 0.0)
+        future = [(d, self.followed.at(last + d)) for d in (*AHEAD, beyond)]
         when = np.array([c.when for c in self.checks])
         out = []
         for i, one in enumerate(picked):
@@ -160,7 +163,10 @@ class Track:
                     when,
                     value=values[:, i] / size,
                     u=us[:, i] / size,
-                    ahead=ahead,
+                    ahead=ahead[:-1],
+                    of_day=ahead[-1][1:]
+                    if beyond
+                    else (float(values[-1, i]) / size, float(us[-1, i]) / size),
                 )
             )
         return tuple(out)

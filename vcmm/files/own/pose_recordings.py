@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from vcmm.core.errors import DataError, ModelLimit
-from vcmm.core.machine import Machine
+from vcmm.core.machine import MOVE_IT, Machine
 from vcmm.files.own.recording_data import poses_of
 from vcmm.files.own.recording_tables import RecordingFile, check_words
 from vcmm.files.problems import Problems
@@ -42,5 +42,8 @@ def load_poses(path: Path, machine: Machine) -> PoseReadings:
         machine.check_travels(found.run)
     except ModelLimit as error:
         where = "" if error.row is None or found.lines is None else f":{found.lines[error.row]}"
-        raise DataError(f"{path.parent / model.data}{where}: {error}") from None
+        reason = str(error).removesuffix(MOVE_IT)
+        raise DataError(
+            f"{path.parent / model.data}{where}: {reason}; check the order, the unit and the direction of the joint columns, and travel in the machine file"
+        ) from None
     return found

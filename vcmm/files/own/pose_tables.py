@@ -154,6 +154,15 @@ def _usual_orientation(sheet: Sheet) -> tuple[list[str], Word] | None:
     for names, word in kinds:
         if set(names) <= have:
             return names, word
+    for names, word in kinds:
+        if not have.isdisjoint(
+            names
+        ):  # some of them: a mistyped name must not drop the orientations in silence
+            lacking = [n for n in names if n not in have]
+            raise DataError(
+                f"{sheet.head}: orientations as {word} are the columns {' '.join(names)}, and there is no column {' '.join(lacking)}."
+                f"{choose_from(lacking[0], sheet.header)} Complete them, take the others out, or name them with [poses] orientation = [...]"
+            )
     return None
 
 

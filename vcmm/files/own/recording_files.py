@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from pathlib import Path
 
 from vcmm.core.errors import DataError, UsageError
 from vcmm.files.toml import read_toml
 
+ALIKE = 0.8  # of the letters, from which "recordings" or "recoding" is a recording mistyped
+
 
 def recordings_in(folder: Path) -> list[Path]:
-    """Recording files in a folder and below it: TOML files that say so, and those that cannot be read and may be some.
+    """Recording files in a folder and below it: TOML files that say so, those that cannot be read and may be some, and those whose first line is
+    mistyped or missing: reading them refuses them, where passing them over would leave a recording out in silence.
 
     Raises UsageError where there is none.
     """
@@ -23,6 +27,10 @@ def recordings_in(folder: Path) -> list[Path]:
 
 def _may_be_recording(path: Path) -> bool:
     try:
-        return str(read_toml(path).data.get("vcmm", "")).startswith("recording/")
+        data = read_toml(path).data
     except DataError:
         return b"recording/" in path.read_bytes()[:100_000]
+    tag = str(data.get("vcmm", ""))
+    if not tag:
+        return {"data", "kind", "machine"} <= data.keys()
+    return bool(get_close_matches(tag.partition("/")[0].lower(), ["recording"], cutoff=ALIKE))

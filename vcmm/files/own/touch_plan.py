@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.errors import UsageError
-from vcmm.core.machine import Machine
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.machine import MOVE_IT, Machine
 from vcmm.core.run import Array, Run
 from vcmm.core.units import quantity
 from vcmm.files.own.design import DesignFile, load_design
@@ -113,7 +113,14 @@ def probing_job(
     letters = [a for a in machine.chain.letters if is_rotary(a)]
     planned = tuple(_touch(run, i, surface[i], outward[i], letters) for i in range(run.n))
     clear = turning_height(_heights(machine, spheres, given.sphere, zero), above)
-    machine.check_travels(_lift_where_rotary_axes_turn(run, clear + zero[2] - offset[2] + given.ball))
+    machine.check_travels(run)
+    try:
+        machine.check_travels(_lift_where_rotary_axes_turn(run, clear + zero[2] - offset[2] + given.ball))
+    except ModelLimit as error:
+        raise ModelLimit(
+            f"{given.path}: rotary axes turn at Z {clear:g} mm of the work offset, above all that the spheres can reach about their centres: "
+            f"{str(error).removesuffix(MOVE_IT)}; put the spheres lower or nearer to these centres, or take a shorter probe"
+        ) from None
     return ProbingJob(planned, clear, standoff, given.ball, tool, leads_tip=bool(head_axes(machine)))
 
 

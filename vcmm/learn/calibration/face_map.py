@@ -26,6 +26,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.calibration.face_knowledge import KnownRise, known_rise
+from vcmm.learn.calibration.face_outliers import outlier_remarks
 from vcmm.task.instruments.face_scan import FaceScan
 
 LOBES = (2, 3, 4, 5, 6)  # orders per turn that are told; order 1 is the tilt of the face
@@ -132,7 +133,7 @@ def _spiral(scan: FaceScan, known: KnownRise) -> FaceMap:
     u = np.sqrt(u_cells**2 + (together**2).sum(axis=1).reshape(count.shape))
     return FaceMap(
         scan=scan, x=x, y=y, height=cells, u=u, figures=(*_size_figures(cells, u_cells, together), *figures), noise=noise, memory=memory,
-        warnings=_unseen(scan, known.machine, len(sides)), machine=known.machine, r=nodes, profile=profile, covariance=spread, odd=odd, u_odd=u_odd,
+        warnings=(*_unseen(scan, known.machine, len(sides)), *outlier_remarks(scan, a, height, height - a @ found)), machine=known.machine, r=nodes, profile=profile, covariance=spread, odd=odd, u_odd=u_odd,
     )  # fmt: skip
 
 

@@ -36,6 +36,9 @@ from vcmm.task.response.recording import Ints
 
 FREE = 1.0  # mm: standard uncertainty of what is free, large beside every reading
 ENOUGH = 1.05  # of the volume of all poses: the fewest poses that come so near, where no budget is stated
+TOLD = (
+    1e-3  # information of all poses over that of the prior, from which a combination of errors is told at all
+)
 PAYS = 1e-3  # of the volume: a swap that gains less ends the search
 
 
@@ -71,9 +74,20 @@ class PosePlan:
 
     @cached_property
     def weight(self) -> Array:
-        """Mean square of the tip error over the volume per unit variance of these numbers."""
-        seen = self.field @ self.factor
+        """Mean square of the tip error over the volume per unit variance of these numbers; of what even all poses leave untold, nothing."""
+        seen = self.field @ self.factor @ self.seen_part
         return np.asarray(seen.T @ seen / (len(seen) / 3))
+
+    @cached_property
+    def seen_part(self) -> Array:
+        """(r, r): the projection on what the touches of all poses tell of these numbers. The rest is as unknown after any choice, and large: it
+        would hide what the choice changes.
+        """
+        values, vectors = np.linalg.eigh(
+            self.factor.T @ self._information(range(len(self.candidates))) @ self.factor
+        )
+        basis = vectors[:, values > TOLD]
+        return np.asarray(basis @ basis.T)
 
     def covariance(self, chosen: Sequence[int]) -> Array:
         """(r, r) of the numbers behind the prior, after the poses."""
@@ -84,7 +98,7 @@ class PosePlan:
         return np.asarray(np.linalg.inv(full)[:r, :r])
 
     def volume(self, chosen: Sequence[int]) -> float:
-        """Root mean variance of the tip error over the volume, mm."""
+        """Root mean variance of the tip error over the volume, mm, of what all poses together tell."""
         return float(np.sqrt((self.covariance(chosen) * self.weight).sum()))
 
     def minutes(self, chosen: Sequence[int]) -> float:
@@ -115,13 +129,17 @@ class PosePlan:
 
     def identified(self, chosen: Sequence[int]) -> Identifiability:
         """What the poses identify, judged against next to nothing known before; own errors have their u."""
+        return identify(NormalEquations(self._information(chosen), np.zeros(self.model.size), self.model))
+
+    def _information(self, chosen: Sequence[int]) -> Array:
+        """(size, size): information of the poses on the errors, places and sizes of the spheres free."""
         size, own = self.model.size, self.own
         full = self.grams[list(chosen)].sum(axis=0)
         inner = full[size:, size:].copy()
         inner[:own, :own] += np.eye(own)
         rest = np.linalg.pinv(inner, rcond=1e-10, hermitian=True)
         a = full[:size, :size] - full[:size, size:] @ rest @ full[size:, :size]
-        return identify(NormalEquations((a + a.T) / 2, np.zeros(size), self.model))
+        return np.asarray((a + a.T) / 2)
 
 
 def is_pose_design(setups: Sequence[PlannedSetup]) -> bool:

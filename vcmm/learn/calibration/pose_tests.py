@@ -4,10 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from vcmm.core.machine import Machine
 from vcmm.core.rigid import Frame
 from vcmm.learn.calibration.result import rms
-from vcmm.task.response.poses import PoseReadings, TrackerPlacement, departures, settle_placement, tool_frames
+from vcmm.task.response.poses import (
+    PoseReadings,
+    TrackerPlacement,
+    departures,
+    placement_at,
+    settle_placement,
+    stack_rows,
+    tool_frames,
+    weights,
+)
 
 MOVED = 100.0  # times what placing anew leaves: then the tracker or the target was moved
 
@@ -15,7 +26,8 @@ MOVED = 100.0  # times what placing anew leaves: then the tracker or the target 
 @dataclass(frozen=True)
 class PoseTest:
     """What a machine leaves of poses that it was not made from: rms per coordinate, mm (and rad) before with the nominal machine and after, tracker
-    and target found from these poses; `held`: both as in the calibration, None where the tracker plainly stands elsewhere.
+    and target found from these poses; `held`: both as in the calibration, None where the tracker plainly stands elsewhere. Turns are None
+    where no orientations were read.
     """
 
     name: str
@@ -23,26 +35,36 @@ class PoseTest:
     before: float
     after: float
     held: float | None
-    before_turn: float
-    after_turn: float
+    before_turn: float | None
+    after_turn: float | None
 
 
 def put_to_poses(test: PoseReadings, nominal: Machine, machine: Machine, known: TrackerPlacement) -> PoseTest:
     """The machine file, read back, asked for poses."""
-    left = [_left(test, tool_frames(m, test.run), None) for m in (nominal, machine)]
-    frames = tool_frames(machine, test.run)
-    held = _left(test, frames, known)[0]
+    before, after = (
+        _left(test, frames, _anew(test, frames, known))
+        for frames in (tool_frames(m, test.run) for m in (nominal, machine))
+    )
+    held = _left(test, tool_frames(machine, test.run), known)[0]
     return PoseTest(
         test.name,
         test.n,
-        left[0][0],
-        left[1][0],
-        held if held < MOVED * max(left[1][0], 1e-3) else None,
-        left[0][1],
-        left[1][1],
+        before[0],
+        after[0],
+        held if held < MOVED * max(after[0], 1e-3) else None,
+        before[1],
+        after[1],
     )
 
 
-def _left(test: PoseReadings, frames: Frame, place: TrackerPlacement | None) -> tuple[float, float]:
-    position, turn = departures(test, frames, place or settle_placement(test, frames))
-    return rms(position), 0.0 if turn is None else rms(turn)
+def _anew(test: PoseReadings, frames: Frame, calibrated: TrackerPlacement) -> TrackerPlacement:
+    """Tracker and target from these poses: as if nothing were known of them, or with the target near where the calibration found it."""
+    near = settle_placement(test, frames, placement_at(test, frames, calibrated.offset))
+    places = (settle_placement(test, frames), near)
+    u = weights(test)
+    return min(places, key=lambda place: float(np.sum(stack_rows(*departures(test, frames, place), u) ** 2)))
+
+
+def _left(test: PoseReadings, frames: Frame, place: TrackerPlacement) -> tuple[float, float | None]:
+    position, turn = departures(test, frames, place)
+    return rms(position), None if turn is None else rms(turn)

@@ -28,7 +28,12 @@ WILD = 100.0  # times the scatter of the others, and the stated noise
 FEW = 0.05  # share of the rows up to which they are single rows
 REWEIGHTING_ROUNDS = 15
 ENERGY_SHARE = 0.97  # share of the energy
-UNITS = {25.4: "inches for mm", 1e3: "metres for mm", 1e-3: "um for mm", 1 / 25.4: "mm for inches"}
+UNITS = {
+    25.4: "inches for mm",
+    1e3: "metres for mm, or readings in um for mm",
+    1e-3: "um for mm, or readings in metres for mm",
+    1 / 25.4: "mm for inches, or readings in inches for mm",
+}
 NOISE = 30.0  # times (or parts of) the stated noise at which units are suspected
 LINK_CORRELATION = 0.98  # correlation of recording and prediction
 
@@ -153,18 +158,20 @@ def _of_axes(problem: Problem) -> list[Suspicion]:
     if share < ENERGY_SHARE:
         return []
     found = np.eye(3) + problem.recording.sign * fit[:9].reshape(3, 3)
-    words = _in_words(found)
+    words = _in_words(found, np.ptp(p, axis=0) > 0)
     return [Suspicion(words, share)] if words else []
 
 
-def _in_words(found: Array) -> str:
-    """A map of positions, actual from stated, as what somebody did wrong."""
+def _in_words(found: Array, moved: Mask) -> str:
+    """A map of positions, actual from stated, as what somebody did wrong. moved (3,): axes of which the rows tell."""
     size = np.linalg.norm(found, axis=0)
-    used = size > 1e-6
+    used = moved & (size > 1e-6)
     out = []
     for factor, name in UNITS.items():
         if used.any() and np.allclose(size[used], factor, rtol=0.03):
             out.append(f"positions in {name} (factor {factor:g})")
+    if not out and moved.any() and (size[moved] < 1 - ENERGY_SHARE).all():
+        out.append("readings that are deviations already, stated as positions")
     main = np.abs(found).argmax(axis=0)
     swapped = [f"{'XYZ'[j]} and {'XYZ'[main[j]]}" for j in range(3) if size[j] > 0.5 and main[j] > j]
     if swapped:

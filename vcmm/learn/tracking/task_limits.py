@@ -85,7 +85,13 @@ def limits_of(texts: Sequence[str], scenario: Scenario, dated: DatedMachine) -> 
                 f"{', '.join(LINEAR)}"
             )
         unit = "rad" if kind == "angle" else "mm"
-        value = quantity(found[2], "angle" if kind == "angle" else "length", "--limit", "2 um")
+        value = quantity(
+            found[2], *(("angle", "--limit", "20 urad") if kind == "angle" else ("length", "--limit", "2 um"))
+        )
+        if value <= 0:
+            raise UsageError(
+                f'--limit "{text}": a limit of U is larger than zero; write for example "{found[1]} = 2 um"'
+            )
         out.append(TaskLimit(found[1], value, state[i], float(rest[i]), unit))
     return tuple(out)
 

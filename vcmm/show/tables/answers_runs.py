@@ -98,16 +98,22 @@ def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLi
         labels=("", "changed:", "diagnosis:"),
     )
     ranked = sorted(track.courses, key=lambda c: -c.moved)[:MOST]
-    return [state, *map(_number_line, ranked), *([] if planned is None else [_next_line(track, planned)])]
+    day = track.at if track.dated.when > last.when else ""
+    return [
+        state,
+        *(_number_line(c, day) for c in ranked),
+        *([] if planned is None else [_next_line(track, planned)]),
+    ]
 
 
-def _number_line(c: NumberOverTime) -> AnswerLine:
+def _number_line(c: NumberOverTime, day: str) -> AnswerLine:
+    """A number on the day for which the machine is written. day: that day where it is later than the last recording."""
     unit = "" if c.unit == "1" else unit_word(c.unit)
-    value, u = float(c.value[-1]), float(c.u[-1])
+    value, u = c.of_day
     return AnswerLine(
         f"{c.name} {c.what}".strip(),
         signed_value(value, K * u, unit),
-        coverage=f"k = {K:.0f}",
+        coverage=f"k = {K:.0f}, forecast of {day}" if day else f"k = {K:.0f}",
         because=f"by {signed_value(value - float(c.value[0]), 0.0, unit, '+')} since the first recording",
         link="Numbers over time",
         numbers={"name": c.name, "value": value, "U": K * u, "unit": c.unit},

@@ -50,6 +50,10 @@ class ArmNumber:
     unit: str
 
 
+def _urad(turn: float | None) -> float | None:
+    return None if turn is None else turn * 1e6
+
+
 LINKS: tuple[Column[LinkRow], ...] = (
     Column("joint", lambda row: row.joint, key="joint"),
     Column("next", lambda row: row.following, key="next"),
@@ -80,8 +84,8 @@ POSE_TESTS: tuple[Column[PoseTest], ...] = (
         fixed(1, "um"),
         key="rms_held_um",
     ),
-    Column("turn before", lambda row: row.before_turn * 1e6, fixed(0, "urad"), key="turn_before_urad"),
-    Column("turn after", lambda row: row.after_turn * 1e6, fixed(0, "urad"), key="turn_after_urad"),
+    Column("turn before", lambda row: _urad(row.before_turn), fixed(0, "urad"), key="turn_before_urad"),
+    Column("turn after", lambda row: _urad(row.after_turn), fixed(0, "urad"), key="turn_after_urad"),
 )
 
 

@@ -24,6 +24,8 @@ LEVER = 1000.0  # mm: tips that far out tell the turn of a frame
 STEPS, STILL = 60, 1e-10  # of Gauss-Newton; step, mm and rad, below which it has come to rest
 FIRST_U = (0.1, 1e-4)  # mm, rad: weights of position and orientation before their scatter is known
 STARTS = (0.0, 150.0, -150.0)  # mm along every axis of the tool: where the target may sit when nobody says
+FAR_STARTS = (1.0, -1.0, 2.0, -2.0)  # in rms radii of the positions, where near starts lead nowhere
+NOWHERE = 0.01  # of the spread of the positions: rms of a coordinate beyond which a start led to no placement
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,13 +147,22 @@ def settle_placement(
         return _refine(poses, frames, start)[0]
     stated = poses.run.offset[0]
     offsets = [stated] if stated.any() else [s * e for e in np.eye(3) for s in STARTS]
-    best = min(
-        (_refine(poses, frames, _placement_of(poses, frames, o)) for o in offsets), key=lambda found: found[1]
-    )
+    best = _best_of(poses, frames, offsets)
+    spread = float(np.sqrt(poses.position.var(axis=0).sum()))
+    left = float(np.sqrt(np.mean(departures(poses, frames, best[0])[0] ** 2)))
+    if left > NOWHERE * spread:  # a planar arm has its target far from where its axes meet the origin
+        far = [s * spread * e for e in np.eye(3) for s in FAR_STARTS]
+        best = min(best, _best_of(poses, frames, far), key=lambda end: end[1])
     return best[0]
 
 
-def _placement_of(poses: PoseReadings, frames: Frame, offset: Array) -> TrackerPlacement:
+def _best_of(poses: PoseReadings, frames: Frame, offsets: Sequence[Array]) -> tuple[TrackerPlacement, float]:
+    """The best placement of those that start with the target at these offsets, and its sum of squares."""
+    ends = (_refine(poses, frames, placement_at(poses, frames, o)) for o in offsets)
+    return min(ends, key=lambda end: end[1])
+
+
+def placement_at(poses: PoseReadings, frames: Frame, offset: Array) -> TrackerPlacement:
     """Tracker by the positions alone, for a target at that offset (Kabsch, Acta Cryst. A32 (1976) 922); then the turn of the target."""
     assert frames.rotation is not None
     points = frames.shift + frames.rotation @ offset
