@@ -22,6 +22,7 @@ from vcmm.program.iso.groups import (
 )
 from vcmm.program.setup import has_driven
 
+PALLETS = {36: "pallet ready", 50: "change of the pallet", 60: "change of the pallet"}
 _M_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
 
@@ -150,6 +151,11 @@ class IsoWords:
             )
             self.used |= {"P", "Q", "E", "L", "R"}
             return
+        if code in PALLETS and family == "macro" and not c.language.lathe and (code == 60 or c.language.haas):
+            c.remark(
+                f"M{code} ({PALLETS[code]}): what follows may be another part; its work offset is taken as it stands",
+                column,
+            )
         if group is None:
             self.used |= (
                 {"P", "Q", "E", "L"} if family == "o" and code >= 50 else {"P"} if code >= 50 else set()

@@ -230,4 +230,4 @@ MILLING: Mapping[str, Cycle[MillingPrimitive]] = {
 def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
     """The cycle of a call."""
     row = MILLING[item.name]
-    row.primitive(MillingCall(i, runner, item, CycleCutter(i.r)), i.values(row, arguments))
+    row.primitive(MillingCall(i, runner, item, CycleCutter(i.r)), i.values(row, arguments, item.name))
