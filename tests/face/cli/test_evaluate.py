@@ -14,8 +14,11 @@ def test_parts_with_names_that_look_alike_keep_their_sheets() -> None:
     assert names == ["sheet-a.html", "sheet-a_b.html", "sheet-a_b-2.html", "sheet-A_B-3.html", "sheet.html"]
 
 
-def test_what_is_asked_wrongly_is_no_fault_of_a_line_of_the_scenario(capsys) -> None:
+def test_what_is_asked_wrongly_is_no_fault_of_a_line_of_the_scenario(capsys, tmp_path, monkeypatch) -> None:
     """Nothing was measured, or two things: said before the scenario is read, without a line of it."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("plate.toml", "p.csv", "v.csv"):
+        (tmp_path / name).write_text("")
     for words in ([], ["--points", "p.csv", "--values", "v.csv"]):
         assert run(["evaluate", "plate.toml", *words]) == 2
         assert capsys.readouterr().err.startswith("vcmm: give what was measured")

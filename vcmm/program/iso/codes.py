@@ -100,6 +100,8 @@ class IsoWords:
             ):  # where it is a hole in the path, or stands for another code, that is told already
                 c.remark(f"{code} changes no path here and is passed over", column, code)
             self.used |= {"P", "Q", "R", "E", "L", "D", "I", "J", "K"}
+            if code == "G22":  # its X Y Z are limits of a zone that the tool may not enter, and no way
+                self.used |= {"X", "Y", "Z", "U", "W"}
             return
         beside = group in self.g and c.language.words == "o" and "G80" in (code, self.g[group])
         if beside and code == "G80":
