@@ -110,6 +110,9 @@ def test_limits_of_a_zone_are_no_way():
     """Fanuc: G22 X Y Z I J K states a zone that the tool may not enter; nothing moves."""
     made = fanuc("G21 G0 X1. Y2. Z3.\nG22 X10. Y10. Z0 I0 J0 K-10.\nG1 X5. F100.")
     assert [m.end for m in made] == [(1, 2, 3), (5, 2, 3)]
+    for dialect, block in (("fanuc-lathe", "G50.1 X0"), ("haas", "G102 X0 Z9.")):
+        text = f"G21 G0 X2. Z3.\n{block}\nX4.\nM30\n"
+        assert {m.source.line for m in interpret(text, dialect, Setup(strict=False)).moves} == {1, 3}
 
 
 def test_a_turn_about_an_axis_in_space_is_told():

@@ -22,6 +22,7 @@ from vcmm.program.iso.groups import (
 )
 from vcmm.program.setup import has_driven
 
+NO_WAY = {"G22", "G50.1", "G102"}  # X Y Z are limits of a zone, mirrored axes, positions that are printed
 PALLETS = {36: "pallet ready", 50: "change of the pallet", 60: "change of the pallet"}
 _M_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
@@ -100,7 +101,7 @@ class IsoWords:
             ):  # where it is a hole in the path, or stands for another code, that is told already
                 c.remark(f"{code} changes no path here and is passed over", column, code)
             self.used |= {"P", "Q", "R", "E", "L", "D", "I", "J", "K"}
-            if code == "G22":  # its X Y Z are limits of a zone that the tool may not enter, and no way
+            if code in NO_WAY:
                 self.used |= {"X", "Y", "Z", "U", "W"}
             return
         beside = group in self.g and c.language.words == "o" and "G80" in (code, self.g[group])
