@@ -128,8 +128,8 @@ def section_of(moves: Sequence[Move], rough: Rough) -> Section:
 def comes_back(moves: Sequence[Move], begin: Flat, order: str) -> bool:
     """Whether the contour behind its first move comes back across (X of G71), so that one pass to its first meeting leaves a pocket."""
     across = [p[0 if order == "XZ" else 1] for p in section_of(moves[1:], Rough(1.0, 0.0, 0.0, 0.0))]
-    out = math.copysign(1.0, begin[0 if order == "XZ" else 1] - across[0])
-    return any((b - a) * out < -1e-6 for a, b in itertools.pairwise(across))
+    out = begin[0 if order == "XZ" else 1] - across[0]  # zero: no pass at all
+    return any((b - a) * math.copysign(1.0, out) < -1e-6 for a, b in itertools.pairwise(across) if out)
 
 
 def _points(move: Move) -> Section:
