@@ -68,17 +68,18 @@ class Hole:
 
     def pecks(
         self, depths: Sequence[float], again: Callable[[float], float], *, out: bool = True, wait: float = 0.0, pause: float = 0.0,
-        back_at_feed: bool = False, before: Callable[[int], None] = lambda k: None,
+        back_at_feed: bool = False, before: Callable[[int], None] = lambda k: None, last: float | None = None,
     ) -> None:  # fmt: skip
         """Feeds to each of the depths, with a dwell of `wait` seconds there. Between them the tool goes out to the clearance and stays
         there for `pause` seconds (where `out`), and then to the height `again`(depth), at rapid unless `back_at_feed`.
-        before: called before each stroke, with its number from 0.
+        before: called before each stroke, with its number from 0. last: the dwell at the last depth, s; `wait` where it is left out.
         """
         for k, depth in enumerate(depths):
             before(k)
             self.to(depth, False)
-            self.wait(wait)
-            if k == len(depths) - 1:
+            ended = k == len(depths) - 1
+            self.wait(wait if last is None or not ended else last)
+            if ended:
                 return
             if out:
                 self.to(self.clearance, True)

@@ -6,6 +6,7 @@ allowance, is followed at the end.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -122,6 +123,13 @@ def section_of(moves: Sequence[Move], rough: Rough) -> Section:
     """The contour with its allowance as a chain of points, arcs within CHORD."""
     stretches = _stretches(moves, rough)
     return [stretches[0].begin, *(s.end for s in stretches)]
+
+
+def comes_back(moves: Sequence[Move], begin: Flat, order: str) -> bool:
+    """Whether the contour behind its first move comes back across (X of G71), so that one pass to its first meeting leaves a pocket."""
+    across = [p[0 if order == "XZ" else 1] for p in section_of(moves[1:], Rough(1.0, 0.0, 0.0, 0.0))]
+    out = begin[0 if order == "XZ" else 1] - across[0]  # zero: no pass at all
+    return any((b - a) * math.copysign(1.0, out) < -1e-6 for a, b in itertools.pairwise(across) if out)
 
 
 def _points(move: Move) -> Section:

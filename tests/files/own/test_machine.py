@@ -261,3 +261,8 @@ def test_a_rotary_axis_may_turn_on_and_on(tmp_path):
     path.write_text(ENDLESS.replace('"endless"', '"endles"'))
     with pytest.raises(DataError, match='a rotary axis that turns on and on has travel = "endless"'):
         load_machine(path)
+
+
+def test_a_number_where_a_name_is_asked_is_quoted_in_the_example(tmp_path):
+    with pytest.raises(DataError, match=r'tool = 1 must be a text in quotes; write for example tool = "1"'):
+        _machine(tmp_path, '[[effects]]\neffect = "tool_runout"\ntool = 1\namplitude = "5 um"\n')

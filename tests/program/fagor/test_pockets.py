@@ -64,3 +64,9 @@ def test_what_the_control_refuses(text, message):
 def test_strict_refuses_how_it_clears():
     with pytest.raises(DataError, match=r"5:.*how G88 of Fagor clears is the control's own"):
         moves("G88 X5 Y5 Z2 I-8 J20 B4\n", strict=True)
+
+
+def test_a_pocket_in_a_block_with_a_number_is_the_same():
+    """N40 G88 ...: the number stays first (such blocks were refused: "N must be the first word")."""
+    block = "G88 G99 X50 Y100 Z2 I-4 J-15 B-3 D2\n"
+    assert [m.end for m in moves(f"N40 {block}")] == [m.end for m in moves(block)]

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.program.heidenhain.klartext import check, moves
+from vcmm.core.errors import DataError
+from vcmm.program.heidenhain.reader import read
+from vcmm.program.setup import Setup
 
 
 def test_lines():
@@ -83,3 +87,13 @@ def test_a_tangential_circle_behind_a_circle_about_a_pole():
     got = moves("L X+15 Y+0 F100\nCC X+10 Y+0\nC X+10 Y+5 DR+\nCT X+5 Y+10")
     assert np.allclose(got[-1].centre, (10, 10, 0), atol=1e-12)
     assert got[-1].clockwise
+
+
+def test_polar_coordinates_without_a_pole_are_told():
+    """The control stops at LP and C without CC; the zero was taken in silence, on both levels."""
+    text = "BEGIN PGM T MM\nL X+1 Y+0 R0 FMAX\n{}LP PR+10 PA+90 F100\nEND PGM T MM\n"
+    found = read(text.format(""), "part.h", Setup(strict=False))
+    assert [(a.line, a.what, a.value) for a in found.assumed] == [(3, "the pole (CC)", "the zero in force")]
+    with pytest.raises(DataError, match=r"3:1: C, LP, CP and CTP need a pole"):
+        read(text.format(""), "part.h", Setup())
+    assert not read(text.format("CC X+0 Y+0\n"), "part.h", Setup(strict=False)).assumed

@@ -199,3 +199,11 @@ def test_a_survey_goes_on_where_a_cycle_cannot():
     assert found.moves[-1].end[0] == 107.0
     assert [(a.line, a.what) for a in found.assumed] == [(3, "TCH PROBE 410")]
     assert "needs Q322" in found.assumed[0].value
+
+
+def test_the_way_between_touches_is_told():
+    """Q301 = 0: the machine goes from touch to touch at the measuring height; here it goes over Q260, as with Q301 = 1."""
+    cycle = "421 Q273=+0 Q274=+0 Q262=+30 Q261=-5 Q260=+20 Q301={}"
+    said = [[w.text for w in run(cycle.format(k)).warnings if "Q301" in w.text] for k in "01"]
+    assert [len(texts) for texts in said] == [1, 0]
+    assert "goes over Q260 here" in said[0][0]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 
 from tests.program.meanings import fanuc, linuxcnc
+from vcmm.program.interpret import interpret
+from vcmm.program.setup import Setup
 
 
 # -- feeds and spindle ------------------------------------------------------------------------------------------------
@@ -32,3 +34,21 @@ def test_path_control():
     moves = linuxcnc("G21 F100 G64 P0.02\nG1 X1\nG61 X2\nG64 X3")
     assert [(m.exact_stop, m.tolerance) for m in moves] == [(False, 0.02), (True, None), (False, None)]
     assert [m.exact_stop for m in fanuc("G1 X1. F100.\nG9 X2.\nX3.")] == [False, True, False]
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "haas"])
+def test_positioning_from_one_side_is_one_block_at_rapid_and_told(dialect):
+    """G60 stands for one block: at rapid, also under G1. How far the axis runs past the end point stands in the control."""
+    text = "G21 G90 G0 X0\nG1 X10. F100.\nG60 X50.\nX60.\nM30\n"
+    program = interpret(text, dialect, Setup(strict=False))
+    assert [(m.kind, m.end[0]) for m in program.moves[-3:]] == [("line", 10), ("rapid", 50), ("line", 60)]
+    assert [(a.line, a.what) for a in program.assumed] == [(3, "G60, positioning from one side")]
+    assert any("runs past it" in w.text for w in interpret(text, dialect, Setup()).warnings)
+
+
+def test_a_change_of_the_pallet_is_told():
+    said = interpret("G21 G90 G0 X0\nM50\nM60\nX1.\nM30\n", "haas", Setup()).warnings
+    assert [w.text[:3] for w in said if "pallet" in w.text] == ["M50", "M60"]
+    assert not any(
+        "pallet" in w.text for w in interpret("G21 G90 G0 X0\nM50\nM30\n", "fanuc", Setup()).warnings
+    )

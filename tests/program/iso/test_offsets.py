@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tests.program.meanings import ONE, ends, fanuc, linuxcnc
+from vcmm.core.errors import DataError
 from vcmm.program.interpret import interpret
 from vcmm.program.setup import Setup, Tool
 
@@ -103,3 +104,21 @@ def test_a_length_offset_changed_by_h_alone_keeps_g43():
     tips = [m.end[2] + m.tool_offset[2] for m in moves]
     assert [m.tool_offset[2] for m in moves] == [80, 30, 0, 0]
     assert tips[1] - tips[0] == pytest.approx(-50)
+
+
+def test_limits_of_a_zone_are_no_way():
+    """Fanuc: G22 X Y Z I J K states a zone that the tool may not enter; nothing moves."""
+    made = fanuc("G21 G0 X1. Y2. Z3.\nG22 X10. Y10. Z0 I0 J0 K-10.\nG1 X5. F100.")
+    assert [m.end for m in made] == [(1, 2, 3), (5, 2, 3)]
+    for dialect, block in (("fanuc-lathe", "G50.1 X0"), ("haas", "G102 X0 Z9.")):
+        text = f"G21 G0 X2. Z3.\n{block}\nX4.\nM30\n"
+        assert {m.source.line for m in interpret(text, dialect, Setup(strict=False)).moves} == {1, 3}
+
+
+def test_a_turn_about_an_axis_in_space_is_told():
+    text = "G21 G90 G0 X1. Y2. Z3.\nG68 X0 Y0 Z0 I1. J0 K0 R30.\nX5.\nM30\n"
+    program = interpret(text, "fanuc", Setup(strict=False))
+    assert [m.end for m in program.moves] == [(1, 2, 3), (5, 2, 3)]
+    assert [(a.line, a.value) for a in program.assumed] == [(2, "passed over: nothing is turned")]
+    with pytest.raises(DataError, match=r"2:1: G68 with I J K turns about an axis in space"):
+        interpret(text, "fanuc", Setup())

@@ -103,3 +103,23 @@ def test_the_number_of_passes_of_g73_is_no_length():
         program = interpret(whole, "haas-lathe", Setup(strict=False))
         assert not [r.text for r in program.warnings if "decimal point" in r.text]
         assert len([m for m in program.moves if m.kind == "line" and m.end[2] in (-8, -9, -10)]) == 6
+
+
+def test_a_contour_that_comes_back_is_told_and_refused_by_strict():
+    """X30 and back to X24: a pass at X26 ends at the first wall, and the pocket behind it is cut by the last way alone (type II would clear it)."""
+    text = "O1\nG21 G99 G97 S1000 M3\nG0 X62. Z2.\nG71 U2. R0.5\nG71 P10 Q20 U0. W0. F0.25\nN10 G0 X20. Z1.\nG1 X30. Z-30.\nX{:g}. Z-40.\nN20 X62.\nM30\n"
+    found = interpret(text.format(24), "fanuc-lathe", Setup(strict=False)).assumed
+    assert [(a.line, a.what) for a in found if "G71" in a.what] == [
+        (5, "G71 along a contour that comes back in X")
+    ]
+    assert not any(
+        "G71" in a.what for a in interpret(text.format(30), "fanuc-lathe", Setup(strict=False)).assumed
+    )
+    with pytest.raises(DataError, match=r"comes back in X \(type II\)"):
+        interpret(text.format(24), "fanuc-lathe", Setup(strict=True, unit=1.0))
+
+
+def test_drilling_from_the_side_behind_drilling_from_the_front_has_levels_of_its_own():
+    """G83 ends at Z2, X40. G87 X10 R-2 begins at radius 20: to 18, in to 5, back to 20 (it took the Z levels of G83 and was refused)."""
+    found = tips("G0 X40. Z2.\nG83 Z-10. R-1. F0.1\nG87 X10. R-2. F0.1\nG80\n")
+    assert found[-3:] == [("rapid", 18, 2), ("line", 5, 2), ("rapid", 20, 2)]

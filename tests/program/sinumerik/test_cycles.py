@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.program.sinumerik.programs import SURVEY, check, moves, told
+from vcmm.core.errors import DataError
 
 
 def test_drilling_cycles():
@@ -78,3 +79,41 @@ def test_swivelled_planes():
     assert tilted.led
     assert tilted.tool_axis_end == pytest.approx((0.0, -1.0, 0.0), abs=1e-12)
     assert told("CYCLE800()") == {}
+
+
+def test_the_axis_of_a_hole_is_the_one_that_AXN_names():
+    """AXN 1 in G17 is X, in G18 (axes Z and X) Z; 3, 0 and nothing: square to the plane. They were drilled square to it, whatever AXN said."""
+    ends = [m.end for m in moves("G0 X20 Y5 Z6 F100\nCYCLE83(20,10,2,0,,5,,,,,,,1)")][1:]
+    assert ends[0] == (12, 5, 6)
+    assert ends[-2:] == [(0, 5, 6), (20, 5, 6)]
+    ends = [m.end for m in moves("G18\nG0 X20 Y5 Z16 F100 S1000\nCYCLE840(10,0,2,-8,,0,4,3,0,,1,1)")][1:4]
+    assert ends == [(20, 5, 2), (20, 5, -8), (20, 5, 2)]
+    assert [h for _, h, _ in strokes("CYCLE84(10,0,2,-9,,,3,,1,,,,3)")] == [2, -9, 2, 10]
+    with pytest.raises(
+        DataError, match=r"CYCLE84: AXN is 1, 2 or 3, an axis of the plane, and not 4; correct it"
+    ):
+        moves("S1000 F100\nCYCLE84(10,0,2,-9,,,3,,1,,,,4)")
+
+
+def test_deep_drilling_as_its_last_parameters_say():
+    """VRT 2: back by 2 mm to break chips; DTD 3: seconds at the last depth; DIS1 1.5: as far before the depth on the way back. DAM -0.5 with
+    MDEP 2 from 8 mm: 8, 4, 2, 2, 2, 2 to -20."""
+    broken = strokes("CYCLE83(10,0,2,-20,,-8,,,1,,,0,3,,2,3)")
+    assert [h for kind, h, _ in broken if kind == "l"] == [-8, -6, -14, -12, -20]
+    assert [s for kind, _, s in broken if kind == "d"] == [1, 1, 3]
+    out = strokes("CYCLE83(10,0,2,-20,,-8,,,,,,1,3,,,,1.5)")
+    assert [h for kind, h, _ in out if kind == "r"] == [2, 2, -6.5, 2, -12.5, 10]
+    shared = strokes("CYCLE83(10,0,2,-20,,-8,,-0.5,,,,1,3,2)")
+    assert [h for kind, h, _ in shared if kind == "l"] == [-8, -12, -14, -16, -18, -20]
+    with pytest.raises(DataError, match="add MDEP"):
+        strokes("CYCLE83(10,0,2,-20,,-8,,-0.5,,,,1)")
+
+
+def test_tapping_without_encoder_and_without_a_pitch_goes_at_the_feed_in_force():
+    assert strokes("CYCLE840(10,0,2,-9,,,4,3,1)")[1:3] == [("l", -9, 100), ("l", 2, 100)]
+
+
+def test_arguments_that_no_table_knows_are_told():
+    """POCKET4 knows 15 arguments; how it goes in (AP1, AD, RAD1, DP1) is not among them."""
+    program = told("F100\nT1 D1\nPOCKET4(10,0,2,-4,20,0,0,4,0,0,300,100,2,21,0,0,0,3,2)")
+    assert "arguments of POCKET4 behind number 15 (3, 2)" in str(program)

@@ -42,7 +42,7 @@ def feeds(text):
 
 
 def test_rectangular_pocket():
-    """POCKET3: 60 x 40 about (50, 40), tool of 10 mm: 50 +- 25, 40 +- 15, at -3 and -5; FFP1 500, FFD 120; climb (CDIR 1 here G3)."""
+    """POCKET3: 60 x 40 about (50, 40), tool of 10 mm: 50 +- 25, 40 +- 15, at -3 and -5; FFP1 500, FFD 120; CDIR 3: G3."""
     made = feeds("POCKET3(20,0,2,-5,60,40,8,50,40,0,3,0,0,500,120,3,1,5)")
     points = np.array([m.end for m in made])
     assert np.allclose([points.min(axis=0), points.max(axis=0)], [(25, 25, -5), (75, 55, -3)])
@@ -67,3 +67,17 @@ def test_how_a_pocket_is_cleared_is_told_and_refused_in_strict_reading():
         moves(text)
     with pytest.raises(DataError, match="the depth must lie below RFP"):
         feeds("POCKET4(20,0,2,5,20,50,40,5,0,0,500,120,2,1,8)")
+
+
+def test_climb_milling_goes_by_the_spindle():
+    """A pocket is climb milled (CDIR 0) counter-clockwise with M3 and clockwise with M4; CDIR 1 the other way, 2 and 3 whatever the spindle does."""
+    for m, cdir, clockwise in (
+        (3, 0, False),
+        (4, 0, True),
+        (3, 1, True),
+        (4, 1, False),
+        (4, 3, False),
+        (3, 2, True),
+    ):
+        made = feeds(f"M{m} S1000\nPOCKET4(20,0,2,-5,20,50,40,5,0,0,500,120,{cdir},1,8)")
+        assert {a.clockwise for a in made if a.kind == "arc"} == {clockwise}

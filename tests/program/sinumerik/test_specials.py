@@ -56,3 +56,9 @@ def test_arcs_under_a_rotation_out_of_the_plane():
     assert np.allclose(np.hypot(got[:, 0], got[:, 2]), 10)
     assert got[:, 2].max() == pytest.approx(10, abs=0.01)
     assert "radius compensation in a tilted plane" in told("T1\nROT Y90\nG41 G1 X10 F100")
+
+
+def test_travel_to_a_fixed_stop_is_told():
+    assert "FXS (travel to a fixed stop)" in told("G0 X1\nFXS[X]=1\nG1 X5 F100")
+    with pytest.raises(DataError, match=r"FXS \(travel to a fixed stop\)"):
+        moves("G0 X1\nFXS[X]=1\nG1 X5 F100")

@@ -6,7 +6,7 @@ import pytest
 
 import vcmm
 from tests.shop.machining import shop
-from vcmm.core.errors import DataError, UsageError
+from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.face.cli import run as command
 from vcmm.program.interpret import interpret
 from vcmm.shop.cutting.solid import thinning
@@ -89,3 +89,13 @@ def test_the_tool_that_is_in_the_spindle_cuts(tmp_path):
     job = set_up(vcmm.load_cut(shop.write(tmp_path, program=program, setup=setup, scenario=scenario)))
     assert {m.tool for m in job.program.moves} == {0}
     assert "tool_radius[0].dr" in [one.id for one in job.scenario.inputs]
+
+
+def test_a_work_offset_that_the_set_up_lacks_is_named_where_the_travels_are_left(tmp_path):
+    """X-20 counts from machine zero then, 20 mm outside; it said no more than "check work offset and tool length"."""
+    setup = shop.SETUP.replace("G54 =", "G55 =")
+    with pytest.raises(
+        ModelLimit,
+        match=r"out of travel: .* work offset G54 is not in the set-up, and machine zero is taken: add it",
+    ):
+        set_up(vcmm.load_cut(shop.write(tmp_path, setup=setup)))

@@ -148,3 +148,19 @@ def test_u_without_a_bound_says_why():
     made = answer_of(c)
     assert made.result == "0.000 µm, U unbounded"
     assert made.change == "the points hardly meet some forms; more points help"
+
+
+def test_a_value_far_outside_is_not_improved_by_a_smaller_u():
+    """31.6 µm +- 1.8 of 15 allowed: the whole interval lies outside, 16.6 µm off; at 14 +- 1.8 a smaller U decides."""
+    line = SimpleNamespace(input="scatter.value", what="repeatability", redraw="touch", u=0.0009, share=0.98)
+
+    def change(value: float) -> str:
+        c = SimpleNamespace(
+            name="circle", type="roundness", unit="mm", value=value, nominal=0.0, u=0.0009, stated=(0.0018, 2.0), p=0.95,
+            interval=(value - 0.0018, value + 0.0018), half_width=None, bias_in_U=0.0, tolerance=(0.0, 0.015), budget=[line],
+            decision=SimpleNamespace(text="does not conform", p_conform=0.0),
+        )  # fmt: skip
+        return answer_of(c).change
+
+    assert change(0.0316) == "the value itself, 16.6 µm outside its limits; no smaller U helps"
+    assert "outside" not in change(0.014)

@@ -110,7 +110,7 @@ def _value(kind: type[Effect], key: str, value: Any, table: dict[str, Any]) -> A
 def _text(key: str, value: Any, example: str) -> str:
     if not isinstance(value, str):
         raise UsageError(
-            f'{key} = {shorten(value)} must be a text in quotes; write for example {key} = "{example}"'
+            f'{key} = {shorten(value)} must be a text in quotes; write for example {key} = "{example or shorten(value)}"'
         )
     return value
 

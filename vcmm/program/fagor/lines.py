@@ -188,7 +188,8 @@ class FagorLines:
             return []
         self.pockets.append((code, {k: float(n) for k, n in values.items() if k in WORDS}))
         plain = [w for w in kept if w[0] not in WORDS and not (w[0] == "G" and w[1].lstrip("0") == code)]
-        made = [("G", "287"), *plain, ("Q", f"{len(self.pockets)}."), ("Z", values["I"])]
+        number, plain = [w for w in plain if w[0] == "N"], [w for w in plain if w[0] != "N"]
+        made = [*number, ("G", "287"), *plain, ("Q", f"{len(self.pockets)}."), ("Z", values["I"])]
         return [*made, ("R", values["Z"])] if "Z" in values else made
 
     def hole(self, line: int, out: Words, codes: set[str], values: dict[str, str]) -> Words:

@@ -57,6 +57,7 @@ class KlartextPaths(KlartextTechnology):
 
     def polar(self, words: KlartextWords) -> tuple[Point, float]:
         """End point from PR and PA about the pole, and the angle travelled (IPA) in rad, 0 where PA is absolute."""
+        self.need_pole()
         one, two, _ = PLANES[self.r.plane]
         a, b = self.r.p[one] - self.pole[one], self.r.p[two] - self.pole[two]
         radius, angle, swept = math.hypot(a, b), math.atan2(b, a), 0.0
@@ -199,6 +200,7 @@ class KlartextPaths(KlartextTechnology):
             centre, clockwise = self.tangential(end)
         else:
             end, swept = (self.target(words), 0.0) if name == "C" else self.polar(words)
+            self.need_pole()
             centre = _three(self.pole)
             turns = max(1, math.ceil(abs(swept) / (2 * math.pi) - 1e-9))
         self.round(end, centre, clockwise, turns)
@@ -243,9 +245,17 @@ class KlartextPaths(KlartextTechnology):
         centre[two] += k * n[1]
         return _three(centre), k < 0
 
+    def need_pole(self) -> None:
+        """C and polar coordinates count from the last CC; where there is none the control stops."""
+        if not self.has_pole:
+            self.r.assume(
+                "the pole (CC)", "the zero in force", "C, LP, CP and CTP need a pole, and no CC stands before; program CC with X and Y"
+            )  # fmt: skip
+
     def set_pole(self, reader: KlartextReader) -> None:
         """CC: coordinates, or the present position where there are none."""
         words = read_words(reader, ())
+        self.has_pole = True
         if not words.values:
             self.pole = list(self.r.p)
             return

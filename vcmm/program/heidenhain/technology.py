@@ -27,6 +27,7 @@ class KlartextTechnology:
     r: Recorder
     cycles: KlartextCycles
     pole: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    has_pole: bool = False  # a CC was programmed
     tangent: Vec | None = None  # direction of the last element at its end, as programmed
     last_rapid: bool = False
     modal_call: bool = False

@@ -37,6 +37,10 @@ def touch_cycle(
     c = TouchCycle(r, row.read(parameters, in_units(r.unit, r.unit)), column, values, number, parameters)
     with measuring_cycle(r, f"TCH PROBE {number}", FEED):
         c.check(*row.required_names)
+        if parameters.get("Q301") == 0 and c.v.has("over"):
+            r.remark(
+                "Q301 = 0: between its touches the probe goes over Q260 here, where the machine stays at the measuring height", column
+            )  # fmt: skip
         findings = row.primitive(c)
         for name, _, meaning in (word.partition("=") for word in results.split()):
             should, reads = findings[meaning.lstrip("-")]

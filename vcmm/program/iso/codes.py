@@ -22,6 +22,8 @@ from vcmm.program.iso.groups import (
 )
 from vcmm.program.setup import has_driven
 
+NO_WAY = {"G22", "G50.1", "G102"}  # X Y Z are limits of a zone, mirrored axes, positions that are printed
+PALLETS = {36: "pallet ready", 50: "change of the pallet", 60: "change of the pallet"}
 _M_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
 
@@ -99,6 +101,8 @@ class IsoWords:
             ):  # where it is a hole in the path, or stands for another code, that is told already
                 c.remark(f"{code} changes no path here and is passed over", column, code)
             self.used |= {"P", "Q", "R", "E", "L", "D", "I", "J", "K"}
+            if code in NO_WAY:
+                self.used |= {"X", "Y", "Z", "U", "W"}
             return
         beside = group in self.g and c.language.words == "o" and "G80" in (code, self.g[group])
         if beside and code == "G80":
@@ -150,6 +154,11 @@ class IsoWords:
             )
             self.used |= {"P", "Q", "E", "L", "R"}
             return
+        if code in PALLETS and family == "macro" and not c.language.lathe and (code == 60 or c.language.haas):
+            c.remark(
+                f"M{code} ({PALLETS[code]}): what follows may be another part; its work offset is taken as it stands",
+                column,
+            )
         if group is None:
             self.used |= (
                 {"P", "Q", "E", "L"} if family == "o" and code >= 50 else {"P"} if code >= 50 else set()

@@ -231,7 +231,7 @@ def _motion(c: IsoControl, w: IsoWords) -> None:
         return
     code, column = _motion_code(c, w)
     if code is not None and code != c.motion:
-        if code not in DRILLING or c.motion not in DRILLING:
+        if code not in DRILLING or c.motion not in DRILLING or _turns_aside(c, code):
             c.cycle.clear()
             c.cycle_level = None
         c.motion = code
@@ -242,6 +242,8 @@ def _motion(c: IsoControl, w: IsoWords) -> None:
         return
     if nonmodal(c, w):
         return
+    if "single" in w.g and _single_direction(c, w):
+        return
     if code is None and w.passed:
         return
     if code == "G80" or not (_axis_left(c, w) or _bare(c, w, code)):
@@ -249,6 +251,24 @@ def _motion(c: IsoControl, w: IsoWords) -> None:
     if not column:
         column = min((word.first for word in w.words.values()), default=1)
     _move(c, w, c.motion, column)
+
+
+def _turns_aside(c: IsoControl, code: str) -> bool:
+    """Whether a drilling cycle of a lathe drills along another axis than the one in force: its levels are not those of the other."""
+    return c.language.lathe and lathe_cycle(c, code)[1] != lathe_cycle(c, str(c.motion))[1]
+
+
+def _single_direction(c: IsoControl, w: IsoWords) -> bool:
+    """G60: this block positions at rapid, from one side; how far it runs past the end point stands in the control, and is told."""
+    column = column_of(w, "single")
+    c.assume(
+        "G60, positioning from one side", "at rapid to its end point; how far it runs past it (FANUC 5440) is not known and left out", column=column,
+        matters=False,
+    )  # fmt: skip
+    if c.motion in DRILLING or not _axis_left(c, w):
+        return False
+    _move(c, w, "G0", column)
+    return True
 
 
 def _motion_code(c: IsoControl, w: IsoWords) -> tuple[str | None, int]:

@@ -49,8 +49,9 @@ _FANUC = {
     "exact": "G9",
     "macro": "G65 G66 G66.1 G67",
     "tilt": "G68.2 G68.3 G68.4 G53.1 G53.6",
+    "single": "G60",
     "winding": "G12.1 G13.1 G112 G113 G7.1 G107",
-    "harmless": "G5 G5.1 G8 G11 G22 G23 G25 G26 G40.1 G49.1 G50.2 G60 G69.1 G150.1 G290 G291",
+    "harmless": "G5 G5.1 G8 G11 G22 G23 G25 G26 G40.1 G49.1 G50.2 G69.1 G150.1 G290 G291",
 }
 _HAAS = {
     **{k: v for k, v in _FANUC.items() if k not in ("tilt", "dynamic")},

@@ -222,6 +222,12 @@ def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     if code == "G69":
         c.turn, c.tilt, c.tilted, c.posture, c.is_tilt_given = None, UNMOVED, False, None, False
         c.plane_words.clear()
+    elif c.language.words == "macro" and c.language.codes != "mach3" and any(w.has(k) for k in "IJK"):
+        c.assume(
+            "G68 about an axis in space (I J K)", "passed over: nothing is turned",
+            "G68 with I J K turns about an axis in space, which is not understood; write G68.2", column=column,
+        )  # fmt: skip
+        w.used |= set("XYZIJKR")
     else:
         if c.compensation:
             raise BlockFault(column, "G68 while cutter radius compensation is on; cancel it with G40 before")

@@ -18,7 +18,7 @@ from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.grooving import GROOVING, TurningCycle, groove, to_tip
 from vcmm.program.iso.lengths import read_words
 from vcmm.program.moves import Move
-from vcmm.program.roughing import MOST_PASSES, Cut, Rough, follow_contour, passes
+from vcmm.program.roughing import MOST_PASSES, Cut, Rough, comes_back, follow_contour, passes
 
 if TYPE_CHECKING:
     from vcmm.program.iso.flow import IsoRunner
@@ -63,11 +63,22 @@ def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callabl
         _pattern(c, moves, rough, setting if setting.numbers else v)
     else:
         order = "XZ" if code == "G71" else "ZX"
+        if comes_back(moves, start, order):
+            _note_pockets(c, code, order[0])
         to_tip(c, (start[0] + rough.x, start[1] + rough.z), True)
         for cut in passes(moves, start, rough, order, column):
             _cut(c, cut)
     to_tip(c, start, True)
     r.at = max(last, here) + 1  # the contour may stand before its cycle on Okuma controls
+
+
+def _note_pockets(c: IsoControl, code: str, across: str) -> None:
+    """Pockets of a contour that comes back: type II gives them passes of their own, type I an alarm (FANUC 064)."""
+    c.assume(
+        f"{code} along a contour that comes back in {across}", "its pockets get no passes of their own, only the last way along the contour",
+        f"{code} along a contour that comes back in {across} (type II): how its pockets are cut is the control's own affair; write them with G0 and G1",
+        column=c.column,
+    )  # fmt: skip
 
 
 def _line(r: IsoRunner, w: IsoWords, letter: str, here: int, column: int) -> int:

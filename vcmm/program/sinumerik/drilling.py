@@ -59,7 +59,7 @@ def drill(
 ) -> None:
     """The cycle of a call. Raises BlockFault where a height is missing or on the wrong side."""
     row = DRILLING[item.name]
-    v = i.values(row, arguments)
+    v = i.values(row, arguments, item.name)
     if not (v.has("RTP") and v.has("RFP") and (v.has("DP") or v.has("DPR"))):
         raise BlockFault(
             item.first, f"{item.name} needs RTP, RFP and a depth, as in {item.name}(10, 0, 2, -15)"
@@ -70,7 +70,22 @@ def drill(
             item.first,
             f"{item.name}: the depth must lie below RFP and RTP not below it; correct the planes",
         )
-    row.primitive(DrillingCall(i, item, v["RTP"], v["RFP"], v["SDIS"], depth), v)
+    plane = i.r.plane
+    i.r.plane = plane_along(v.number("AXN"), plane, item)
+    try:
+        row.primitive(DrillingCall(i, item, v["RTP"], v["RFP"], v["SDIS"], depth), v)
+    finally:
+        i.r.plane = plane
+
+
+def plane_along(axis: int, plane: str, item: Item) -> str:
+    """The plane square to the axis that AXN names: 1 and 2 are those of the plane in force, 3 and 0 (left out) the one square to it."""
+    if axis not in (0, 1, 2, 3):
+        raise BlockFault(
+            item.first, f"{item.name}: AXN is 1, 2 or 3, an axis of the plane, and not {axis}; correct it"
+        )
+    wanted = PLANES[plane][(axis or 3) - 1]
+    return next(name for name, axes in PLANES.items() if axes[2] == wanted)
 
 
 def in_and_out(d: DrillingCall, v: Values) -> None:
@@ -84,13 +99,16 @@ def in_and_out(d: DrillingCall, v: Values) -> None:
 
 def tap(d: DrillingCall, v: Values) -> None:
     """CYCLE84, CYCLE840: in and out at pitch times speed (SST in, SST1 out); DAM breaks chips. MPIT is the size of a metric thread with
-    coarse pitch."""
+    coarse pitch. ENC 1 of CYCLE840 (without encoder) without a pitch: at the feed in force."""
     r = d.control.r
     lead = v["PIT"] or COARSE.get(round(abs(v["MPIT"])), 0.0)
     speed = v["SST"] or r.speed
     back = v["SST1"] or speed
     if not lead and r.feed_mode == "G95" and r.feed:
         lead = r.feed
+    if not lead and v.number("ENC") == 1 and r.feed:
+        at_the_feed(d, v)
+        return
     if not lead:
         raise BlockFault(
             d.item.first,
@@ -109,6 +127,16 @@ def tap(d: DrillingCall, v: Values) -> None:
     r.feed = lead * back
     hole.to(hole.clearance, rapid=False)
     r.feed, r.feed_mode = before, mode
+    hole.leave()
+
+
+def at_the_feed(d: DrillingCall, v: Values) -> None:
+    """CYCLE840 without encoder: in and out at the feed in force (G63)."""
+    hole = d.hole()
+    hole.to(hole.clearance, rapid=True)
+    hole.to(hole.bottom, rapid=False)
+    hole.wait(d.seconds(v["DTB"]))
+    hole.to(hole.clearance, rapid=False)
     hole.leave()
 
 
@@ -146,9 +174,10 @@ def bore(d: DrillingCall, v: Values) -> None:
 def deep(d: DrillingCall, v: Values) -> None:
     """CYCLE83: strokes to FDEP (or FDPR below RFP), then shorter by DAM each.
 
-    A stroke is never shorter than DAM; what is left below two strokes is halved. VARI 1: out to the safety distance after
-    each stroke (dwell DTS there) and back in rapid to 0.6 mm before the depth reached (depth / 50 above 30 mm, 7 mm at
-    most); VARI 0: back by 1 mm.
+    A stroke is never shorter than DAM; what is left below two strokes is halved. DAM below zero is a factor: each stroke is that share
+    of the one before, MDEP at least. VARI 1: out to the safety distance after each stroke (dwell DTS there) and back in rapid to DIS1
+    before the depth reached (left out: 0.6 mm; depth / 50 above 30 mm, 7 mm at most); VARI 0: back by VRT (left out: 1 mm). DTD: dwell at
+    the last depth, DTB where it is left out or zero.
     """
     r = d.control.r
     first = v["FDEP"] if v.has("FDEP") else d.reference - v["FDPR"]
@@ -158,23 +187,27 @@ def deep(d: DrillingCall, v: Values) -> None:
         )
     feed, factor = r.feed, v.without("FRF", 1.0) or 1.0
     total, out = d.reference - d.depth, v.number("VARI") == 1
-    ahead = min(AHEAD if total <= 30 else total / AHEAD_SHARE, AHEAD_MOST) if out else CHIP_BREAK
-    hole = d.hole()
+    automatic = min(AHEAD if total <= 30 else total / AHEAD_SHARE, AHEAD_MOST)
+    ahead = (v["DIS1"] or automatic) if out else (v["VRT"] or CHIP_BREAK)
+    hole, less = d.hole(), v["DAM"] * (r.unit if v["DAM"] > 0 else 1.0)
 
     def slower(k: int) -> None:
         r.feed = feed * factor if k == 0 and feed is not None else feed
 
     hole.to(hole.clearance, rapid=True)
     hole.pecks(
-        strokes(d.reference, first, d.depth, v["DAM"]), lambda depth: depth + ahead, out=out, wait=d.seconds(v["DTB"]),
+        strokes(d.reference, first, d.depth, less, v["MDEP"]), lambda depth: depth + ahead, out=out, wait=d.seconds(v["DTB"]),
         pause=d.seconds(v["DTS"]) if out else 0.0, back_at_feed=not out, before=slower,
+        last=d.seconds(v["DTD"] or v["DTB"]),
     )  # fmt: skip
     r.feed = feed
     hole.leave()
 
 
-def strokes(reference: float, first: float, final: float, less: float) -> list[float]:
-    """Depths of the strokes of CYCLE83."""
+def strokes(reference: float, first: float, final: float, less: float, least: float = 0.0) -> list[float]:
+    """Depths of the strokes of CYCLE83, each shorter by `less` mm; below zero: by that factor, `least` mm at least."""
+    if less < 0:
+        return by_a_factor(reference, first, final, -less, least)
     depths, step = [first], reference - first
     while depths[-1] - final > 1e-9:
         left = depths[-1] - final
@@ -188,14 +221,27 @@ def strokes(reference: float, first: float, final: float, less: float) -> list[f
     return depths
 
 
+def by_a_factor(reference: float, first: float, final: float, factor: float, least: float) -> list[float]:
+    """Depths of strokes of which each is a share of the one before, `least` mm at least. Raises BlockFault where they would not get there."""
+    depths, step = [first], reference - first
+    if factor > 1 or (factor < 1 and not least):
+        raise BlockFault(
+            0, "CYCLE83: DAM below zero is a factor up to -1, and MDEP the least stroke; add MDEP"
+        )
+    while depths[-1] - final > 1e-9:
+        step = max(step * factor, min(least, step))
+        depths.append(max(depths[-1] - step, final))
+    return depths
+
+
 _HEIGHTS = "RTP mm?, RFP mm?, SDIS size, DP mm?, DPR size?"
 _TURN = "DTB plain, SDIR count"
 DRILLING: Mapping[str, Cycle[DrillingPrimitive]] = {
     "CYCLE81": cycle(f"{_HEIGHTS}, DTB plain", in_and_out),
     "CYCLE82": cycle(f"{_HEIGHTS}, DTB plain", in_and_out),
-    "CYCLE83": cycle(f"{_HEIGHTS}, FDEP mm?, FDPR mm, DAM size, DTB plain, DTS plain, FRF plain?, VARI count", deep),
+    "CYCLE83": cycle(f"{_HEIGHTS}, FDEP mm?, FDPR mm, DAM plain, DTB plain, DTS plain, FRF plain?, VARI count, AXN count, MDEP size, VRT size, DTD plain, DIS1 size", deep),
     "CYCLE84": cycle(f"{_HEIGHTS}, DTB plain, SDAC count, MPIT plain, PIT size, POSS plain, SST plain, SST1 plain, AXN count, PTAB count, TECHNO count, VARI count, DAM size", tap),
-    "CYCLE840": cycle(f"{_HEIGHTS}, DTB plain, SDR count, SDAC count, ENC count, MPIT plain, PIT size", tap),
+    "CYCLE840": cycle(f"{_HEIGHTS}, DTB plain, SDR count, SDAC count, ENC count, MPIT plain, PIT size, AXN count, PTAB count, TECHNO count", tap),
     "CYCLE85": cycle(f"{_HEIGHTS}, DTB plain, FFR feed, RFF feed", ream),
     "CYCLE86": cycle(f"{_HEIGHTS}, {_TURN}, RPA mm, RPO mm, RPAP mm, POSS plain", bore),
     "CYCLE87": cycle(f"{_HEIGHTS}, SDIR count", bore),

@@ -32,7 +32,7 @@ def pocket(m: MillingCall, v: Values) -> None:
     """POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle): from the inside outwards, in infeeds of MID."""
     depth, radius, side = m.floor(v), m.radius(), v["FAL"]
     step = v["MIDA"] or 0.8 * 2.0 * radius
-    clockwise = v.number("CDIR") in (0, 2)
+    clockwise = is_clockwise(m, v)
     m.note_clearing("in rings from the inside outwards", "G1 and G2")
     if m.item.name in ("POCKET4", "POCKET2"):
         path = circle(max(v["PRAD"] - radius - side, 0.0), step, clockwise)
@@ -43,6 +43,12 @@ def pocket(m: MillingCall, v: Values) -> None:
         m, v, path, (v["PA"], v["PO"]), depths_of(v["RFP"], depth + v["FALD"], v["MID"] or v["RFP"] - depth)
     )
     m.cutter.to(None, v["RTP"], True)
+
+
+def is_clockwise(m: MillingCall, v: Values) -> bool:
+    """CDIR: 2 is G2, 3 is G3; 0 is climb milling, inside G3 with M3 and G2 with M4; 1 the other way."""
+    direction = v.number("CDIR")
+    return direction == 2 if direction in (2, 3) else (direction == 1) == (m.paths.r.sense >= 0)
 
 
 def clear(
@@ -171,7 +177,7 @@ def slots(m: MillingCall, v: Values) -> None:
     size = (max(along, 0.0), max(across, 0.0))
     for w in _rays(v):
         middle = v["RAD"] + v["LENG"] / 2
-        path = rectangle(size, 0.8 * 2.0 * radius, size[1], v.number("CDIR") in (0, 2), w)
+        path = rectangle(size, 0.8 * 2.0 * radius, size[1], is_clockwise(m, v), w)
         spot = (v["CPA"] + middle * math.cos(w), v["CPO"] + middle * math.sin(w))
         m.cutter.to(None, max(m.cutter.height, v["RTP"]), True)
         clear(m, v, path, spot, equal_depths(v["RFP"] + v["SDIS"], floor, v["MID"]))
@@ -230,4 +236,4 @@ MILLING: Mapping[str, Cycle[MillingPrimitive]] = {
 def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
     """The cycle of a call."""
     row = MILLING[item.name]
-    row.primitive(MillingCall(i, runner, item, CycleCutter(i.r)), i.values(row, arguments))
+    row.primitive(MillingCall(i, runner, item, CycleCutter(i.r)), i.values(row, arguments, item.name))

@@ -145,6 +145,10 @@ class SinumerikInterpreter(SinumerikSpecials):
                 "its motion is passed over",
                 f"{item.name}[...] names no axis of this program",
             )
+        elif item.name == "FXS":
+            self.r.assume(
+                "FXS (travel to a fixed stop)", "passed over: no stop, to the end point", f"FXS (travel to a fixed stop){LATER}"
+            )  # fmt: skip
 
     def is_command(self, item: Item) -> bool:
         return len(item.name) > 1 and item.name not in ADDRESSES

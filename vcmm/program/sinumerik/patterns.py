@@ -57,7 +57,7 @@ PATTERNS: Mapping[str, Cycle[Pattern]] = {
 def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
     """Rapid to each point; the modal cycle at each."""
     row = PATTERNS[item.name]
-    for a, b in row.primitive(i, i.values(row, arguments)):
+    for a, b in row.primitive(i, i.values(row, arguments, item.name)):
         CycleCutter(i.r).to((a, b), None, True)
         if i.modes.cycle is not None:
             i.command(runner, i.modes.cycle, 1)

@@ -92,9 +92,17 @@ class SinumerikControl:
         self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
         self.column = 1
 
-    def values(self, row: Cycle[Any], arguments: Sequence[float | None] | Mapping[str, float]) -> Values:
-        """What a cycle of a table is given: arguments in their order, or numbers by name."""
+    def values(
+        self, row: Cycle[Any], arguments: Sequence[float | None] | Mapping[str, float], name: str = ""
+    ) -> Values:
+        """What a cycle of a table is given: arguments in their order, or numbers by name. Those behind the last one that is known are told."""
         named = arguments if isinstance(arguments, Mapping) else row.by_name(arguments)
+        count = len(row.parameters)
+        if not isinstance(arguments, Mapping) and name and any(arguments[count:]):
+            numbers = ", ".join(f"{v:g}" for v in arguments[count:] if v)
+            self.r.assume(
+                f"arguments of {name} behind number {count} ({numbers})", "passed over", matters=False
+            )
         return row.read(named, in_units(self.r.unit, self.modes.feed_unit))
 
     def frames(self, frame: AffineMap, swivel: AffineMap | None = None) -> None:

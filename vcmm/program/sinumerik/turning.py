@@ -194,4 +194,4 @@ TURNING: Mapping[str, Cycle[Callable[[SinumerikPaths, SinumerikRunner, Item, Val
 def turn(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
     """The cycle of a call."""
     row = TURNING[item.name]
-    row.primitive(i, runner, item, i.values(row, arguments))
+    row.primitive(i, runner, item, i.values(row, arguments, item.name))

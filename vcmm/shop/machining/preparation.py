@@ -58,7 +58,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     _check_forces(scenario, program)
     _check_ends(scenario, program)
     path = _timed_path(program, scenario)
-    _check_travels(scenario, path)
+    _check_travels(scenario, program, path)
     _check_log(scenario, path)
     job = _prepare_cut(scenario, program, path)
     refused = job.process.refusal(job)
@@ -200,6 +200,13 @@ def _check_forces_known(job: PreparedCut) -> None:
         )
 
 
+def _to_check(scenario: CutScenario, move: Move) -> str:
+    """What may be wrong where a move leaves the travels: its work offset first, where the set-up does not name it."""
+    if move.offset in scenario.setup.offsets:
+        return "check work offset and tool length"
+    return f"work offset {move.offset} is not in the set-up, and machine zero is taken: add it to [offsets]"
+
+
 def _check_ends(scenario: CutScenario, program: Program) -> None:
     """No move ends a hundred travels away: a length in a wrong unit, found before the motion there is calculated."""
     for move in program.moves[1:]:
@@ -209,7 +216,7 @@ def _check_ends(scenario: CutScenario, program: Program) -> None:
             if axis is not None and abs(q) > FAR * max(map(abs, axis.travel)):
                 raise ModelLimit(
                     f"line {move.source.line} of the program is out of travel: axis {letter} = {q:.6g} mm, its travel is "
-                    f"{axis.travel[0]:.6g} to {axis.travel[1]:.6g} mm; check work offset and tool length"
+                    f"{axis.travel[0]:.6g} to {axis.travel[1]:.6g} mm; {_to_check(scenario, move)}"
                 )
 
 
@@ -229,7 +236,7 @@ def _check_log(scenario: CutScenario, path: Toolpath) -> None:
             )
 
 
-def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
+def _check_travels(scenario: CutScenario, program: Program, path: Toolpath) -> None:
     """The whole program stays within the travels, but for the way from where the machine happens to stand."""
     later = np.flatnonzero(path.move != path.timing.moving[0])
     for letter, axis in scenario.machine.axes.items():
@@ -237,10 +244,11 @@ def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
         bad = np.flatnonzero((q < low - 1e-6) | (q > high + 1e-6))
         if len(bad):
             line = path.columns["line"][later[bad[0]]]
+            move = next((m for m in program.moves if m.source.line == round(line)), program.moves[0])
             scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
             raise ModelLimit(
                 f"line {line:.0f} of the program is out of travel: axis {letter} = {q[bad[0]] * scale:.6g} {unit}, its travel is "
-                f"{low * scale:.6g} to {high * scale:.6g} {unit}; check work offset and tool length{other_unit(scenario)}"
+                f"{low * scale:.6g} to {high * scale:.6g} {unit}; {_to_check(scenario, move)}{other_unit(scenario)}"
             )
 
 

@@ -109,10 +109,22 @@ def answer_of(c: Any) -> AnswerLine:
 
 
 def _what_helps(c: Any, owner: Any) -> str:
-    """What makes U smaller; where it has no bound, why."""
+    """What makes U smaller; where it has no bound, why; where all of the interval lies outside the limits, that no smaller U helps."""
+    outside = how_far_outside(c)
+    if outside > 0:
+        word, scale = SMALL[c.unit]
+        return f"the value itself, {outside * scale:.3g} {word} outside its limits; no smaller U helps"
     if math.isfinite(c.stated[0]) or not getattr(c, "why_not_shown", ""):
         return what_to_change(owner)
     return str(c.why_not_shown)
+
+
+def how_far_outside(c: Any) -> float:
+    """How far the value lies outside its limits where the whole interval does, mm or rad; else 0."""
+    low, high = c.tolerance or (-math.inf, math.inf)
+    if low <= c.interval[1] and c.interval[0] <= high:
+        return 0.0
+    return float(max(low - c.value, c.value - high, 0.0))
 
 
 def whole(share: float) -> str:

@@ -187,13 +187,17 @@ def program_answers(
         lines.append(
             AnswerLine(
                 "Assumed",
-                f"{len(program.assumed)} times",
+                f"{len(program.assumed)} times" if len(program.assumed) > 1 else "once",
                 verdict="to be confirmed",
                 kind="warning",
                 because=f"{first.what}: {first.value}",
-                change="a set-up file (--write-setup)",
+                change="a set-up file (--write-setup)"
+                if first.blank
+                else "--strict"
+                if first.refusal
+                else "",
                 link="Assumed",
-                labels=("", "", "state it in"),
+                labels=("", "", "state it in" if first.blank else "refused by"),
             )
         )
     if program.unused:
