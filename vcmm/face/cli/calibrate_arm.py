@@ -16,6 +16,8 @@ from vcmm.files.own.machine import load_machine
 from vcmm.files.own.pose_recordings import is_poses, load_poses
 from vcmm.learn.calibration.arm import ArmFit, fit_arm
 from vcmm.learn.calibration.pose_tests import PoseTest, put_to_poses
+from vcmm.physics.structure.elastic_joint import ElasticJoint
+from vcmm.physics.structure.scatter import Scatter
 from vcmm.show.console.files import output_folder, write_files
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
 from vcmm.show.tables.arm import (
@@ -78,7 +80,7 @@ class ArmJob(Job[ArmInput, ArmFound]):
     def load(self) -> ArmInput:
         assert self.wanted.machine is not None
         machine = load_machine(self.wanted.machine)
-        stated = [e.id for e in machine.effects if e.name != "scatter"]
+        stated = [e.id for e in machine.effects if not isinstance(e, Scatter)]
         if stated:
             raise UsageError(
                 f"{self.wanted.machine}: the arm has errors already ({', '.join(stated[:4])}); a calibration from poses starts from the nominal arm: "
@@ -180,7 +182,7 @@ def remarks(fit: ArmFit) -> list[str]:
             f"each pose predicted from the others misses by {fit.press * 1e3:.1f} um, and positions scatter by {fit.u[0] * 1e3:.1f} um: the poses are too few or too alike "
             "for what is found; measure more (40 or more, all joints over most of their travel)"
         )
-    if any(t.effect.name == "elastic_joint" for t in fit.terms):
+    if any(isinstance(t.effect, ElasticJoint) for t in fit.terms):
         out.append(
             "elastic_joint: numbers are compliance times the torque of weight at the cosine and sine of the summed angles; poses alone do not tell the "
             "stiffness from the mass. With another payload they change in proportion to the torque"

@@ -246,7 +246,8 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "mistake": _mistake(d.mistake) if d.mistake and d.mistake.effect == MISTAKE else None,
         "noise": {"scale_um": d.noise_scale * micro, "findings": list(d.noise_findings)},
         "fit": _fit(d.fit, micro),
-        "calibration_pulls": [{"input": p.input, "pull": p.pull} for p in d.pulls],
+        # six digits: the sixteenth goes with where the arrays of a process lie in memory, to which linear algebra by blocks is not blind
+        "calibration_pulls": [{"input": p.input, "pull": float(f"{p.pull:.6g}")} for p in d.pulls],
         "not_testable": sorted(d.not_testable),
         "invisible": sorted(d.invisible),
         "detectable": [_detectable(x, micro) for x in d.detectable],

@@ -96,9 +96,10 @@ class FreeWords:
             line = self.parallel()
         is_polar = any(c is not None for c in (pr, pa, cpr, cpa))
         return FreeElement(
-            arc, word in ("FLT", "FCT"), self.words.clockwise if arc else None, x, y, self.free.about() if is_polar else (0.0, 0.0), pr, pa,
-            angle, after, self.mm("LEN"), self.turn(), self.mm("R"), cx, cy, cpr, cpa, self.points(), self.beside(), line,
-            self.mm("DP") if line is not None else None, closes,
+            arc, tangential=word in ("FLT", "FCT"), clockwise=self.words.clockwise if arc else None, x=x, y=y,
+            pole=self.free.about() if is_polar else (0.0, 0.0), pr=pr, pa=pa, angle=angle, angle_from=after, length=self.mm("LEN"),
+            turn=self.turn(), radius=self.mm("R"), cx=cx, cy=cy, cpr=cpr, cpa=cpa, through=self.points(), beside=self.beside(),
+            parallel=line, apart=self.mm("DP") if line is not None else None, closes=closes,
         )  # fmt: skip
 
     @property

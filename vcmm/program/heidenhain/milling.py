@@ -102,7 +102,7 @@ def rectangular(c: MachiningCycle, v: Values) -> None:
     _to_middle(c, -p * v["length"] / 2.0, -q * v["width"] / 2.0, v["turn"])
     size = (max(v["length"] / 2.0 - radius - left, 0.0), max(v["width"] / 2.0 - radius - left, 0.0))
     corner = max(v["corner"] - radius, 0.0)
-    _pocket(c, size, corner, v["turn"], _way(v), _q_data(c, v), _step(v, radius))
+    _pocket(c, size, corner, v["turn"], clockwise=_way(v), data=_q_data(c, v), step=_step(v, radius))
 
 
 def circular(c: MachiningCycle, v: Values) -> None:
@@ -118,7 +118,7 @@ def slot(c: MachiningCycle, v: Values) -> None:
     along = {0: 0.0, 1: 0.5, 2: 0.5 - width / 2 / length, 3: width / 2 / length - 0.5, 4: -0.5}
     _to_middle(c, along.get(v.number("place"), 0.0) * length if length else 0.0, 0.0, v["turn"])
     size = (max(length / 2.0 - radius, 0.0), max(width / 2.0 - radius, 0.0))
-    _pocket(c, size, size[1], v["turn"], _way(v), _q_data(c, v), _step(v, radius))
+    _pocket(c, size, size[1], v["turn"], clockwise=_way(v), data=_q_data(c, v), step=_step(v, radius))
 
 
 # -- 3, 4, 5: from where the tool stands --------------------------------------------------------------------------------
@@ -136,7 +136,7 @@ def old_pocket(c: MachiningCycle, v: Values) -> None:
     """4: X by Y about where the tool stands, corners RADIUS."""
     radius = c.radius()
     size = (max(v["X"] / 2.0 - radius, 0.0), max(v["Y"] / 2.0 - radius, 0.0))
-    _pocket(c, size, max(v["RADIUS"] - radius, 0.0), 0.0, False, _old_data(c, v), radius)
+    _pocket(c, size, max(v["RADIUS"] - radius, 0.0), 0.0, clockwise=False, data=_old_data(c, v), step=radius)
 
 
 def old_circle(c: MachiningCycle, v: Values) -> None:

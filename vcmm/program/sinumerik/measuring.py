@@ -138,7 +138,15 @@ def measure(
     parameters = _parameters(runner) if old else row.by_name(arguments)
     with measuring_cycle(i.r, item.name, FEED):
         row.primitive(
-            SinumerikMeasuring(i.r, i.values(row, parameters), item.first, runner, item, parameters, old)
+            SinumerikMeasuring(
+                i.r,
+                i.values(row, parameters),
+                item.first,
+                runner=runner,
+                item=item,
+                parameters=parameters,
+                old=old,
+            )
         )
 
 

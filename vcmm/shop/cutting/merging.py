@@ -35,7 +35,9 @@ def merge_lines(sweep: Sweep, free: Bools, within: float) -> Sweep:
         pair = _pairs(joins[last[:-1]])
         if not len(pair):
             break
-        good = pair[_fit(first[pair], last[pair + 1], begins, ends, sweep.axis, lever, 0.5 * within)]
+        good = pair[
+            _fit(first[pair], last[pair + 1], begins, ends, axis=sweep.axis, lever=lever, most=0.5 * within)
+        ]
         if not len(good):
             break
         last[good] = last[good + 1]

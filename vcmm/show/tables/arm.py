@@ -116,15 +116,15 @@ def _link_row(ideal: LinkNumber, found: LinkNumber, u: float) -> LinkRow:
     unit, scale, small, fine = UNITS[ideal.is_angle]
     change = _change(found, ideal)
     return LinkRow(
-        ideal.joint,
-        ideal.following,
-        ideal.quantity,
-        ideal.value * scale,
-        (ideal.value + change) * scale,
-        unit,
-        change * fine,
-        u * fine,
-        small,
+        joint=ideal.joint,
+        following=ideal.following,
+        quantity=ideal.quantity,
+        nominal=ideal.value * scale,
+        found=(ideal.value + change) * scale,
+        unit=unit,
+        change=change * fine,
+        u=u * fine,
+        unit_of_change=small,
     )
 
 
