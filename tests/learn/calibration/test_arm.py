@@ -127,6 +127,21 @@ def test_orientations_that_lack_a_column_are_not_dropped(planar: Path, columns: 
         load_poses(_recording(planar, "poses"), load_machine(planar / "arm.toml"))
 
 
+def test_a_column_that_nothing_uses_is_refused_unless_it_is_ignored_by_name(planar: Path):
+    """rx ry rz may be orientations under other names: they must not be dropped in silence."""
+    machine = load_machine(planar / "arm.toml")
+    rows = "\n0,0,500,0,0,1,2,3\n0,10,400,9,0,1,2,3\n"
+    (planar / "poses.csv").write_text("C1_deg,C2_deg,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg" + rows)
+    with pytest.raises(
+        DataError, match=r"poses.csv:1: nothing uses the columns rx_deg ry_deg rz_deg; name orientations"
+    ):
+        load_poses(_recording(planar, "poses"), machine)
+    words = '[poses]\nignore = ["rx_deg", "ry_deg", "rz_deg"]\n'
+    assert load_poses(_recording(planar, "poses", words), machine).orientation is None
+    with pytest.raises(DataError, match="ignore names rx, which is no column"):
+        load_poses(_recording(planar, "poses", words.replace("rz_deg", "rx")[:-2] + ', "rz_deg"]\n'), machine)
+
+
 def test_a_joint_outside_its_travel_is_told_as_what_a_recording_may_hold(planar: Path):
     (planar / "poses.csv").write_text("C1_deg,C2_deg,x_mm,y_mm,z_mm\n0,0,500,0,0\n0,190,100,0,0\n")
     with pytest.raises(

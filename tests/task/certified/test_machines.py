@@ -41,6 +41,13 @@ def machine_file(folder: Path, certificate: str = STATED, more: str = "") -> Pat
     return path
 
 
+def test_a_cap_in_another_unit_is_refused() -> None:
+    with pytest.raises(
+        UsageError, match=r"capped at 4 mm; no measuring machine is certified so coarsely: check the unit"
+    ):
+        MachineCertificate(E0=length_limit("1.8 um + L/350 <= 4 mm", "E0_MPE"))
+
+
 def test_limits_in_words() -> None:
     limit = length_limit("1.8 um + L/350", "E0_MPE")
     assert limit(700.0) == pytest.approx(3.8e-3)  # 1.8 um + 700 / 350 um

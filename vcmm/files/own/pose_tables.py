@@ -45,6 +45,7 @@ class PosesTable(Table):
     measured: a second file that holds what the tracker read, in the same order of rows. angle, length: units of columns that do not say
     theirs. orientation_as: euler xyz turns about the fixed axes x, y, z in that order (zyx: about its own axes is the same as xyz about
     fixed ones). offset: where the target sits on the tool, in the axes of the last joint; found from the poses where it is left out.
+    ignore: columns that say nothing of the arm; another one that nothing uses is refused.
     """
 
     measured: str = Field(default="", examples=['"tracker.csv"'])
@@ -56,6 +57,7 @@ class PosesTable(Table):
     length: Literal["mm", "m"] = "mm"
     offset: Point = (0.0, 0.0, 0.0)
     u_orientation: str = Field(default="", examples=['"50 urad"'])
+    ignore: list[str] = Field(default_factory=list, examples=['["time_s", "temperature"]'])
 
 
 def read_poses(
@@ -69,8 +71,11 @@ def read_poses(
         raise DataError(
             f"{seen.path} has {seen.count} rows and {own.path} {own.count}; they hold the same poses in the same order"
         )
-    position = _numbers(seen, _positions(table, seen), table.length, ("mm", "m"))
-    joints = _numbers(own, _joints(table, own, machine), table.angle, ("deg", "rad"))
+    positions, letters = _positions(table, seen), _joints(table, own, machine)
+    oriented = _orientation_columns(table, seen)
+    _refuse_idle(table, own, seen, [*letters, *positions, *(oriented[0] if oriented else ())])
+    position = _numbers(seen, positions, table.length, ("mm", "m"))
+    joints = _numbers(own, letters, table.angle, ("deg", "rad"))
     run = Run(
         {a: joints[:, i] for i, a in enumerate(machine.chain.letters)}, np.tile(table.offset, (own.count, 1))
     )
@@ -78,7 +83,9 @@ def read_poses(
         quantity(table.u_orientation, "angle", "u_orientation", "50 urad") if table.u_orientation else 0.0
     )
     lines = np.asarray(own.lines, dtype=np.intp)
-    return PoseReadings(name, run, position, _orientations(table, seen), (u_position, u_turn), lines)
+    return PoseReadings(
+        name, run, position, _orientations(table, seen, oriented), (u_position, u_turn), lines
+    )
 
 
 def _joints(table: PosesTable, sheet: Sheet, machine: Machine) -> list[str]:
@@ -122,17 +129,32 @@ def _numbers(sheet: Sheet, names: list[str], unit: str, allowed: tuple[str, ...]
     return sheet.stack(names) * np.array([_UNITS[u if u in allowed else unit] for u in own])
 
 
-def _orientations(table: PosesTable, sheet: Sheet) -> Array | None:
+def _refuse_idle(table: PosesTable, joints: Sheet, tracker: Sheet, used: list[str]) -> None:
+    """DataError for columns that are neither used nor ignored by name: they may be orientations under other names."""
+    for sheet in (joints, tracker) if tracker is not joints else (joints,):
+        idle = [n for n in sheet.header if n not in used and n not in table.ignore]
+        if idle:
+            shown = ", ".join(f'"{n}"' for n in idle)
+            raise DataError(
+                f"{sheet.head}: nothing uses the column{'s' if len(idle) > 1 else ''} {' '.join(idle)}; name orientations with [poses] orientation = [...] and "
+                f"orientation_as, or write ignore = [{shown}]"
+            )
+    gone = [n for n in table.ignore if n not in joints.header and n not in tracker.header]
+    if gone:
+        raise DataError(
+            f"{joints.head}: [poses] ignore names {' '.join(gone)}, which is no column; take it out"
+        )
+
+
+def _orientation_columns(table: PosesTable, sheet: Sheet) -> tuple[list[str], Word] | None:
+    """The columns of orientations and how they are written; None where there are none."""
     names, word = table.orientation, table.orientation_as
     if not names:
         if word:
             raise UsageError(
                 f'orientation_as = "{word}" says how to read columns that orientation = [...] names; name them'
             )
-        found = _usual_orientation(sheet)
-        if found is None:
-            return None
-        names, word = found
+        return _usual_orientation(sheet)
     if not word:
         raise UsageError(
             f"orientation names columns, and orientation_as does not say what they are: {', '.join(w for w in Word.__args__ if w)}"  # type: ignore[attr-defined]
@@ -140,8 +162,15 @@ def _orientations(table: PosesTable, sheet: Sheet) -> Array | None:
     due = _COUNT.get(word, 3)
     if len(names) != due:
         raise UsageError(f'orientation names {len(names)} columns where "{word}" has {due}')
-    _present(sheet, names, "orientation")
-    if due == 3:
+    return _present(sheet, names, "orientation"), word
+
+
+def _orientations(table: PosesTable, sheet: Sheet, oriented: tuple[list[str], Word] | None) -> Array | None:
+    """Matrices (n, 3, 3) of the columns; None where there are none."""
+    if oriented is None:
+        return None
+    names, word = oriented
+    if _COUNT.get(word, 3) == 3:
         return _from_angles(_numbers(sheet, names, table.angle, ("deg", "rad")), word)
     return _from_units(sheet.stack(names), word, sheet)
 

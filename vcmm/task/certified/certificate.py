@@ -163,6 +163,10 @@ class MachineCertificate:
                 f"E0_MPE allows {self.E0(0.0):g} mm on the shortest length; no measuring machine is certified so coarsely: check the unit "
                 "(um)"
             )
+        if self.E0 is not None and COARSEST < self.E0.cap < float("inf"):
+            raise UsageError(
+                f"E0_MPE is capped at {self.E0.cap:g} mm; no measuring machine is certified so coarsely: check the unit (um)"
+            )
         if self.E0 is None and not self.positioning:
             raise UsageError(
                 "the certificate states neither E0_MPE nor iso230_2; without one of them machines can be as wrong as they like: "
