@@ -117,9 +117,15 @@ def test_a_scenario_without_the_state_of_its_control(tmp_path, capsys):
     assert "setup.toml" in capsys.readouterr().err
 
 
-READ = (
-    23  # a dwell P500. (fanuc_g83) is refused, as the control alarms: P counts milliseconds without a point
-)
+REFUSED = {  # programs of the corpus whose path is not known, and the words that say why
+    "heidenhain_CIRSTUD.h": "needs the start position",  # its arc starts where FN18 reads the control's position
+    "linuxcnc_lathe_g76.ngc": "radius compensation begins with an arc",  # the move before it has no length
+    "cncjs_circle_diamond_square_calibration.gcode": "the arc does not fit",  # by 1.4 mm
+    "cncjs_helical_thread_milling.gcode": "G42 of grbl, which knows G40 alone",
+    "fanuc_contour_abs.nc": "how I J K count",  # a parameter of the control that the set-up does not state
+    "fanuc_g83.nc": "P counts milliseconds",  # P500. is an alarm of the control
+    "sinumerik_spline.mpf": "BSPLINE",
+}
 HOLES = (
     "nist_appC3_canned_cycles_3planes.ngc"  # straight holes, R and bottom moved together, in a strong field
 )
@@ -149,8 +155,8 @@ def test_the_corpus():
         done[path.name], left[path.name] = found.met, found.after.largest
         assert found.after.rms < found.before.rms or found.before.rms < 1e-3
         check_again(found, setup)
-    assert len(done) >= READ
-    assert [n for n, why in refused.items() if n not in why] == []
+    assert set(refused) == set(REFUSED)
+    assert [n for n, why in refused.items() if n not in why or REFUSED[n] not in why] == []
     assert {name for name, met in done.items() if not met} <= {HOLES}
     assert left.get(HOLES, 0.0) < 0.0040
 
