@@ -100,3 +100,42 @@ def test_t_preselects_where_m6_changes_the_tool():
     text = "G54 G90 F100\nT1 {m}\nG0 X0\nT5\nG1 X10\n{m}\nG1 X20\nM30\n"
     assert [m.tool for m in read(text.format(m="M6"), "sinumerik", strict=True).moves] == [1, 1, 5]
     assert [m.tool for m in read(text.format(m=""), "sinumerik", strict=True).moves] == [1, 5, 5]
+
+
+def test_rots_turns_by_solid_angles():
+    # X20 Y10: the new X = (cos 10, 0, -sin 10) = (0.984808, 0, -0.173648), beside it (0, cos 20, sin 20) = (0, 0.939693, 0.342020);
+    # normal (0.163176, -0.336824, 0.925417) / 0.998235 = (0.163464, -0.337420, 0.927053); new Y = normal x new X = (0.058592, 0.941354, 0.332294)
+    text = "G17 G90 G0 X0 Y0 Z0 F100\nROTS X20 Y10\nG1 X10\nG1 X0 Y10\nG1 Y0 Z10\nROTS\nG1 X5 Z0\nM30\n"
+    expected = [(0, 0, 0), (9.848078, 0, -1.736482), (0.58592, 9.41354, 3.32294), (1.63464, -3.3742, 9.27053), (5, -3.3742, 0)]
+    for end, right in zip(ends(text, "sinumerik"), expected, strict=True):
+        assert end == pytest.approx(right, abs=2e-5)
+    # Z90 X0, first axis Z: the new Z = (0, sin 0, cos 0); X turned about Z by 90 deg is Y: then X' = Y Z-wise in turn, as ROT Z90
+    assert ends("G0 X0 Y0 Z0\nROTS Z90 X0\nX10\nM30\n", "sinumerik")[1] == pytest.approx((0, 10, 0))
+    assert ends("G0 X0 Y0 Z0\nAROTS Z90\nX10\nM30\n", "sinumerik")[1] == (0, 10, 0)
+    framed = "G0 X0 Y0 Z0\n$P_UIFR[1]=CROTS(X,20,Y,10)\nG54\nM30\n"
+    with pytest.raises(DataError):
+        read("ROTS X1 Y2 Z3\nM30\n", "sinumerik")
+    assert read(framed, "sinumerik").moves
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("TRAORI\nPTP\nG1 X10 F100\n", "PTP (under a transformation the axes go from point to point)"),
+        ("PTP\nTRAORI\nG1 X10 F100\n", "PTP (under a transformation the axes go from point to point)"),
+        ('TANG(C,X,Y,1,"B")\nTANGON(C,90)\nG1 X10 F100\nTANGOF(C)\n', "TANGON (a rotary axis follows the direction of the path)"),
+        ("TRAILON(Y,X,2)\nG1 X10 F100\nTRAILOF(Y,X)\n", "TRAILON (an axis that goes along with another)"),
+        ("GEOAX(1,C)\nG1 X10 F100\n", "GEOAX (other axes become X, Y, Z)"),
+    ],
+)  # fmt: skip
+def test_what_couples_axes_is_named_as_what_it_is(text, what):
+    # each was told as a missing subprogram ("a hole in the path")
+    told = {a.what for a in read(text + "M30\n", "sinumerik").assumed}
+    assert what in told and not any("subprogram" in t for t in told)
+    with pytest.raises(DataError, match=what.split()[0]):
+        read(text + "M30\n", "sinumerik", strict=True)
+
+
+def test_point_to_point_without_a_transformation_is_nothing():
+    text = "PTP\nG1 X10 STAT='B10' TU='B100' F100\nCP\nTRAORI\nG1 Y5\nM30\n"
+    assert ends(text, "sinumerik") == [(10, 0, 0), (10, 5, 0)]

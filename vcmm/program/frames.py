@@ -118,6 +118,35 @@ def with_axes(x: Sequence[float], z: Sequence[float]) -> AffineMap | None:
     return AffineMap() if rows == UNITY else AffineMap(rows)
 
 
+def plane_through_angles(first: int, a: float, b: float) -> AffineMap | None:
+    """The plane of two solid (projection) angles, rad; None where they make none.
+
+    first: axis 0, 1 or 2 that the new first axis comes from; the next one in turn is the second, the one after it the third. Turned about
+    the second by b, the first axis lies in the plane, and is its first axis; turned about the first by a, the second axis lies in it too.
+    With X and Y: (cos b, 0, -sin b) and (0, cos a, sin a). Source: Siemens, SINUMERIK 840D, Function Manual Basic Functions K2, "Solid angles".
+    """
+    second, third = (first + 1) % 3, (first + 2) % 3
+    along, across, normal = [0.0] * 3, [0.0] * 3, [0.0] * 3
+    along[first], along[third] = math.cos(b), -math.sin(b)
+    across[second], across[third] = math.cos(a), math.sin(a)
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        normal[k] = along[i] * across[j] - along[j] * across[i]
+    tilted = with_axes(along, normal)
+    if tilted is None:
+        return None
+    return tilted.then(AffineMap((UNITY[first], UNITY[second], UNITY[third])))
+
+
+def plane_of_axes(named: Sequence[int], degrees: Sequence[float | None]) -> AffineMap | None:
+    """The plane of the solid angles of two axes, degrees by axis; None where there are not two, or where they make no plane."""
+    if len(named) != 2:
+        return None
+    first = next(k for k in named if (k + 1) % 3 in named)  # XY, YZ, ZX
+    a, b = (math.radians(degrees[k] or 0.0) for k in (first, (first + 1) % 3))
+    return plane_through_angles(first, a, b)
+
+
 def _whole(x: float) -> float:
     """1 is 1, not 0.9999999999999999."""
     return float(round(x)) if abs(x - round(x)) < 1e-12 else x

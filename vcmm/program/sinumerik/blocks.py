@@ -15,7 +15,7 @@ from vcmm.program.tokens import Token
 ADDRESSES = (  # names that take "= value"
     "CR", "AR", "TURN", "ADIS", "ADISPOS", "RPL", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "LIMS", "AP", "RP", "CTOL", "DISC",
     "ANG", "SPOS", "OFFN", "FB", "FD", "FA", "SD", "PW", "PL", "SF", "DISR", "DISCL", "DISRP", "FAD", "FP", "SPOSA", "SVC", "SCC", "ACC", "PM", "POLF",
-    "A2", "B2", "C2", "A3", "B3", "C3", "A4", "B4", "C4", "A5", "B5", "C5", "LEAD", "TILT", "THETA", "DC", "OVR", "OVRRAP", "POSP", "DL", "SPINU", "MEAS", "MEAW",
+    "A2", "B2", "C2", "A3", "B3", "C3", "A4", "B4", "C4", "A5", "B5", "C5", "LEAD", "TILT", "THETA", "DC", "OVR", "OVRRAP", "POSP", "DL", "SPINU", "MEAS", "MEAW", "STAT", "TU",
 )  # fmt: skip
 ACTIONS = ("WHENEVER", "WHEN", "EVERY", "FROM", "DO")  # synchronised actions
 AXIAL = (

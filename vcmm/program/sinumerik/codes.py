@@ -119,6 +119,31 @@ IDLE = frozenset(  # they change no path here
         "READ",
         "DELETE",
         "CLEAR",
+        *(
+            "TANG",
+            "TANGDEL",
+            "TANGOF",
+            "TRAILOF",
+            "LEADOF",
+            "CTABDEL",
+            "SPOF",
+            "POLFA",
+            "TOFFOF",
+        ),  # they define or end
+        *("ORISON", "ORISOF", "DIAM90A", "DIACYCOFA", "CUTMODK", "PDELAYON", "PDELAYOF", "PUNCHACC", "OVRA"),
+        *(
+            "COUPDEF",
+            "COUPDEL",
+            "COUPRES",
+            "COUPON",
+            "COUPONC",
+            "COUPOF",
+            "COUPOFS",
+            "WAITC",
+            "FPR",
+            "FPRAOF",
+            "FPRAON",
+        ),  # spindles
     ]
 )
 IDLE_G = frozenset(
@@ -140,6 +165,7 @@ IDLE_G = frozenset(
         "G26",
     )
 )
+LINES = "straight lines between its points"
 LATER = " is not understood; docs/nc_sinumerik_heidenhain.md lists what is, rewrite it with G0 to G3"
 
 
@@ -201,11 +227,17 @@ def _assume(
     return change
 
 
+def _tell(what: str, value: str) -> Callable[[SinumerikControl], None]:
+    """What does not change the path over the workpiece: told on both levels."""
+    return lambda i: i.r.assume(what, value, column=i.column, matters=False)
+
+
 def _lead_tip(on: bool) -> Callable[[SinumerikControl], None]:
     """TRAORI and its end: the tip is led over the workpiece, the axes follow from the machine."""
 
     def change(i: SinumerikControl) -> None:
         i.r.led = on
+        tell_point_to_point(i)
         if on:
             what = "TRAORI (5-axis transformation)"
             i.r.assume(what, "the points of the tip as programmed", column=i.column, matters=False)
@@ -213,6 +245,23 @@ def _lead_tip(on: bool) -> Callable[[SinumerikControl], None]:
             i.r.aim = None
 
     return change
+
+
+def _point_to_point(on: bool) -> Callable[[SinumerikControl], None]:
+    """PTP and CP: under a transformation every axis goes its own way to the end point, and no straight line comes of it."""
+
+    def change(i: SinumerikControl) -> None:
+        i.modes.by_axes = on
+        tell_point_to_point(i)
+
+    return change
+
+
+def tell_point_to_point(i: SinumerikControl) -> None:
+    """What PTP does where a transformation is on; without one nothing."""
+    if i.modes.by_axes and i.r.led:
+        what = "PTP (under a transformation the axes go from point to point)"
+        i.r.assume(what, LINES, f"{what}{LATER}", column=i.column)
 
 
 def _face(on: bool) -> Callable[[SinumerikControl], None]:
@@ -239,9 +288,6 @@ def _cutter_in_space(name: str) -> Callable[[SinumerikControl], None]:
             i.r.assume(what, "in the plane", f"{what}{LATER}", column=i.column)
 
     return change
-
-
-LINES = "straight lines between its points"
 
 
 CODES: dict[str, Callable[[SinumerikControl], None]] = {
@@ -286,5 +332,14 @@ SWITCHES: dict[str, Callable[[SinumerikControl], None]] = {
     **{n: _cutter_in_space(n) for n in ("CUT3DC", "CUT3DF", "CUT3DFS", "CUT3DFF")},
     "OFFN": _assume("OFFN (oversize of the contour)", "none"), "TOROT": _assume("TOROT (frame along the tool)", "passed over"),
     "PAROT": _assume("PAROT (frame along the workpiece)", "passed over"),
+    "PTP": _point_to_point(True), "CP": _point_to_point(False),
+    **{n: _tell(f"{n} (rapids under a transformation go from point to point)", LINES) for n in ("PTPG0", "PTPWOC")},
+    "TANGON": _assume("TANGON (a rotary axis follows the direction of the path)", "that axis stays where it is"),
+    "TLIFT": _assume("TLIFT (a block between, where the axis that follows the path turns)", "no block"),
+    **{n: _assume(f"{n} (an axis that goes along with another)", "it stays where it is") for n in ("TRAILON", "LEADON", "CTABDEF", "CTABEND", "MASLON")},
+    "GEOAX": _assume("GEOAX (other axes become X, Y, Z)", "passed over: X, Y, Z stay"),
+    **{n: _assume(f"{n} (punching at the ends of blocks)", "passed over") for n in ("PON", "PONS", "SON", "SONS")},
+    **{n: _assume(f"{n} (a path divided into strokes)", "passed over") for n in ("SPN", "SPP")},
+    "TOFFON": _assume("TOFFON (an offset of the tool from outside)", "none"), "CUTMOD": _assume("CUTMOD (tool data turned with the tool holder)", "as they are"),
     "WHENEVER": _assume("synchronised actions (WHENEVER, DO ...)", "passed over", matters=False),
 }  # fmt: skip

@@ -14,12 +14,12 @@ from typing import Any
 from vcmm.core.errors import did_you_mean
 from vcmm.program.expressions import evaluate
 from vcmm.program.faults import BlockFault
-from vcmm.program.frames import AffineMap, rotation, stretch, translation
+from vcmm.program.frames import AffineMap, plane_of_axes, rotation, stretch, translation
 from vcmm.program.moves import ORIGIN, PLANES
 from vcmm.program.recorder import Recorder
 
 AXES = "XYZ"
-FRAME_FUNCTIONS = ("CTRANS", "CROT", "CSCALE", "CMIRROR")
+FRAME_FUNCTIONS = ("CTRANS", "CROT", "CROTS", "CSCALE", "CMIRROR")
 TEXTS = ("STRING", "AXIS", "CHAR")
 OUTSIDE = "an array or one of the system variables, which are not understood; use R parameters, or take the line out where it sets data of the machine"
 ARITHMETIC: Mapping[str, Callable[[Any], float]] = {
@@ -172,14 +172,14 @@ class SinumerikMemory:
         if arguments and name in SAME:
             return SAME[name](arguments[0])
         if name in FRAME_FUNCTIONS:
-            return self.frame(name, arguments)
+            return self.frame(name, arguments, column)
         if self.recorder.setup.strict:
             raise BlockFault(column, message)
         self.guess(f"the function {name}", "0", "", column)
         return 0.0
 
-    def frame(self, name: str, arguments: list[Any]) -> AffineMap:
-        """CTRANS(X,10,Y,5), CROT(Z,30), CSCALE(X,2), CMIRROR(X): a frame as a value."""
+    def frame(self, name: str, arguments: list[Any], column: int) -> AffineMap:
+        """CTRANS(X,10,Y,5), CROT(Z,30), CROTS(X,20,Y,10), CSCALE(X,2), CMIRROR(X): a frame as a value."""
         unit, made = self.recorder.unit, AffineMap()
         values = {
             str(a).upper(): 0.0 if b is None or isinstance(b, str) else float(b)
@@ -188,7 +188,15 @@ class SinumerikMemory:
         x, y, z = (values.get(a) for a in AXES)
         if name == "CTRANS":
             return translation(((x or 0.0) * unit, (y or 0.0) * unit, (z or 0.0) * unit))
-        if name == "CROT":
+        named = [k for k, axis in enumerate(AXES) if axis in values]
+        if name == "CROTS" and len(named) > 1:
+            tilted = plane_of_axes(named, (x, y, z))
+            if tilted is None:
+                raise BlockFault(
+                    column, "CROTS takes two solid angles that make a plane, as in CROTS(X,20,Y,10)"
+                )
+            return tilted
+        if name in ("CROT", "CROTS"):
             for axis, angle in ((2, z), (1, y), (0, x)):
                 made = made.then(rotation(axis, math.radians(angle or 0.0)))
             return made

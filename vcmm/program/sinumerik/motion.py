@@ -255,6 +255,9 @@ class SinumerikInterpreter(SinumerikSpecials):
             r.point_to((x, y, z))
         if words.take("OFFN"):
             r.assume("OFFN= (oversize of the contour)", "none", f"OFFN= (oversize of the contour){LATER}")
+        if words.has("STAT", "TU"):
+            words.take("STAT"), words.take("TU")
+            r.assume("which position of the axes STAT= and TU= mean", "the nearest", matters=False)
         if words.has(*DIRECTIONS):
             words.items = {k: v for k, v in words.items.items() if k not in DIRECTIONS}
             r.assume(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vcmm.program.frames import AffineMap, rotation, stretch, translation
+from vcmm.program.frames import AffineMap, plane_of_axes, rotation, stretch, translation
 from vcmm.program.leading import name_axes
 from vcmm.program.levels import SetupEntry
 from vcmm.program.moves import ORIGIN, PLANES
@@ -12,7 +12,7 @@ from vcmm.program.sinumerik.codes import LATER
 from vcmm.program.sinumerik.paths import SinumerikPaths
 from vcmm.program.sinumerik.state import AXES, ROTARY, SinumerikWords, point_of
 
-FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
+FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "ROTS", "AROTS", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 
 
 class SinumerikSpecials(SinumerikPaths):
@@ -90,6 +90,8 @@ class SinumerikSpecials(SinumerikPaths):
             made = translation(point_of([(v or 0.0) * self.r.unit for v in values]))
         elif kind == "ROT":
             made = self.rotation(words, values)
+        elif kind == "ROTS":
+            made = self.solid_rotation(words, values, name)
         elif kind == "SCALE":
             if any(v is not None and v <= 0 for v in values):
                 self.r.fault(f"{name} takes factors above zero; MIRROR mirrors")
@@ -103,6 +105,18 @@ class SinumerikSpecials(SinumerikPaths):
         before = self.modes.turns if name == "ATRANS" else ORIGIN
         values = [words.take(a) for a in ROTARY]
         self.modes.turns = point_of([b + math.radians(v or 0.0) for b, v in zip(before, values)])
+
+    def solid_rotation(self, words: SinumerikWords, values: list[float | None], name: str) -> AffineMap:
+        """ROTS, AROTS: two solid angles; one alone, or RPL=, turns as ROT does."""
+        named = [k for k in range(3) if values[k] is not None]
+        if len(named) < 2:
+            return self.rotation(words, values)
+        made = plane_of_axes(named, values)
+        if made is None:
+            self.r.fault(
+                f"{name} takes two solid angles that make a plane, as in {name} X20 Y10; a third one is one too many"
+            )
+        return made
 
     def rotation(self, words: SinumerikWords, values: list[float | None]) -> AffineMap:
         """RPL= in the plane, or X Y Z in the order of RPY angles: about Z, the new Y, the new X."""

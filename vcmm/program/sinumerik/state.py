@@ -37,6 +37,7 @@ class SinumerikModes:
     swivel: AffineMap = UNMOVED  # of CYCLE800, outside the frame that the program programs
     frame: AffineMap = UNMOVED
     turns: Point = ORIGIN  # shift of the rotary axes by TRANS, rad
+    by_axes: bool = False  # PTP is on
     face: EndFace | None = None  # TRANSMIT is on
     faced: EndFace | None = None  # the last one
     master: int = 1  # the spindle of S and M3 without a number (SETMS)

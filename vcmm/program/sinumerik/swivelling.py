@@ -21,7 +21,7 @@ import math
 from collections.abc import Sequence
 
 from vcmm.program.faults import BlockFault
-from vcmm.program.frames import AffineMap, rotation, translation, with_axes
+from vcmm.program.frames import AffineMap, plane_through_angles, rotation, translation
 from vcmm.program.moves import Posture
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.state import SinumerikControl
@@ -96,24 +96,12 @@ def _rotation_by_projection(item: Item, mode: int, angles: Sequence[float]) -> A
     one = (
         third % 3 + 1
     )  # X of XY and YX, Y of YZ and ZY, Z of ZX and XZ: lies in the plane square to the other
-    two = one % 3 + 1
-    a, b = of_axis[one], of_axis[two]
-    across, along, normal = [0.0] * 3, [0.0] * 3, [0.0] * 3
-    along[one - 1], along[third - 1] = math.cos(b), -math.sin(b)
-    across[two - 1], across[third - 1] = math.cos(a), math.sin(a)
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        normal[k] = along[i] * across[j] - along[j] * across[i]
-    tilted = with_axes(along, normal)
+    tilted = plane_through_angles(one - 1, of_axis[one], of_axis[one % 3 + 1])
     if tilted is None:
         raise BlockFault(
             item.first, "the projection angles of CYCLE800 make no plane; keep them below 90 deg"
         )
-    unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    back = AffineMap(
-        (unit[one - 1], unit[two - 1], unit[third - 1])
-    )  # the axes of the mode to X, Y, Z of `tilted`
-    return tilted.then(back).then(rotation(third - 1, math.radians(angles[2])))
+    return tilted.then(rotation(third - 1, math.radians(angles[2])))
 
 
 def _set_direction(i: SinumerikControl, item: Item, direction: float | None) -> None:

@@ -45,7 +45,7 @@ _TOKEN = re.compile(
     |(?P<name>[A-Za-z_$]{{2}}[A-Za-z0-9_$]*)
     |(?P<word>[A-Za-z][ \t]*[-+]?{_NUMBER})
     |(?P<letter>[A-Za-z])
-    |(?P<number>{_NUMBER})
+    |(?P<number>{_NUMBER}|'B[01]+'|'H[0-9A-F]+')
     |(?P<symbol>==|<>|<=|>=|<<|.)""",
     re.VERBOSE | re.DOTALL | re.IGNORECASE,
 )
@@ -108,7 +108,9 @@ def line_tokens(line: str) -> list[Token]:
 
 
 def number_of(text: str) -> float:
-    """12.5, -3, 1.5EX-3."""
+    """12.5, -3, 1.5EX-3, 'B101', 'H7F'."""
+    if text[0] == "'":
+        return float(int(text[2:-1], 2 if text[1] in "Bb" else 16))
     return float(re.sub(r"\s", "", text).upper().replace("EX", "E"))
 
 
