@@ -8,7 +8,7 @@
     addon*      the recommended measurement, taken      cost        seconds, and the same report twice
     baselines   plain methods on the same cases         calibration stated probabilities against what was right
     plans       cases in rounds                         results     result lines, written case by case
-    bars        figures with a bar                      tables      all tables of docs/exam.md
+    bars        figures with a bar                      tables      all tables of tables.md and docs/exam.md
     asking      the command and its JSON                run         the command line
 
 The product is reached as its users reach it, by files and its command (`asking`); `heldout` predicts with machine files that

@@ -126,7 +126,8 @@ def test_a_case_that_failed_counts_as_missed() -> None:
 def test_the_page_holds_what_the_command_prints() -> None:
     folder = Path(calibration.__file__).parent
     page = (folder.parents[1] / "docs" / "exam.md").read_text(encoding="utf-8")
-    assert pages(results.read([folder / "results.jsonl.gz"])) in page
+    complete = (folder / "tables.md").read_text(encoding="utf-8")
+    assert pages(results.read([folder / "results.jsonl.gz"])) in complete
     balanced = results.read([folder / "results_balanced.jsonl.gz"])
     assert bars_table(balanced) in page
     assert set_table(balanced) in page
