@@ -125,10 +125,10 @@ def test_names_of_dimensions():
         ("3 umm", "length", ['unknown unit "umm"', 'Did you mean "um"?']),
         ("3 MM", "length", ['unknown unit "MM"', 'Did you mean "mm"?']),
         ("1,5 mm", "length", ["has a comma; decimals take a point"]),
-        ("1 2 mm", "length", ["has 2 numbers where one is due"]),
+        ("1 2 mm", "length", ["has 2 numbers, expected one"]),
         ("5 degC", "temperature difference", ["is a temperature difference and takes K"]),
         ("5 K", "temperature", ["is a temperature and takes degC"]),
-        ("5 um^x", "length", ["a whole number is due after ^"]),
+        ("5 um^x", "length", ["expected a whole number after ^"]),
         ("5 (um", "length", ["open bracket"]),
         ("5 um)", "length", ["cannot be read after"]),
         ("5 §", "length", ["cannot be read at"]),
@@ -148,7 +148,7 @@ def test_names_of_dimensions():
         (
             "5 um/1000 mm",
             "slope",
-            ['"1000" in "um/1000 mm" is no unit: no number stands within a unit', "3.3 um/m"],
+            ['"1000" in "um/1000 mm" is no unit: a unit contains no number', "3.3 um/m"],
         ),
         (
             "68 degF",

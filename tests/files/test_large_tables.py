@@ -103,7 +103,7 @@ def test_a_zero_byte_in_a_label_is_refused_as_in_a_small_table(tmp_path, pieces)
     """numpy drops zero bytes at the end of a text, so that "top" and "top\\0" were one label."""
     path = put(tmp_path, "".join(["X_mm,pose\n", *(f"{k},top\n" for k in range(7)), "7,top\0\n"]))
     for read in (read_table, read_csv):
-        with pytest.raises(DataError, match=r"touches\.csv:9: a zero byte stands here"):
+        with pytest.raises(DataError, match=r"touches\.csv:9: this line contains a zero byte"):
             read(path)
 
 

@@ -108,7 +108,7 @@ def test_beyond_the_second_neighbour_the_surface_is_not_known() -> None:
             [[0, 0, 1], [0, 0, 0], [0, 0, 1]],
             "point 2: its normal has the length 0",
         ),
-        ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], [[0, 0, 1]] * 4, "point 4 stands in the file twice"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], [[0, 0, 1]] * 4, "point 4 is in the file twice"),
     ],
 )
 def test_what_is_no_surface_is_refused(points: list, normals: list, word: str) -> None:

@@ -1,1 +1,1 @@
-"""Numbers with units, poses and runs, the effect as an interface, the machine that carries effects, what is known of them."""
+"""Core of vcmm: numbers with units, poses and runs, the interface of effects, the machine that carries them, and what is known about them."""

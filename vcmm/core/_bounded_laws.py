@@ -179,7 +179,7 @@ class CurvilinearTrapezoidal(_Symmetric):
         return self.half_width + self.inexact
 
     def _tail(self, x: Array) -> Array:
-        """Mean of (w - x) / (2 w) over the half widths w > x."""
+        """Return the mean of (w - x) / (2 w) over the half widths w > x."""
         d = max(self._d, 1e-5)  # below that the rectangular law, to 1e-10
         x = np.minimum(x, 1 + d)
         low = np.maximum(x, 1 - d)
@@ -194,7 +194,7 @@ class CurvilinearTrapezoidal(_Symmetric):
         return (low + high) / 2
 
     def _cf(self, t: Array) -> Array:
-        """Mean of sin(w t) / (w t) over w: a difference of sine integrals."""
+        """Return the mean of sin(w t) / (w t) over w: a difference of sine integrals."""
         from scipy.special import sici
 
         d, t = max(self._d, 1e-5), np.maximum(t, 1e-9)

@@ -1,6 +1,6 @@
-"""njit for the kernels of vcmm: compiled code is kept in the user's cache, under a key of all kernel sources.
+"""njit for the kernels of vcmm: keep the compiled code in the user's cache, under a key of all kernel sources.
 
-numba keeps what it compiled beside the source, which an installed package may not let it, and looks at the time of that
+numba keeps compiled code beside the source, where an installed package may not be writable, and looks at the time of that
 one file only: a kernel that calls one of another file would keep the old one. NUMBA_CACHE_DIR names another place.
 """
 
@@ -20,7 +20,7 @@ PACKAGE = Path(__file__).parent.parent
 
 
 def sources_key(package: Path = PACKAGE) -> str:
-    """A key of all kernel sources and of what compiles them, 16 hexadecimal digits."""
+    """Return a key of all kernel sources and of the compiler and its versions, 16 hexadecimal digits."""
     digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
     for file in sorted(package.rglob("*_kernels.py")):
         digest.update(file.read_bytes())
@@ -28,7 +28,7 @@ def sources_key(package: Path = PACKAGE) -> str:
 
 
 def cache_folder() -> tuple[Path, bool]:
-    """(folder for compiled code, whether it outlives this process): the user's cache, else a folder for the moment."""
+    """Return the folder for compiled code and whether it outlives this process: the user's cache, else a temporary folder."""
     home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
     named = vars(numba.config)["CACHE_DIR"]
     try:
@@ -46,7 +46,7 @@ FOLDER, KEPT = cache_folder()
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """numba.njit whose cache is FOLDER; the settings of other users of numba in this process stay as they are."""
+    """Decorate as numba.njit does, with FOLDER as its cache; the settings of other users of numba in this process do not change."""
 
     def compile_kernel(function: Callable[..., Any]) -> Any:
         settings = vars(numba.config)

@@ -14,7 +14,9 @@ Array = NDArray[Any]
 
 @njit(cache=True, nogil=True)
 def sense_and_since(q: Array, back: Array, still: float) -> tuple[Array, Array]:
-    """vcmm.core.history.sense_and_since; back (n,): way back at which a reversal is noticed, still: least way at the start."""
+    """Compute sense and distance as vcmm.core.history.sense_and_since does.
+
+    back (n,): way back at which a reversal is noticed; still: least way at the start."""
     sense, since = np.zeros(len(q)), np.zeros(len(q))
     direction, turned = 0, q[0] if len(q) else 0.0
     furthest = turned

@@ -43,24 +43,24 @@ class Law:
         mean, dof, reach = 0.0, math.inf, math.inf
 
     def cdf(self, x: ArrayLike) -> Array:
-        """P(X <= x), elementwise."""
+        """Return P(X <= x), elementwise."""
         x = np.asarray(x, float)
         return self._cdf(x / self.scale) if self.scale else np.where(x >= 0, 1.0, 0.0)
 
     def isf(self, p: ArrayLike) -> Array:
-        """The value exceeded with probability p in (0, 1), elementwise; keeps its accuracy for tiny p."""
+        """Return the value exceeded with probability p in (0, 1), elementwise; keeps its accuracy for tiny p."""
         return self.scale * self._isf(np.asarray(p, float))
 
     def quantile(self, p: ArrayLike) -> Array:
-        """The value not exceeded with probability p, elementwise."""
+        """Return the value not exceeded with probability p, elementwise."""
         return -self.isf(p)
 
     def cf(self, t: ArrayLike) -> Array:
-        """Characteristic function E exp(i t X), elementwise; t in 1 / unit of X."""
+        """Return the characteristic function E exp(i t X), elementwise; t in 1 / unit of X."""
         return self._cf(np.abs(self.scale * np.asarray(t, float)))
 
     def bound(self, t: ArrayLike) -> Array:
-        """A bound on |cf| that falls with |t|, elementwise."""
+        """Return a bound on |cf| that falls with |t|, elementwise."""
         return self._bound(np.abs(self.scale * np.asarray(t, float)))
 
     def _cdf(self, x: Array) -> Array:

@@ -22,42 +22,42 @@ AXIS_NAMES = "X Y Z, A B C, and rotary axes with a number such as A1 or C2"
 
 
 def is_axis(name: str) -> bool:
-    """Whether this is the name of an axis: X, C, A1."""
+    """Return whether this is the name of an axis: X, C, A1."""
     return re.fullmatch(NAME, name) is not None
 
 
 @lru_cache(maxsize=256)
 def is_rotary(name: str) -> bool:
-    """Whether this is the name of a rotary axis: C, A1."""
+    """Return whether this is the name of a rotary axis: C, A1."""
     return is_axis(name) and name[0] in ROTARY
 
 
 def unit_vector(name: str) -> npt.NDArray[np.float64]:
-    """Unit vector (3,) along which a linear axis moves or about which a rotary axis turns, all axes at zero; read-only."""
+    """Return the unit vector (3,) along which a linear axis moves or about which a rotary axis turns, all axes at zero; read-only."""
     return np.asarray(_UNITS[LETTERS.index(name[0]) % 3])
 
 
 def in_order(names: Iterable[str]) -> list[str]:
-    """X Y Z, then the rotary axes by letter and number."""
+    """Return the names sorted: X Y Z, then the rotary axes by letter and number."""
     return sorted(names, key=lambda a: (LETTERS.index(a[0]), int(a[1:] or 0)))
 
 
 def axis_of(component: str) -> str:
-    """The axis of a component error (EXA1 -> A1) or of a location or squareness (X0C -> C); "" where it is none."""
+    """Return the axis of a component error (EXA1 -> A1), of a location or of a squareness (X0C -> C), or "" for another name."""
     found = re.fullmatch(rf"(?:E[{LETTERS}]|[{LETTERS}]0)({NAME})", component)
     return found[1] if found else ""
 
 
 def whole_turn(name: str, positions: npt.NDArray[np.float64]) -> bool:
-    """Whether positions (n,) rad of a rotary axis, increasing, go round exactly once."""
+    """Return whether positions (n,) rad of a rotary axis, increasing, go round exactly once."""
     return is_rotary(name) and abs(float(positions[-1] - positions[0]) - 2 * np.pi) < 1e-6
 
 
 def is_component(name: str) -> bool:
-    """Whether this names a component error: EXX, EBX, EXA1."""
+    """Return whether this names a component error: EXX, EBX, EXA1."""
     return name[:1] == "E" and axis_of(name) != ""
 
 
 def is_location(name: str) -> bool:
-    """Whether this names a location error of a rotary axis: X0C, A0C, C0C2."""
+    """Return whether this names a location error of a rotary axis: X0C, A0C, C0C2."""
     return name[:1] != "E" and is_rotary(axis_of(name))

@@ -1,4 +1,4 @@
-"""A long job in blocks that anybody may do: who does them, what is kept of them, and which part is wanted.
+"""Split a long job into blocks: who computes them, which results are kept, and which part is wanted.
 
 A block is (first, count) of whatever is counted; its result is plain JSON values that depend on the job alone. So it does not
 matter who did which block, in which order, or how often the work was taken up again: finished blocks are kept under the key
@@ -26,7 +26,8 @@ Work = Callable[[Any, Any], Any]  # (payload, item) -> JSON values
 
 
 class ShardDone(Exception):
-    """The blocks of one shard are done: key of the job, and its blocks. No error: there is no result yet."""
+    """The blocks of one shard are done; the exception holds the key of the job and the blocks. It is no error: only the merged shards
+    give a result."""
 
     def __init__(self, key: str, blocks: Mapping[Block, Any]) -> None:
         super().__init__(key)
@@ -62,7 +63,7 @@ class Store(Protocol):
 
 @dataclass(frozen=True)
 class Nowhere:
-    """Keeps nothing: jobs that are quickly done again."""
+    """A store that keeps nothing, for jobs that are quickly done again."""
 
     def read(self, key: str) -> Iterator[tuple[Block, Any]]:
         return iter(())
@@ -93,7 +94,7 @@ class Folder:
 
 @dataclass(frozen=True)
 class Shards:
-    """The blocks of all shards of a job, as read from their files. Nothing is done anew."""
+    """The blocks of all shards of a job, as read from their files; nothing is computed again."""
 
     key: str
     blocks: Mapping[Block, Any]
@@ -113,7 +114,7 @@ class Shards:
 
 @dataclass(frozen=True)
 class Sharing:
-    """Who works (crew), what is kept of it (store), and which part is wanted (share; None for all)."""
+    """How a job is shared out: who computes (crew), where results are kept (store), and which part is wanted (share; None for all)."""
 
     crew: Crew = alone
     store: Store = field(default_factory=Nowhere)
@@ -122,9 +123,9 @@ class Sharing:
     def finish(
         self, key: str, work: Work, payload: Any, items: Mapping[Block, Any]
     ) -> Iterator[tuple[Block, Any]]:
-        """(block, result) as they come, those that were kept first. Raises ShardDone at the end where a share is wanted.
+        """Yield (block, result) in the order of completion, those that were kept first. Raises ShardDone at the end where a share is wanted.
 
-        items: block -> what `work` is given for it; the result must survive JSON.
+        items: block -> the argument of `work` for it; the result must survive JSON.
         """
         wanted = self.share.take(list(items)) if self.share else list(items)
         left, part = dict.fromkeys(wanted), dict[Block, Any]()
@@ -148,7 +149,7 @@ class Sharing:
             raise ShardDone(key, part)
 
     def _note(self, part: dict[Block, Any], block: Block, result: Any) -> Any:
-        """A share is handed over as a whole; else nothing is held here."""
+        """Keep the result of a block for a share, which is handed over as a whole; otherwise return it and keep nothing."""
         if self.share:
             part[block] = result
         return result
@@ -161,7 +162,7 @@ class Sharing:
         items: Sequence[Any],
         progress: Callable[[float], None] = lambda share: None,
     ) -> list[Any]:
-        """The results of all items in their order; every item is a block by itself."""
+        """Return the results of all items in their order; every item is a block by itself."""
         every = {(i, 1): item for i, item in enumerate(items)}
         count = len(self.share.take(list(every))) if self.share else len(every)
         found: dict[Block, Any] = {}
@@ -172,12 +173,12 @@ class Sharing:
 
 
 def blocks_of(total: int, size: int) -> list[Block]:
-    """(first, count) of all blocks; only the last may be shorter than `size`."""
+    """Return (first, count) of all blocks; only the last may be shorter than `size`."""
     return [(first, min(size, total - first)) for first in range(0, total, size)]
 
 
 def key_of(verb: str, options: Mapping[str, Any], files: Iterable[Path]) -> str:
-    """Of a job: version, verb, options, names and bytes of all files that it reads."""
+    """Return the key of a job, made of version, verb, options, and the names and bytes of all files that it reads."""
     asked = json.dumps(dict(sorted(options.items())), default=str)
     digest = hashlib.sha256(f"{__version__}\n{verb}\n{asked}".encode())
     for file in dict.fromkeys(files):

@@ -1,4 +1,4 @@
-"""Files from somebody else are read inside one folder: whatever they name outside it is neither opened nor said to exist.
+"""Confine readers of files from others to one folder: a path outside it is not opened, and no message says whether it exists.
 
 Every reader asks `check_inside` before it touches a path. The folder is that of the thread which reads.
 """
@@ -18,7 +18,7 @@ _ROOT: ContextVar[str | None] = ContextVar("the folder that readers are confined
 
 @contextmanager
 def confine(root: Path) -> Iterator[None]:
-    """Within it, a reader that is given a path outside `root` raises DataError."""
+    """Make readers raise DataError for a path outside `root` while the context is open."""
     token = _ROOT.set(os.path.realpath(root))
     try:
         yield
@@ -27,7 +27,7 @@ def confine(root: Path) -> Iterator[None]:
 
 
 def is_outside(path: str | Path) -> bool:
-    """Whether readers are confined and a path leaves their folder, links followed. A name that no path can have is outside."""
+    """Return whether readers are confined and the path leaves their folder, with links followed. A name that no path can have is outside."""
     root = _ROOT.get()
     if root is None:
         return False

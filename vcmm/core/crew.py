@@ -1,4 +1,4 @@
-"""Work shared out: the same blocks of a job in this process, in several processes, or on a Dask cluster.
+"""Compute the blocks of a job in this process, in several processes, or on a Dask cluster.
 
 A job is a function of (payload, item) that depends on nothing else; results come as they are finished, so the caller
 must add them up in a way that does not depend on the order. A worker that is killed costs the blocks it had in hand.
@@ -36,7 +36,7 @@ DEATHS = 3  # of workers in a row without a finished block, before it is the wor
 
 
 def mapping(items: dict[Any, Any]) -> MappingProxyType[Any, Any]:
-    """A read-only view, by a name that pickle finds."""
+    """Return a read-only view, by a name that pickle finds."""
     return MappingProxyType(items)
 
 
@@ -44,9 +44,9 @@ copyreg.pickle(MappingProxyType, lambda view: (mapping, (dict(view),)))
 
 
 def crew_of(workers: int | None = None, cluster: str | None = None) -> Crew:
-    """The crew that is asked for: this process, `workers` processes here, or the Dask scheduler at `cluster`.
+    """Return the crew for these options: this process, `workers` processes here, or the Dask scheduler at `cluster`.
 
-    Raises UsageError, and Environment where nobody listens at that address: before any work.
+    Raises UsageError, and Environment where nothing answers at that address, before any work begins.
     """
     if workers is not None and cluster is not None:
         raise UsageError("workers are processes here, a cluster has its own; name one of the two")
@@ -61,7 +61,7 @@ def crew_of(workers: int | None = None, cluster: str | None = None) -> Crew:
 
 
 def alone(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-    """(number of the item, result) one after another, here."""
+    """Yield (number of the item, result) one after another, computed in this process."""
     for i, item in enumerate(items):
         yield i, work(payload, item)
 
@@ -96,7 +96,7 @@ def _held_portion(items: Sequence[Any]) -> FinishedPortion:
 
 
 def _work_portion(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> FinishedPortion:
-    """A portion, by a worker: how long it took in s, and the results of the items that were begun within 2 SPAN, at least of the first."""
+    """Compute a portion on a worker: return its time in s, and the results of the items begun within 2 SPAN, at least of the first."""
     began, results = perf_counter(), list[Any]()
     for item in items:
         if results and perf_counter() - began > 2 * SPAN:
@@ -106,9 +106,9 @@ def _work_portion(work: Callable[[Any, Any], Any], payload: Any, items: Sequence
 
 
 class Portions:
-    """What is sent to workers at a time: some SPAN of work, one item where that takes longer, less towards the end.
+    """Portions of items for the workers: about SPAN of work each, one item where that takes longer, less towards the end.
 
-    hands: workers; the last portions are half of what is left for each, so that all of them end together.
+    hands: number of workers. Each of the last portions is half of one worker's share of the remaining items, so that all workers end together.
     """
 
     def __init__(self, items: dict[int, Any], hands: int) -> None:
@@ -116,13 +116,13 @@ class Portions:
         self.seconds, self.counted = 0.0, 0
 
     def next(self) -> Portion:
-        """Empty at the end."""
+        """Return the next portion, empty at the end."""
         each = self.seconds / self.counted if self.counted else SPAN
         most = min(SPAN / max(each, 1e-9), len(self.left) / (2 * self.hands))
         return [self.left.pop() for _ in range(min(max(1, int(most)), len(self.left)))]
 
     def results(self, portion: Portion, done: FinishedPortion) -> Iterator[tuple[int, Any]]:
-        """(number, result) of what was done; the rest of a portion that took too long waits again."""
+        """Yield (number, result) of the finished items; the rest of a portion that took too long waits again."""
         seconds, found = done
         self.seconds, self.counted = self.seconds + seconds, self.counted + len(found)
         self.left += portion[len(found) :][::-1]
@@ -130,7 +130,8 @@ class Portions:
 
 
 def processes(workers: int) -> Crew:
-    """A crew of processes on this computer; each takes the payload once. A single item is done here: a start takes longer."""
+    """Return a crew of processes on this computer; each takes the payload once. A single item is computed here, since starting a process
+    takes longer."""
 
     def run(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         if len(items) == 1:
@@ -152,7 +153,7 @@ def processes(workers: int) -> Crew:
 
 
 def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterator[tuple[int, Any]]:
-    """Results until all are there or a worker was killed, which ends the whole pool.
+    """Yield results until all are there or a worker was killed, which ends the whole pool.
 
     Interrupted or not asked any further: workers end at once. Else a second interrupt would find Python waiting for workers
     that wait for work, without end.
@@ -199,7 +200,7 @@ def _silent(address: str, error: Exception | str) -> str:
 
 
 def on_cluster(address: str) -> Crew:
-    """A crew of Dask workers. Raises Environment: no Dask, no scheduler there or no more, other versions on the workers."""
+    """Return a crew of Dask workers. Raises Environment: no Dask, no scheduler there or no more, other versions on the workers."""
 
     def run(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         distributed = _import_distributed()
@@ -216,7 +217,7 @@ def on_cluster(address: str) -> Crew:
 
 
 def _client(distributed: Any, address: str) -> Any:
-    """A client within PATIENCE: Dask itself waits for ever for a program that listens there and is no scheduler."""
+    """Return a client that answers within PATIENCE: Dask itself waits for ever for a program that listens there and is no scheduler."""
     found: list[Any] = []
 
     def meet() -> None:
@@ -268,12 +269,12 @@ def _by_client(
 
 
 def _share_work(due: dict[str, str], work: Callable[[Any, Any], Any], payload: Any) -> tuple[Any, ...]:
-    """What all blocks of a job need, on a worker."""
+    """Return what all blocks of a job need, on a worker."""
     return due, work, payload
 
 
 def _on_worker(shared: Any, items: Sequence[Any]) -> FinishedPortion:
-    """A portion; a worker that came later than the others is looked at as well."""
+    """Compute a portion on a Dask worker, and check the versions of a worker that came later than the others."""
     from distributed import get_worker
 
     due, work, payload = shared
@@ -290,7 +291,7 @@ def _import_distributed() -> Any:
 
 
 def versions() -> dict[str, str]:
-    """What must be the same on the client and on every worker for the same numbers to the last bit."""
+    """Return the versions that must agree on the client and on every worker for the same numbers to the last bit."""
     import platform
     from importlib.metadata import version
 

@@ -1,4 +1,4 @@
-"""What an effect says of itself beside its formula: how large it usually is, its words, its prior, what it belongs to.
+"""Declarations of an effect beside its formula: typical size, words for reports, prior probability, owner in a budget.
 
 Two values, all of whose fields have a default, so an effect says only what is special about it: `About` for reports, files and jobs,
 `ForDiagnosis` for what diagnosis alone asks. What a few effects can do besides is a base class that those take: `WithResponse`,
@@ -57,7 +57,7 @@ class Opposite:
 
 @dataclass(frozen=True)
 class Words:
-    """What an answer means at the machine: what is seen, what usually causes it, what confirms it.
+    """What a diagnosis of the effect means at the machine: what is seen, what usually causes it, what confirms it.
 
     {where} is the place, {axis}, {direction} ... a place field, {gap} ... a parameter with its unit under the name that
     reports use. signed: parameters shown with their sign; of the others the size is shown.
@@ -72,7 +72,7 @@ class Words:
 
 @dataclass(frozen=True)
 class Trade:
-    """What an operator calls it, and what makes its share of U smaller, each a few words; {where} is the place.
+    """Words of the workshop: what an operator calls the effect, and what reduces its share of U, each a few words; {where} is the place.
 
     Where nothing is declared, the words of the parameter and the label of its `redraw` speak.
     """
@@ -117,7 +117,7 @@ class Site:
 
 
 def _named_at(cls: Any, place: Mapping[str, Any], site: Site) -> Any:
-    """The effect with the fields of its place alone."""
+    """Return the effect with only the fields of its place set."""
     return cls(**place)
 
 
@@ -134,7 +134,7 @@ class ForDiagnosis:
     holds_table_edits   every edit of a stored table of one axis is a special case of it
     is_uniform          its one number is the same wherever it is looked at; a curve that is mostly that is called so
     is_free_curve       a freely shaped curve over its axis, which says nothing beyond the rows it was fitted to
-    size_name           the one number that stands for an array: "rms", "sd", or for the length "amplitude", "arm" and, where
+    size_name           the one number that represents an array: "rms", "sd", or for the length "amplitude", "arm" and, where
                         its elements are named too, the parameter itself
     moves_together      it moves several directions at once: its forms are tried from the first, and the first counts of which
                         every number shows
@@ -178,7 +178,7 @@ class ForDiagnosis:
 
 
 def reported_name(kind: Any) -> str:
-    """The name of the answers of an effect or its class: that of its family."""
+    """Return the name of the answers of an effect or its class: that of its family."""
     return str(kind.diagnosis.family or kind.name)
 
 
@@ -215,10 +215,10 @@ class About:
 
 
 class WithResponse:
-    """An effect with an array parameter of many elements, whose unit response is quicker by formula than by unit steps."""
+    """An effect with an array parameter of many elements whose unit response is computed faster by a formula than by unit steps."""
 
     def response(self, name: str, run: Run) -> Array | None:
-        """The unit response (n, 6, k) of an array parameter; None = found by unit steps. A test compares the two."""
+        """Return the unit response (n, 6, k) of an array parameter, or None to compute it by unit steps. A test compares the two."""
         return None
 
     def projection(self, name: str, run: Run, weights: Array) -> Array | None:
@@ -233,15 +233,15 @@ class Tabulated:
     """An effect of stored numbers, known at some places only."""
 
     def known_range(self) -> tuple[KnownRange, ...]:
-        """Where it is known; outside it refuses."""
+        """Return where the effect is known; elsewhere it raises an error."""
         return ()
 
     def own_nodes(self) -> Array | None:
-        """Positions (k,) of the stored numbers over its own axis; None where it is no table over one axis."""
+        """Return the positions (k,) of the stored numbers over its own axis, or None where it is no table over one axis."""
         return None
 
     def covers(self, tip: Array) -> npt.NDArray[np.bool_] | None:
-        """Whether it is known at tips (n, 3), (n,); None where `known_range` says it all."""
+        """Return whether the effect is known at tips (n, 3), as (n,); None where `known_range` says it all."""
         return None
 
 
@@ -249,13 +249,13 @@ class ChoosesColumns:
     """An effect that needs other columns of a run than `needs` says, as its place or its parameters are."""
 
     def required_columns(self) -> tuple[str, ...]:
-        """Columns that this instance needs."""
+        """Return the columns that this instance needs."""
         raise NotImplementedError
 
 
 class SeenByQualification:
-    """A reading that the qualification of a stylus sees too, and takes off in part."""
+    """A reading error that the qualification of a stylus sees too and removes in part."""
 
     def after_qualification(self, spheres: Mapping[str, Any]) -> Any:
-        """The effect as it is left after a qualification on these spheres (stylus -> sphere)."""
+        """Return the effect that remains after a qualification on these spheres (stylus -> sphere)."""
         raise NotImplementedError

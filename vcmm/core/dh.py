@@ -1,9 +1,10 @@
-"""Arms by their Denavit-Hartenberg numbers: joints with centre and direction, as a machine holds them.
+"""Convert the Denavit-Hartenberg parameters of an arm into joints with centre and direction, as a machine holds them.
 
     distal (usual)      T = turn_z(theta) shift_z(d) shift_x(a) turn_x(alpha)      Denavit & Hartenberg, J. Appl. Mech. 22 (1955) 215
     proximal (modified) T = turn_x(alpha) shift_x(a) turn_z(theta) shift_z(d)      Craig, Introduction to Robotics (1986)
 
-theta: where the link stands at joint angle zero. Machine axes are those of the base; the tool hangs where the last frame is at joint angles zero, so that
+theta: the angle of the link at joint angle zero. Machine axes are those of the base; the tool hangs where the last frame is at joint
+angles zero, so that
 an offset of zero is the origin of the base and not of the flange: `flange` says where that is.
 """
 
@@ -44,7 +45,7 @@ class ArmChain:
 
     @property
     def text(self) -> str:
-        """Its part of a machine file: structure and [axes]."""
+        """The part of a machine file that describes the arm: structure and [axes]."""
         lines = [f'structure = "{self.structure}"']
         for name, axis in self.axes.items():
             low, high = (f'"{degrees(q):.10g} deg"' for q in axis.travel)
@@ -56,7 +57,7 @@ class ArmChain:
 
 
 def arm_of_links(links: Sequence[LinkOfArm], proximal: bool = False) -> ArmChain:
-    """Joints of an arm from its links. Raises UsageError for fewer than two or more than nine."""
+    """Return the joints of an arm from its links. Raises UsageError for fewer than two or more than nine."""
     if not 2 <= len(links) <= 9:
         raise UsageError(f"{len(links)} links; an arm has two to nine joints here")
     frame, names, axes = np.eye(4), [], {}

@@ -1,4 +1,4 @@
-"""The step in which numbers of a file are written: what a rounded coordinate no longer says."""
+"""Find the step to which the numbers of a file were rounded when they were written."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ LEAST_DECIMALS = 2  # decimals that are written on purpose; 15.0 may be an exact
 
 
 def written_step(columns: Sequence[Sequence[str]]) -> float:
-    """The step of the finest column, in the unit of the file: 0.01 of "12.34", 0.005 of "0.015", "0.020" ...; 0 where none is told.
+    """Return the step of the finest column, in the unit of the file: 0.01 of "12.34", 0.005 of "0.015", "0.020" ...; 0 where no step is found.
 
     Numbers that were rounded before they were written with more digits ("12.340000") have the step at which their digits end,
-    where the digits before it vary. Only steps of 1, 2 and 5 in a decade are told.
+    where the digits before it vary. Only steps of 1, 2 and 5 in a decade are returned.
     """
     steps = [_step([d for d in map(_decimal, column) if d is not None]) for column in columns]
     return min((s for s in steps if s > 0.0), default=0.0)

@@ -4,7 +4,7 @@ An Effect is a physical reason why one link of the machine is not where it shoul
 its parameters and one method, and then serves simulation, Monte Carlo, budget, diagnosis, command line and docs.
 
     link          which link moves: an axis letter, "tip" (workpiece axes), "tool" (frame of the last tool-side
-                  axis), "command" (moves what X, Y and Z are told, machine axes: a work offset) or "reading" (added to
+                  axis), "command" (moves the commanded X, Y and Z, machine axes: a work offset) or "reading" (added to
                   indicated - true, not carried and not negated)
     error_motion  (n, 6): x y z in mm, a b c in rad, in tip sense, in that link's frame
     place         where in the link's transform the six numbers act: "motion" (after the nominal motion),
@@ -17,7 +17,7 @@ its parameters and one method, and then serves simulation, Monte Carlo, budget, 
     about         what files, reports and jobs know of it: source, words, what it belongs to ... (`About`)
     diagnosis     what diagnosis alone asks (`ForDiagnosis`)
 
-`name` and these are all that is to be declared; `where` and `id` follow. Both values, and the base classes for what a few effects can do besides, stand in
+Only `name` and these are declared; `where` and `id` follow. Both values, and the base classes for what a few effects can do besides, are in
 `vcmm.core.declaration`.
 
 Parameters are linear unless `scan` is given. The basis of a parameter is its unit response, so an effect writes
@@ -104,7 +104,7 @@ def param(
 
 
 def _is_code(value: Any) -> bool:
-    """A method, a property, a class: anything with behaviour."""
+    """Return whether a value is code: a method, a property, a class."""
     return callable(value) or hasattr(value, "__get__")
 
 
@@ -114,7 +114,7 @@ def _names(kind: type) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Effect(ABC):
-    """Base of all effects; see the head of this file."""
+    """Base class of all effects; see the docstring of this module."""
 
     name: ClassVar[str] = ""
     per: ClassVar[str] = "machine"
@@ -157,7 +157,7 @@ class Effect(ABC):
 
     @abstractmethod
     def error_motion(self, run: Run) -> Array:
-        """(n, 6): x y z mm, a b c rad, tip sense, in the frame of `link`; for "reading" columns 0-2 in workpiece axes."""
+        """Return the error motion (n, 6): x y z mm, a b c rad, tip sense, in the frame of `link`; for "reading" columns 0-2 in workpiece axes."""
 
     @property
     def where(self) -> str:
@@ -171,39 +171,39 @@ class Effect(ABC):
 
 
 def required(effect: Effect) -> tuple[str, ...]:
-    """Columns of the run that this instance needs."""
+    """Return the columns of the run that this instance needs."""
     return effect.required_columns() if isinstance(effect, ChoosesColumns) else declared_columns(effect)
 
 
 def declared_columns(effect: Effect) -> tuple[str, ...]:
-    """Columns as declared in `needs`, place fields filled in."""
+    """Return the columns as declared in `needs`, place fields filled in."""
     filled = {f.name: getattr(effect, f.name) for f in place_fields(type(effect))}
     return tuple(text.format(**filled) for text in effect.needs)
 
 
 def known_range(effect: Effect) -> tuple[KnownRange, ...]:
-    """Where a tabulated effect is known; () for one that is known everywhere."""
+    """Return the ranges in which a tabulated effect is known; () for an effect that is known everywhere."""
     return effect.known_range() if isinstance(effect, Tabulated) else ()
 
 
 def own_nodes(effect: Effect) -> Array | None:
-    """Positions (k,) of the stored numbers over its own axis; None where it is no table over one axis."""
+    """Return the positions (k,) of the stored numbers over its own axis, or None where it is no table over one axis."""
     return effect.own_nodes() if isinstance(effect, Tabulated) else None
 
 
 @lru_cache(maxsize=1024)
 def _parameters(kind: type[Effect]) -> dict[str, Field[Any]]:
-    """Its parameters by name, in order; asked for at every step of every derivative."""
+    """Return the parameters of a class of effects by name, in order; cached, since every step of every derivative needs them."""
     return {f.name: f for f in fields(kind) if "unit" in f.metadata}
 
 
 def parameter_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
-    """The dataclass fields that are parameters, in order."""
+    """Return the dataclass fields that are parameters, in order."""
     return list(_parameters(effect if isinstance(effect, type) else type(effect)).values())
 
 
 def place_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
-    """Text fields that say where the effect sits (axis, pair, component, direction, sensor, stylus ...)."""
+    """Return the text fields that say where the effect acts (axis, pair, component, direction, sensor, stylus ...)."""
     return list(_places(effect if isinstance(effect, type) else type(effect)))
 
 
@@ -213,7 +213,7 @@ def _places(kind: type[Effect]) -> tuple[Field[Any], ...]:
 
 
 def key_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
-    """Further keys of the effect's table: neither place nor parameter, nor filled in by the program."""
+    """Return the other keys of the effect's table: neither place nor parameter, nor filled in by the program."""
     return [f for f in fields(effect) if not {"unit", "place", "internal"} & set(f.metadata)]
 
 
@@ -268,14 +268,14 @@ def argument_grids(default: Sequence[Sequence[float]]) -> Any:
 
 
 def kind_of_key(spec: Field[Any]) -> str:
-    """What a further key of the effect's table holds: as declared, or by its default a length, a text or a whole number."""
+    """Return the type of another key of the effect's table: as declared, or by its default a length, a text or a whole number."""
     if "kind" in spec.metadata:
         return str(spec.metadata["kind"])
     return LENGTH if isinstance(spec.default, float) else TEXT if isinstance(spec.default, str) else WHOLE
 
 
 def parameter(effect: Effect, name: str) -> Field[Any]:
-    """The field of one parameter. Raises UsageError with the closest name."""
+    """Return the field of one parameter. Raises UsageError with the closest name."""
     known = _parameters(type(effect))
     name = effect.about.aliases.get(name, name)
     if name not in known:
@@ -284,7 +284,7 @@ def parameter(effect: Effect, name: str) -> Field[Any]:
 
 
 def unit_at(kind: type[Effect] | Effect, unit: str, component: str = "", axis: str = "") -> str:
-    """The declared unit of a parameter at its place: "mm or rad" is settled by the component (EXX mm, EAX rad), a length along an
+    """Return the declared unit of a parameter at its place: "mm or rad" is settled by the component (EXX mm, EAX rad), a length along an
     axis by whether that turns.
     """
     if unit == "mm or rad":
@@ -293,13 +293,13 @@ def unit_at(kind: type[Effect] | Effect, unit: str, component: str = "", axis: s
 
 
 def unit_of(effect: Effect, name: str) -> str:
-    """The unit of a parameter of this effect in files. Raises UsageError for an unknown parameter."""
+    """Return the unit of a parameter of this effect in files. Raises UsageError for an unknown parameter."""
     unit = parameter(effect, name).metadata["unit"]
     return unit_at(effect, unit, str(getattr(effect, "component", "")), str(getattr(effect, "axis", "")))
 
 
 def typical(effect: Effect, name: str) -> float:
-    """Typical size of each element of a linear parameter, canonical unit; 1 of its own unit where none is declared.
+    """Return the typical size of each element of a linear parameter, canonical unit; 1 of its own unit where none is declared.
 
     For "mm or rad" that is 1 um, or 1 urad for the rotations EA., EB., EC.; what lies along an axis that turns is an angle. Raises UsageError for an unknown parameter.
     """
@@ -315,12 +315,12 @@ def typical(effect: Effect, name: str) -> float:
 
 
 def with_parameter(effect: E, name: str, value: float | Array) -> E:
-    """A copy with one parameter changed."""
+    """Return a copy with one parameter changed."""
     return replace(effect, **{parameter(effect, name).name: value})
 
 
 def basis(effect: Effect, name: str, run: Run) -> Array:
-    """Derivative of the error motion w.r.t. each element of a parameter: (n, 6, k), k = 1 for a number.
+    """Return the derivative of the error motion w.r.t. each element of a parameter: (n, 6, k), k = 1 for a number.
 
     Linear parameters: response to a unit step, exact. Parameters with `scan`: central difference.
     """
@@ -332,7 +332,7 @@ def basis(effect: Effect, name: str, run: Run) -> Array:
 
 
 def projected_basis(effect: Effect, name: str, run: Run, weights: Array) -> Array:
-    """weights (n, 6) times `basis`, summed over the six numbers: (n, k)."""
+    """Return weights (n, 6) times `basis`, summed over the six numbers: (n, k)."""
     if isinstance(effect, WithResponse):
         known = effect.projection(parameter(effect, name).name, run, weights)
         if known is not None:
@@ -341,7 +341,7 @@ def projected_basis(effect: Effect, name: str, run: Run, weights: Array) -> Arra
 
 
 def stepped_basis(effect: Effect, name: str, run: Run) -> Array:
-    """`basis` by stepping each element of the parameter."""
+    """Compute `basis` by stepping each element of the parameter."""
     spec = parameter(effect, name)
     value = np.asarray(getattr(effect, spec.name), dtype=float)
     if value.ndim == 0 and not spec.metadata["scan"]:
@@ -363,7 +363,7 @@ _STEPS: WeakKeyDictionary[Effect, dict[str, tuple[Effect, Effect]]] = WeakKeyDic
 
 
 def _unit_step(effect: Effect, name: str) -> tuple[Effect, Effect]:
-    """The effect with a linear number of it at one and at zero; kept with it, for searches ask at thousands of runs."""
+    """Return the effect with a linear parameter at one and at zero; cached, since searches evaluate it at thousands of runs."""
     known = _STEPS.setdefault(effect, {})
     if name not in known:
         known[name] = with_parameter(effect, name, 1.0), with_parameter(effect, name, 0.0)
@@ -383,7 +383,7 @@ def _difference(effect: Effect, name: str, high: Array, low: Array, run: Run) ->
 
 
 def motion(run: Run, **components: Array) -> Array:
-    """Assemble an error motion from named columns: motion(run, X=..., B=...) -> (n, 6). An axis such as A1 stands for A."""
+    """Assemble an error motion from named columns: motion(run, X=..., B=...) -> (n, 6). An axis such as A1 is passed as A."""
     out = np.zeros((run.n, 6))
     for letter, values in components.items():
         out[:, COLUMN[letter[0]]] = values
@@ -391,7 +391,7 @@ def motion(run: Run, **components: Array) -> Array:
 
 
 def along(run: Run, direction: Array, amount: Array) -> Array:
-    """A translation of `amount` (n,) mm along `direction` (n, 3) or (3,): (n, 6)."""
+    """Return a translation of `amount` (n,) mm along `direction` (n, 3) or (3,): (n, 6)."""
     out = np.zeros((run.n, 6))
     out[:, :3] = direction * np.asarray(amount)[:, None]
     return out

@@ -36,7 +36,7 @@ _COMPACT = re.compile(r"(?P<kind>[TRW])_?(?P<axis>[xyz])_?(?P<direction>[xyz])",
 
 
 def canonical(name: str) -> str:
-    """ISO 230-1 name of a component, squareness or location error: "EYX", "C0Y", "X0C".
+    """Return the ISO 230-1 name of a component, squareness or location error: "EYX", "C0Y", "X0C".
 
     Raises UsageError with the closest known name.
     """
@@ -50,7 +50,7 @@ def canonical(name: str) -> str:
 
 
 def is_known(name: str) -> bool:
-    """Whether `canonical` can translate a name."""
+    """Return whether `canonical` can translate a name."""
     try:
         canonical(name)
     except UsageError:
@@ -59,7 +59,7 @@ def is_known(name: str) -> bool:
 
 
 def table() -> list[tuple[str, str, str, str]]:
-    """Rows (ISO 230-1, VDI/VDE 2617-3, delta/epsilon, plain words): 18 component errors, 3 squareness, 12 rotary locations."""
+    """Return rows (ISO 230-1, VDI/VDE 2617-3, delta/epsilon, plain words): 18 component errors, 3 squareness, 12 rotary locations."""
     rows = [_component_row(direction, axis) for axis in LINEAR for direction in DIRECTIONS]
     rows += [_square_row(name) for name in SQUARE]
     return rows + [_location_row(f"{d}0{axis}") for axis in ROTARY for d in _location_directions(axis)]
@@ -76,7 +76,7 @@ class DescribedError(NamedTuple):
 
 
 def describe_error(name: str) -> DescribedError:
-    """A canonical name in words. Raises UsageError for other names."""
+    """Describe a canonical name in words. Raises UsageError for other names."""
     row = next((r for r in table() if r[0] == name), None)
     if row is None:
         raise UsageError(f'unknown error name "{name}".{choose_from(name, _examples(name))}')
@@ -88,7 +88,7 @@ def describe_error(name: str) -> DescribedError:
 
 
 def _iso(word: str) -> str:
-    """EXX, E_XX, E_{XX}; C0Y, COY, EC0Y, E_C0Y; X0C. A component error needs its E: XX alone says nothing."""
+    """Return the ISO 230-1 name of EXX, E_XX, E_{XX}; C0Y, COY, EC0Y, E_C0Y; X0C. A component error needs its E: XX alone is ambiguous."""
     match = _ISO.fullmatch(word)
     if not match:
         return ""
@@ -99,7 +99,8 @@ def _iso(word: str) -> str:
 
 
 def _is_location(direction: str, axis: str) -> bool:
-    """Squareness turns a linear axis about a line other than itself; a rotary axis may be shifted or turned."""
+    """Return whether a direction and an axis can name a location: squareness turns a linear axis about another line; a rotary axis may be
+    shifted or turned."""
     if axis in LINEAR:
         return direction in ROTARY and LINEAR[ROTARY.index(direction)] != axis
     return True
@@ -153,7 +154,7 @@ def _component_row(direction: str, axis: str) -> tuple[str, str, str, str]:
 
 
 def words_of(name: str) -> str:
-    """EXX -> "positioning of X", C0Y -> "squareness of Y to X", X0C -> "location of C"; an unknown name as it is."""
+    """Return a name in words: EXX -> "positioning of X", C0Y -> "squareness of Y to X", X0C -> "location of C"; an unknown name unchanged."""
     if name in SQUARE:
         return _square_row(name)[3]
     if len(name) == 3 and name[0] == "E":
@@ -181,7 +182,7 @@ def _square_row(name: str) -> tuple[str, str, str, str]:
 
 
 def _location_directions(axis: str) -> list[str]:
-    """A centre line has two offsets and two tilts, none along itself."""
+    """Return the offsets and tilts that the centre line of an axis can have: two of each, none along itself."""
     along = LINEAR[ROTARY.index(axis)]
     return [d for d in LINEAR if d != along] + [d for d in ROTARY if d != axis]
 
@@ -197,13 +198,13 @@ def _location_row(name: str) -> tuple[str, str, str, str]:
 
 @cache
 def _by_words() -> dict[str, str]:
-    """Plain words and the few names that follow no pattern, in lower case."""
+    """Return canonical names by plain words, in lower case, and by the few names that follow no pattern."""
     words = {row[3].lower(): row[0] for row in table()}
     words |= {f"s{axes}".lower(): name for name, axes in SQUARE.items()}
     return words | {f"squareness {axes[0]}-{axes[1]}".lower(): name for name, axes in SQUARE.items()}
 
 
 def _examples(word: str) -> list[str]:
-    """Names to choose from: those of the literature that the word looks like, else ISO."""
+    """Return names to choose from: those of the literature that the word resembles, else those of ISO 230-1."""
     column = 1 if re.fullmatch(r"[xyz]\w{2}", word) else 2 if re.match(r"[δεΔd]|eps", word) else 0
     return [name for row in table()[:21] for name in row[column].split(", ")]

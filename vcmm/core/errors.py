@@ -1,4 +1,4 @@
-"""What vcmm says when something is wrong. Which exception to raise:
+"""Exceptions of vcmm, and which of them to raise:
 
     UsageError    your call or your command line is wrong (a mistyped word, a wrong type)
     DataError     your file is wrong (what, file, line, what is allowed, what to do next)
@@ -34,7 +34,7 @@ class UsageError(VcmmError):
 
 
 class OptionError(UsageError):
-    """What a call or a command line asks for is wrong, whatever its file says: no line of the file is to blame."""
+    """An option of a call or of a command line is wrong, whatever its file says: no line of the file is to blame."""
 
 
 class DataError(VcmmError):
@@ -67,14 +67,14 @@ class Environment(VcmmError):
 
 
 def first_of(error: VcmmError) -> str:
-    """The first problem, and how many more there are: for a row in a table of many files."""
+    """Return the first problem and the number of further ones, for files that are rows of a table."""
     problems = error.problems if isinstance(error, DataError) else [str(error)]
     more = f" (and {len(problems) - 1} more problems)" if len(problems) > 1 else ""
     return problems[0] + more
 
 
 def did_you_mean(word: str, allowed: Iterable[str]) -> str:
-    """' Did you mean "travel"?' for the closest allowed word, else ''."""
+    """Return ' Did you mean "travel"?' for the closest allowed word, else ''."""
     allowed = list(allowed)
     match = difflib.get_close_matches(word, allowed, n=1, cutoff=0.6)
     if not match:  # Exx for EXX: the case alone is wrong
@@ -83,6 +83,6 @@ def did_you_mean(word: str, allowed: Iterable[str]) -> str:
 
 
 def choose_from(word: str, allowed: Iterable[str]) -> str:
-    """Suggestion followed by the whole list of allowed words."""
+    """Return the suggestion followed by the whole list of allowed words."""
     allowed = list(allowed)
     return f"{did_you_mean(word, allowed)} Allowed: {', '.join(allowed)}."

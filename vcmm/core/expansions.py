@@ -1,4 +1,4 @@
-"""What solids expand by, for remarks on numbers that are a slip of sign, decimal point or unit."""
+"""Check coefficients of thermal expansion against those of solids, for remarks on a slip of sign, decimal point or unit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ USUAL_WORDS = "usual are 4 to 30 um/(m K): granite 6, glass 8, steel 11.5, alumi
 
 
 def unusual_expansion(what: str, alpha: float) -> str:
-    """A remark on an expansion (1/K) out of the usual range, "" for a usual one and for none at all."""
+    """Return a remark on an expansion (1/K) out of the usual range, "" for a usual one and for None."""
     if alpha == 0.0 or USUAL[0] <= alpha <= USUAL[1]:
         return ""
     return (

@@ -1,4 +1,4 @@
-"""Symbols on certificates and in standards, in words: what each figure says, where it is defined, what it was called before."""
+"""Figures of certificates and standards in words: what each symbol says, where it is defined, and its former symbols."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ FIGURES = (
 
 
 def standard_figures(word: str) -> tuple[StandardFigure, ...]:
-    """Every figure of that symbol, past or present; spelled in any case where no other figure is meant. Empty: none."""
+    """Return every figure of a symbol, past or present; spelled in any case where no other figure is meant. Empty where there is none."""
     exact = [f for f in FIGURES if word == f.symbol or word in f.former]
     if exact:
         return tuple(exact)

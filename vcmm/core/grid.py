@@ -1,4 +1,4 @@
-"""Interpolation between nodes as weights, so that it stays linear in the values at the nodes."""
+"""Interpolate between nodes by weights, so that the result stays linear in the values at the nodes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Array = npt.NDArray[np.float64]
 
 
 def multilinear(positions: list[Array], grids: tuple[Array, ...]) -> tuple[Array, np.ndarray[Any, Any]]:
-    """Weights (n, 2^d) and flat node numbers (n, 2^d) of linear interpolation on a rectilinear grid."""
+    """Return weights (n, 2^d) and flat node numbers (n, 2^d) of linear interpolation on a rectilinear grid."""
     n = len(positions[0])
     weights, nodes = np.ones((n, 1)), np.zeros((n, 1), dtype=np.intp)
     for q, grid in zip(positions, grids):
@@ -27,7 +27,7 @@ def multilinear(positions: list[Array], grids: tuple[Array, ...]) -> tuple[Array
 
 
 def node_weights(nodes: Array, q: Array, interpolation: str) -> Array:
-    """(n, nodes): value at q (n,) = weights @ values; "cubic" (natural spline, 3 nodes or more), "periodic" or "linear".
+    """Return weights (n, nodes) such that the value at q (n,) is weights @ values; "cubic" (natural spline, 3 nodes or more), "periodic" or "linear".
 
     periodic: a cubic spline over one turn, for any q; the first and the last node are one place, which has the mean of both values.
     """

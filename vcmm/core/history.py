@@ -1,4 +1,4 @@
-"""What an axis went through before each row: sense, travel since reversal, speed, state of play.
+"""Compute the history of an axis before each row: sense, travel since reversal, speed, state of play.
 
 Backlash, hysteresis, reversal spikes and servo lag depend on how a place was reached. Effects are row-wise, so that
 memory is turned into columns once, here:
@@ -51,7 +51,8 @@ def play_name(axis: str) -> str:
 
 
 def taken_up(q: Array, half: Array) -> Array:
-    """play_X (n,) along positions q (n,) with half the play h (n,), mm or rad: (q - follower) / h, 1 or -1 where it is taken up.
+    """Return the state of play, play_X (n,), along positions q (n,) with half the play h (n,), mm or rad: (q - follower) / h, which is 1
+    or -1 where the play is taken up.
 
         follower_i = min(max(follower_i-1, q_i - h), q_i + h)
 
@@ -67,13 +68,13 @@ def taken_up(q: Array, half: Array) -> Array:
 
 
 def taken_up_between(before: Array, q_before: Array, q: Array, half: Array) -> Array:
-    """play_X (k,) at positions q (k,) on the straight way from rows at q_before (k,), where it was `before` (k,)."""
+    """Return play_X (k,) at positions q (k,) on the straight way from rows at q_before (k,), where it was `before` (k,)."""
     wide = np.where(half > 0.0, half, 1.0)
     return np.where(half > 0.0, np.clip(before + (q - q_before) / wide, -1.0, 1.0), before)
 
 
 def sense_and_since(q: Array, still: float | Array = STILL) -> tuple[Array, Array]:
-    """Sense (n,) and distance since the last reversal (n,) along positions q (n,), mm or rad.
+    """Return the sense (n,) and the distance since the last reversal (n,) along positions q (n,), mm or rad.
 
     A reversal is noticed once the axis has come back from its furthest point by more than `still` (one, or n of them), and counts
     from that furthest point. The first reversal is the start; before the axis first moves its sense is 0.
@@ -98,17 +99,17 @@ def sense_and_since(q: Array, still: float | Array = STILL) -> tuple[Array, Arra
 
 
 def axis_unit(axis: str) -> str:
-    """Unit of an axis in column names: mm, or rad for a rotary axis."""
+    """Return the unit of an axis in column names: mm, or rad for a rotary axis."""
     return "mm" if axis in "XYZ" else "rad"
 
 
 def travel(q: Array) -> Array:
-    """Distance travelled since the first position, to and fro (n,), in the unit of q (n,)."""
+    """Return the distance travelled since the first position, to and fro (n,), in the unit of q (n,)."""
     return np.concatenate([np.zeros(min(len(q), 1)), np.cumsum(np.abs(np.diff(q)))])
 
 
 def play(q: Array, radius: float) -> Array:
-    """Play operator (Krasnosel'skii & Pokrovskii, Systems with Hysteresis, 1989): q - follower (n,), within +-radius.
+    """Apply the play operator (Krasnosel'skii & Pokrovskii, Systems with Hysteresis, 1989): return q - follower (n,), within +-radius.
 
     The follower rests until the axis has left it behind by `radius`. It starts in the middle of its play.
     """
@@ -123,10 +124,10 @@ def play(q: Array, radius: float) -> Array:
 
 
 def speed_and_acceleration(q: Array, time: Array, arriving: bool = False) -> tuple[Array, Array]:
-    """Signed speed and acceleration (n,) of positions q (n,) at times (n,) s, by differences of neighbours.
+    """Return the signed speed and acceleration (n,) of positions q (n,) at times (n,) s, by differences of neighbours.
 
     Central differences, of second order for a smooth path. arriving: differences to the rows before, the speed with
-    which each row was reached (touches, where the path turns back at once). Raises UsageError where time stands still.
+    which each row was reached (touches, where the path turns back at once). Raises UsageError where two times are equal.
     """
     back = np.flatnonzero(np.diff(time) <= 0)
     if len(back):
@@ -145,7 +146,7 @@ def speed_and_acceleration(q: Array, time: Array, arriving: bool = False) -> tup
 
 
 def time_since_acceleration(acceleration: Array, time: Array) -> Array:
-    """Time (n,) s since |acceleration| (n,) was last above RESTING of its maximum; the start counts as such."""
+    """Return the time (n,) s since |acceleration| (n,) was last above RESTING of its maximum; the start counts as such."""
     size = np.abs(acceleration)
     active = size > RESTING * size.max(initial=0.0)
     active[:1] = True
@@ -161,7 +162,7 @@ def path_history(
     arriving: bool = False,
     widths: Mapping[str, Width] | None = None,
 ) -> dict[str, Array]:
-    """Columns of the rows `rows` (all by default) of a dense path: position of each axis (n,) mm or rad, time (n,) s.
+    """Return the columns of the rows `rows` (all by default) of a dense path: position of each axis (n,) mm or rad, time (n,) s.
 
     radii: plays in mm or rad for which the play state is kept. Speed and acceleration need `time`; see
     `speed_and_acceleration` for `arriving`. widths: the play of the axes that have it (vcmm.core.play.widths).
@@ -194,7 +195,7 @@ def play_column(axis: str, radius: float) -> str:
 def row_history(
     run: Run, axes: Sequence[str], starts: Bools | None = None, positioned: bool = False
 ) -> dict[str, Array]:
-    """sense and since_reversal of the rows of a run alone, for the axes that lack them.
+    """Return sense and since_reversal computed from the rows of a run alone, for the axes that lack them.
 
     starts (n,): rows before which something unseen may have happened (another run, another set-up); each begins anew.
     positioned: the rows are targets approached one by one (ISO 230-2), not a dense path. Then the first target of a
@@ -216,7 +217,7 @@ def row_history(
 
 
 def _sense_of_rows(q: Array, fresh: Bools, positioned: bool) -> Array:
-    """sense (n,) of every stretch on its own; positioned: its first rows take the sense of its first move."""
+    """Return the sense (n,) of every stretch on its own; positioned: its first rows take the sense of its first move."""
     sense = np.zeros(len(q))
     first = np.flatnonzero((fresh | turning_repeats(q)) if positioned else fresh)
     for begin, end in zip(first, [*first[1:], len(q)]):
@@ -228,7 +229,7 @@ def _sense_of_rows(q: Array, fresh: Bools, positioned: bool) -> Array:
 
 
 def since_reversal(q: Array, sense: Array, fresh: Bools) -> Array:
-    """Distance (n,) since the sense of an axis last changed sign; rows marked `fresh` begin anew.
+    """Return the distance (n,) since the sense of an axis last changed sign; rows marked `fresh` begin anew.
 
     The first row is one of them. An axis that comes back turned at the row before. One that arrives against its way from there (or without any)
     turned beyond the target at an unknown place, and counts from the target.
@@ -244,7 +245,7 @@ def since_reversal(q: Array, sense: Array, fresh: Bools) -> Array:
 
 
 def rows_after_turning(sense: Array, time: Array) -> Array:
-    """turned_X (n,): 1 from the first row on, by the clock (n,), at which the known sense of an axis has changed; else 0."""
+    """Return turned_X (n,): 1 from the first row on, by the clock (n,), at which the known sense of an axis has changed; else 0."""
     order = np.argsort(time, kind="stable")
     moving = order[sense[order] != 0]
     changes = np.flatnonzero(np.diff(sense[moving]) != 0)
@@ -252,7 +253,7 @@ def rows_after_turning(sense: Array, time: Array) -> Array:
 
 
 def turning_repeats(q: Array) -> Bools:
-    """Rows (n,) at which a target is repeated at a turning point of the targets; see `row_history`.
+    """Return the rows (n,) at which a target is repeated at a turning point of the targets; see `row_history`.
 
     Of k repeats the second to the last are marked, so that only the last goes on in the new direction.
     """

@@ -53,7 +53,7 @@ class Input:
 
     @property
     def id(self) -> str:
-        """Names the random stream and the budget line: backlash[X].gap, scatter.value, channel.temp_part_C."""
+        """The name of the random stream and of the budget line: backlash[X].gap, scatter.value, channel.temp_part_C."""
         where = f"[{self.where}]" if self.where else ""
         name = f"{self.effect}{where}.{self.parameter}" if self.effect else self.parameter
         name = f"{name} by {self.cause}" if self.cause else name
@@ -61,36 +61,36 @@ class Input:
 
     @property
     def is_channel(self) -> bool:
-        """Whether it moves columns of the run and no effect's number."""
+        """Whether the Input moves columns of the run and no parameter of an effect."""
         return all(m.is_channel for m in self.members) if self.members else self.effect == "channel"
 
     @property
     def scalars(self) -> tuple[tuple[Input, float], ...]:
-        """What one draw of a scalar law moves, and by how much of it."""
+        """The quantities that one draw of a scalar law moves, each with its share."""
         if not self.members:
             return ((self, 1.0),)
         return tuple(zip(self.members, np.ones(len(self.members)) if self.shares is None else self.shares))
 
     @property
     def member_widths(self) -> tuple[int, ...]:
-        """How many numbers each member has."""
+        """The number of elements of each member."""
         return self.widths or (1,) * len(self.members)
 
     def join_responses(self, parts: Sequence[Array]) -> Array:
-        """Responses (..., 1) to the members as one to this Input: (..., 1) of a common cause, else (..., k)."""
+        """Join responses (..., 1) to the members into the response to this Input: (..., 1) of a common cause, else (..., k)."""
         if isinstance(self.law, Law):
             return np.asarray(sum(share * part for (_, share), part in zip(self.scalars, parts)))
         return np.concatenate(parts, axis=-1)
 
     @property
     def size(self) -> float:
-        """Standard uncertainty of a scalar Input, canonical unit; 1e-6 where it has none that is finite and above zero."""
+        """Standard uncertainty of a scalar Input, canonical unit; 1e-6 where its law has none that is finite and above zero."""
         _, factor = self.spread(1)
         u = float(np.ravel(self.law.u)[0]) * abs(float(factor[0, 0]))
         return u if 0 < u < np.inf else 1e-6
 
     def spread(self, k: int) -> tuple[Law | MultivariateSamples, Array]:
-        """(law, factor (k, r)): departure of the k elements = factor @ r draws of the law.
+        """Return (law, factor (k, r)): the departure of the k elements is factor @ r draws of the law.
 
         The draws are independent, but for MultivariateSamples, whose r = k columns are drawn by rows together.
         """
@@ -103,7 +103,7 @@ class Input:
 
 @dataclass(frozen=True, eq=False)
 class JointCovariance:
-    """errors (k,): name of each number; position (k,): its node, nan for an error without one; matrix (k, k)."""
+    """Covariance of several errors. errors (k,): name of each number; position (k,): its node, nan for an error without one; matrix (k, k)."""
 
     errors: tuple[str, ...]
     position: Array
@@ -111,7 +111,7 @@ class JointCovariance:
 
     @property
     def factor(self) -> Array:
-        """(k, r) with factor @ factor.T = matrix, by the eigenvectors of the correlation matrix."""
+        """The factor (k, r) with factor @ factor.T = matrix, by the eigenvectors of the correlation matrix."""
         u = np.sqrt(np.diag(self.matrix))
         scale = np.where(u > 0, u, 1.0)
         size, ways = np.linalg.eigh(self.matrix / np.outer(scale, scale))

@@ -1,4 +1,4 @@
-"""Kinematic chains: nominal transforms, and how small error motions reach the tip.
+"""Kinematic chains: nominal transforms, and the propagation of small error motions to the tip.
 
 Rules (all frames coincide with the machine frame when every axis is at zero):
 
@@ -90,7 +90,8 @@ class Chain:
 
 
 def parse_structure(text: str) -> Chain:
-    """'w b Y X Z t' -> Chain. Raises UsageError: no w/b/t, a repeated or unknown axis, a prime on the wrong side."""
+    """Parse the structure of a machine: 'w b Y X Z t' -> Chain. Raises UsageError: no w/b/t, a repeated or unknown axis, a prime on the
+    wrong side."""
     words = text.split()
     example = "write for example structure = \"w X' Y' b Z t\" (workpiece to tool through the bed b)"
     if len(words) < 3 or words[0] != "w" or words[-1] != "t" or words.count("b") != 1:
@@ -140,14 +141,14 @@ def nominal_motion(axis: Axis, q: Array, carries_work: bool) -> Frame:
 
 @dataclass(frozen=True)
 class Pose6:
-    """Where the own frame of a link is: `before` its nominal motion and `after` it, seen from the bed."""
+    """Pose of the own frame of a link, seen from the bed: `before` its nominal motion and `after` it."""
 
     before: Frame
     after: Frame
 
 
 def _frame_of_direction(axis: Axis, n: int) -> Frame | None:
-    """C: from the frame of an axis with a direction of its own to that of the link which carries it; None for all others."""
+    """Return the frame C, from an axis with a direction of its own to the link which carries it; None for all others."""
     turn = axis.alignment
     if turn is None:
         return None
@@ -159,7 +160,7 @@ LinkFrames = tuple[dict[str, Pose6], Frame, Frame]  # of every link; the ends of
 
 
 def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> LinkFrames:
-    """Frames of every link, and the ends of the tool and workpiece chains."""
+    """Return the frames of every link, and the ends of the tool and workpiece chains."""
     still = Frame(None, np.zeros((run.n, 3)))
     frames: dict[str, Pose6] = {}
     ends = []
@@ -176,7 +177,7 @@ def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> LinkFrames:
 
 
 def nominal_tip(chain: Chain, axes: Mapping[str, Axis], run: Run) -> Array:
-    """Nominal tip position (n, 3) mm in workpiece axes."""
+    """Return the nominal tip position (n, 3) mm in workpiece axes."""
     out = np.empty((run.n, 3))
     for i in range(0, run.n, CHUNK):
         rows = slice(i, i + CHUNK)
@@ -187,7 +188,7 @@ def nominal_tip(chain: Chain, axes: Mapping[str, Axis], run: Run) -> Array:
 
 
 def tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
-    """First-order motion of the tip (n, 6) in workpiece axes, actual - nominal: x y z mm, a b c rad.
+    """Return the first-order motion of the tip (n, 6) in workpiece axes, actual - nominal: x y z mm, a b c rad.
 
     `motions` are in tip sense. A motion (t, r) of a link about its pivot m moves the tip by t + r x (p - m).
     """
@@ -203,9 +204,9 @@ def tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequen
 
 
 def commanded_directions(ends: LinkFrames, n: int) -> Array:
-    """Way of the tip in workpiece axes per mm that X, Y and Z are commanded to go, as columns (n, 3, 3).
+    """Return the way of the tip in workpiece axes per mm of commanded X, Y and Z, as columns (n, 3, 3).
 
-    ends: `link_frames` of a run of n rows. The identity while all rotary axes stand at zero; a direction in which no axis
+    ends: `link_frames` of a run of n rows. The identity while all rotary axes are at zero; a direction in which no axis
     moves is that of the machine frame.
     """
     frames, _, work = ends
@@ -219,7 +220,7 @@ def commanded_directions(ends: LinkFrames, n: int) -> Array:
 def _carry_motion(
     motion: Motion, frames_of: LinkFrames, axes: Mapping[str, Axis], tip: Array, run: Run
 ) -> tuple[Frame, Array, Array]:
-    """(frame in which the motion is expressed, tip shift, turn), both (n, 3) in that frame."""
+    """Return (frame in which the motion is expressed, tip shift, turn), both (n, 3) in that frame."""
     frames, tool, work = frames_of
     shift, turn = motion.six[:, :3], motion.six[:, 3:]
     if motion.link == "tip":
@@ -246,7 +247,7 @@ def _carry_motion(
 def sensitivity(
     frames_of: LinkFrames, axes: Mapping[str, Axis], run: Run, link: tuple[str, str], direction: Array
 ) -> Array:
-    """How far the tip moves along `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
+    """Return how far the tip moves along `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
 
     The transpose of `tip_motion`: n . (t + r x d) = n . t + r . (d x n), with d from the pivot to the tip.
     frames_of: `link_frames` of the run, made once for all links. link: its letter or word, and the place of the motion.
@@ -272,7 +273,7 @@ def sensitivity(
 def turn_sensitivity(
     frames_of: LinkFrames, axes: Mapping[str, Axis], run: Run, link: tuple[str, str], direction: Array
 ) -> Array:
-    """How far the tip turns about `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
+    """Return how far the tip turns about `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
 
     Arguments as in `sensitivity`. A direction of travel that turns, and a moved command, do not turn the tip.
     """
@@ -289,19 +290,19 @@ def turn_sensitivity(
 
 
 def _frame_and_pivot(axis: Axis, pose: Pose6, place: str) -> tuple[Frame, Array]:
-    """The frame in which a motion of an axis is expressed, and the point (3,) about which it turns."""
+    """Return the frame in which a motion of an axis is expressed, and the point (3,) about which it turns."""
     if place == "location":
         return pose.before, np.array(axis.centre)
     return (pose.before if axis.error_frame == "fixed" else pose.after), axis.own_pivot
 
 
 def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
-    """Tip error (n, 3) mm by multiplying the transforms; motions of one link and place are added first."""
+    """Return the tip error (n, 3) mm by multiplying the transforms; motions of one link and place are added first."""
     return exact_tip(chain, axes, run, motions) - nominal_tip(chain, axes, run)
 
 
 def exact_tip(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
-    """Where the tip is (n, 3) mm, workpiece axes: position and offset of the run and the motions, transforms multiplied."""
+    """Return the tip (n, 3) mm, workpiece axes: position and offset of the run and the motions, transforms multiplied."""
     summed = _by_link(motions, run.n)
     tool, work = _actual_ends(chain, axes, run, summed)
     at_tip, at_tool = summed.get(("tip", "motion")), summed.get(("tool", "motion"))
@@ -317,7 +318,7 @@ def exact_tip(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequenc
 
 
 def exact_tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
-    """Motion of the tip (n, 6), actual - nominal, workpiece axes, mm and rad, by multiplying the transforms.
+    """Return the motion of the tip (n, 6), actual - nominal, workpiece axes, mm and rad, by multiplying the transforms.
 
     Columns 3 to 5 are the rotation vector of R_actual R_nominal^T, R the orientation of the tool seen from the workpiece.
     """
@@ -337,14 +338,14 @@ def exact_tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: 
 
 
 def _orientation(tool: Frame, work: Frame, n: int) -> Array:
-    """Of the tool, seen from the workpiece (n, 3, 3)."""
+    """Return the orientation of the tool seen from the workpiece (n, 3, 3)."""
     upright = np.broadcast_to(np.eye(3), (n, 3, 3))
     seen = upright if work.rotation is None else work.rotation.transpose(0, 2, 1)
     return seen if tool.rotation is None else seen @ tool.rotation
 
 
 def _actual_ends(chain: Chain, axes: Mapping[str, Axis], run: Run, summed: LinkSums) -> tuple[Frame, Frame]:
-    """Tool side and workpiece side: products of their axes from the bed outwards, errors included."""
+    """Return the tool side and the workpiece side: products of their axes from the bed outwards, errors included."""
     ends = []
     for side, carries_work in ((chain.tool, False), (chain.work, True)):
         here = Frame(None, np.zeros((run.n, 3)))
@@ -365,7 +366,7 @@ def _by_link(motions: Sequence[Motion], n: int) -> LinkSums:
 
 
 def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: LinkSums) -> Frame:
-    """L · T_nominal · E of one axis (or L · E · T_nominal), errors included."""
+    """Return L · T_nominal · E of one axis (or L · E · T_nominal), errors included."""
     sign = -1.0 if carries_work else 1.0  # motions are in tip sense; the table's own motion is opposite
     nominal = nominal_motion(axis, q, carries_work)
     travel = summed.get((axis.letter, "travel"))
@@ -381,7 +382,7 @@ def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: LinkSums) -
 
 
 def _small(six: Array, pivot: Array) -> Frame:
-    """p -> pivot + exp([r]x)(p - pivot) + t."""
+    """Return the small transform p -> pivot + exp([r]x)(p - pivot) + t."""
     if not six[:, 3:].any():
         return Frame(None, six[:, :3])
     rotation = rotation_from_vector(six[:, 3:])

@@ -1,4 +1,4 @@
-"""The one door by which effects and Inputs come to a machine, whoever names them.
+"""Add effects and Inputs to a machine: every caller uses `add_knowledge`.
 
 The error tables and lists of a machine file, the part, the environment and the lists of a scenario, the setting up of a
 cut, and styli that were qualified: all go through `add_knowledge`, which adds up effects of one name and place and refuses a
@@ -21,7 +21,7 @@ from vcmm.core.machine import Machine
 
 
 def add_knowledge(machine: Machine, effects: Sequence[Effect] = (), inputs: Sequence[Input] = ()) -> Machine:
-    """The machine with further effects and Inputs.
+    """Return the machine with further effects and Inputs.
 
     Raises UsageError for a quantity with two Inputs, and for an effect on an axis that the machine lacks.
     """
@@ -35,7 +35,7 @@ def add_knowledge(machine: Machine, effects: Sequence[Effect] = (), inputs: Sequ
 
 
 def duplicate_text(one: Input, known: Sequence[Input]) -> str:
-    """What is wrong with a quantity that has an Input already: it would be drawn twice from one stream. '' where it has none."""
+    """Return the error text for a quantity that already has an Input: it would be sampled twice from one stream. '' where it has none."""
     mine = {m.id for m in _single_quantities(one)}
     for other in known:
         name = next((m.id for m in _single_quantities(other) if m.id in mine), None)
@@ -46,12 +46,12 @@ def duplicate_text(one: Input, known: Sequence[Input]) -> str:
 
 
 def _single_quantities(quantity: Input) -> tuple[Input, ...]:
-    """The quantities whose whole uncertainty an Input states; a common cause is one quantity beside theirs."""
+    """Return the quantities whose whole uncertainty an Input states; a common cause is one quantity beside theirs."""
     return (quantity,) if not quantity.members or isinstance(quantity.law, Law) else quantity.members
 
 
 def merge_effects(effects: Sequence[Effect]) -> list[Effect]:
-    """Effects of one name and place added into one where all that differs are numbers in which they are linear.
+    """Add effects of one name and place into one where they differ only in numbers in which they are linear.
 
     An Input names an effect by name and place: two of them (a table and a further known effect) would count twice.
     """
@@ -68,14 +68,14 @@ def merge_effects(effects: Sequence[Effect]) -> list[Effect]:
 
 
 def addable(one: Effect, other: Effect) -> bool:
-    """Whether two effects of one id differ in nothing but numbers in which they are linear."""
+    """Return whether two effects of one id differ in nothing but numbers in which they are linear."""
     linear = {f.name for f in parameter_fields(one) if not f.metadata["scan"]}
     rest = [f.name for f in fields(one) if f.name not in linear]
     return all(np.array_equal(getattr(one, n), getattr(other, n)) for n in rest)
 
 
 def targets(machine: Machine, one: Input) -> list[Effect]:
-    """The effects an Input acts on. Raises UsageError when there is none."""
+    """Return the effects an Input acts on. Raises UsageError when there is none."""
     hit = [e for e in machine.effects if e.name == one.effect and one.where in (EVERY, e.where)]
     if not hit:
         known = sorted({e.id for e in machine.effects})
@@ -90,7 +90,7 @@ def targets(machine: Machine, one: Input) -> list[Effect]:
 
 
 def acted_on(machine: Machine, one: Input) -> tuple[Effect, ...]:
-    """The effects through which a single quantity shows: those that ask for a column, those that have a parameter; or none."""
+    """Return the effects that a single quantity changes: those that need a column, those that have a parameter; or none."""
     if one.is_channel:
         return tuple(e for e in machine.effects if one.parameter in required(e))
     known = any(e.name == one.effect and one.where in (EVERY, e.where) for e in machine.effects)

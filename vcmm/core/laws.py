@@ -111,7 +111,7 @@ class StudentT(Law):
         return np.asarray(-stdtrit(self.dof, p))
 
     def _mixture(self) -> tuple[Array, Array]:
-        """Nodes nu / chi2 and weights of the mean over chi2_nu, (k,) each."""
+        """Return the nodes nu / chi2 and weights of the mean over chi2_nu, (k,) each."""
         a = self.dof / 2
         width = 1 / math.sqrt(a)
         x = np.arange(-75.0 / a - 10 * width, min(6.0, 12 * width), min(0.2, 0.6 * width))  # ln(chi2 / nu)
@@ -119,7 +119,7 @@ class StudentT(Law):
         return np.exp(-x), weight / weight.sum()
 
     def log_cf(self, t: ArrayLike) -> Array:
-        """ln of the characteristic function, elementwise: 1e-10 of its value while cf > 0.01; cf itself to 1e-14."""
+        """Return ln of the characteristic function, elementwise: 1e-10 of its value while cf > 0.01; cf itself to 1e-14."""
         t = np.asarray(t, float)
         node, weight = self._mixture()
         half = (self.scale * t.ravel()) ** 2 / 2
@@ -131,7 +131,7 @@ class StudentT(Law):
 
 
 def _log_mean_exp(h: Array, node: Array, weight: Array) -> Array:
-    """ln sum_k weight_k exp(-h node_k), (n,): by its distance from 1 where it is near 1."""
+    """Return ln sum_k weight_k exp(-h node_k), (n,): by its distance from 1 where it is near 1."""
     exponent = np.multiply.outer(h, node)
     lost = -np.expm1(-exponent) @ weight
     kept = np.exp(-exponent) @ weight
@@ -140,7 +140,7 @@ def _log_mean_exp(h: Array, node: Array, weight: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Samples(Law):
-    """Empirical law: each of the values (m,) is equally probable; drawn by index. May have a mean."""
+    """Empirical law: each of the values (m,) is equally probable; sampled by index. May have a mean."""
 
     values: Array
     name = "samples"
@@ -189,7 +189,7 @@ class Samples(Law):
         return low + span / (n - 1) * np.arange(n), weight / len(place), span / (n - 1)
 
     def cf(self, t: ArrayLike) -> Array:
-        """Characteristic function (complex) of the values spread evenly over bins of about u / 250."""
+        """Return the characteristic function (complex) of the values spread evenly over bins of about u / 250."""
         t = np.asarray(t, float)
         centre, weight, width = self._bins
         blocks = np.array_split(t.ravel(), t.size // 256 + 1)
@@ -201,7 +201,7 @@ class Samples(Law):
 
 
 def row_factor(gain: Array, tolerance: float = 1e-10) -> Array:
-    """Lower-trapezoidal factor F (K, r) with F F^T = gain gain^T, for gain (K, L); r = rank.
+    """Return the lower-trapezoidal factor F (K, r) with F F^T = gain gain^T, for gain (K, L); r = rank.
 
     Rows are made orthogonal one after another (Gram-Schmidt, twice, without squaring the gain). Row k of F
     depends on rows 0..k of `gain` only, so one more output changes nothing in those before it. A row whose
@@ -227,9 +227,9 @@ MANY, SHARE, LEFT = 200, 4, 1e-13  # quantities; at most a quarter of them indep
 
 
 def _low_rank(correlation: Array) -> Array | None:
-    """(k, r) whose product with its transpose is the correlation matrix to 1e-12, r far below k; None where there is none.
+    """Return a factor (k, r) whose product with its transpose is the correlation matrix to 1e-12, r far below k; None where there is none.
 
-    Cholesky with the largest variance left as the next pivot, k r^2 operations (Harbrecht, Peters and Schneider, Appl. Numer.
+    Cholesky with the largest remaining variance as the next pivot, k r^2 operations (Harbrecht, Peters and Schneider, Appl. Numer.
     Math. 62 (2012) 428): a smooth curve at a thousand nodes has some tens of directions. What remains is looked at, so that a
     matrix that is no correlation matrix is none here either.
     """
@@ -273,7 +273,7 @@ class MultivariateNormal:
 
     @cached_property
     def factor(self) -> Array:
-        """(k, r), lower trapezoidal: deviation = factor @ r standard normals; null directions dropped.
+        """Lower trapezoidal factor (k, r): deviation = factor @ r standard normals; null directions dropped.
 
         Eigenvectors of the correlation matrix show the null directions (pivots do where there are many quantities and few
         directions); triangular form then makes the factor unique (eigenvectors are not), so that the same seed gives the same
@@ -292,13 +292,13 @@ class MultivariateNormal:
         return row_factor(u[:, None] * vector[:, keep] * np.sqrt(value[keep]), 1e-6)
 
     def project(self, gain: Array) -> Normal:
-        """Law of the linear combination gain (k,) . deviation."""
+        """Return the law of the linear combination gain (k,) . deviation."""
         return Normal(float(np.linalg.norm(np.asarray(gain, float) @ self.factor)))
 
 
 @dataclass(frozen=True, eq=False)
 class MultivariateSamples:
-    """Empirical joint law: the rows of values (m, k) are equally probable and drawn whole, by index."""
+    """Empirical joint law: the rows of values (m, k) are equally probable and sampled whole, by index."""
 
     values: Array
     name = "multivariate samples"
@@ -313,12 +313,12 @@ class MultivariateSamples:
 
     @cached_property
     def mean(self) -> Array:
-        """(k,)"""
+        """Mean of each quantity (k,)."""
         return np.asarray(self.values.mean(axis=0))
 
     @cached_property
     def covariance(self) -> Array:
-        """(k, k), of the rows taken as the whole population."""
+        """Covariance (k, k) of the rows taken as the whole population."""
         centred = self.values - self.mean
         return np.asarray(centred.T @ centred / len(centred))
 
@@ -328,7 +328,7 @@ class MultivariateSamples:
         return np.sqrt(np.diag(self.covariance))
 
     def project(self, gain: Array) -> Samples:
-        """Law of the linear combination gain (k,) . deviation."""
+        """Return the law of the linear combination gain (k,) . deviation."""
         return Samples(self.values @ np.asarray(gain, float))
 
 

@@ -64,11 +64,11 @@ class Machine:
                 )
 
     def with_effect(self, *effects: Effect) -> Machine:
-        """A copy with further effects."""
+        """Return a copy with further effects."""
         return replace(self, effects=self.effects + effects)
 
     def without(self, name: str, where: str | None = None) -> Machine:
-        """A copy without the effects of that name (and place)."""
+        """Return a copy without the effects of that name (and place)."""
         gone = [e for e in self.effects if e.name == name and where in (None, e.where)]
         if not gone:
             raise UsageError(
@@ -82,7 +82,7 @@ class Machine:
             check_travel(axis, run.q(letter))
 
     def prepare(self, run: Run) -> Run:
-        """The run with the nominal tip position as columns; checks positions against the travels.
+        """Return the run with the nominal tip position as columns, after checking its positions against the travels.
 
         Raises ModelLimit naming the row, the axis and the travel.
         """
@@ -93,16 +93,16 @@ class Machine:
         return run.with_columns({f"tip_{c}_mm": tip[:, i] for i, c in enumerate("xyz")})
 
     def motions(self, run: Run, effects: Iterable[Effect] | None = None) -> list[Motion]:
-        """Error motions of all effects that move a link, in tip sense. `run` is prepared."""
+        """Return the error motions of all effects that move a link, in tip sense. `run` is prepared."""
         chosen = [e for e in (self.effects if effects is None else effects) if e.link != "reading"]
         return [Motion(e.link, e.place, self.sign(e) * self.checked_motion(e, run)) for e in chosen]
 
     def sign(self, effect: Effect) -> float:
-        """-1 for an axis's own motion on the workpiece side, else +1 (error motions are in tip sense)."""
+        """Return -1 for an axis's own motion on the workpiece side, else +1 (error motions are in tip sense)."""
         return -1.0 if effect.own and effect.link in self.chain.work else 1.0
 
     def checked_motion(self, effect: Effect, run: Run) -> Array:
-        """error_motion, after checking that the run has the columns the effect needs."""
+        """Return the error motion, after checking that the run has the columns the effect needs."""
         self.check_columns(effect, run)
         return effect.error_motion(run)
 
@@ -118,9 +118,9 @@ class Machine:
                 )
 
     def tip_motion(self, run: Run, exact: bool = False) -> Array:
-        """Motion of the tip (n, 6), actual - nominal, workpiece axes: mm and rad; of first order unless exact.
+        """Return the motion of the tip (n, 6), actual - nominal, workpiece axes: mm and rad; of first order unless exact.
 
-        Raises ModelLimit where a rotation exceeds 1 mrad, for there first order is no longer good enough, or a
+        Raises ModelLimit where a rotation exceeds 1 mrad, where first order is no longer good enough, or a
         translation 1 mm, unless the machine says large_errors: then the transforms are multiplied.
         """
         run = self.prepare(run)
@@ -132,8 +132,7 @@ class Machine:
         return np.concatenate(parts) if parts else np.zeros((0, 6))
 
     def chosen_motion(self, run: Run) -> tuple[Array, bool]:
-        """Motion of the tip (n, 6) as `tip_motion`, by the engine that the size of the machine's own errors asks for; True where
-        the transforms were multiplied.
+        """Return the motion of the tip (n, 6) as `tip_motion`, by the engine that the size of the machine's own errors requires; True where.
         """
         if self.large_errors:
             return self.tip_motion(run, exact=True), True
@@ -143,7 +142,7 @@ class Machine:
             return self.tip_motion(run, exact=True), True
 
     def _first_order(self, run: Run, first: int) -> Array:
-        """Motion (n, 6) of the rows of a run from row `first` on."""
+        """Return the motion (n, 6) of the rows of a run from row `first` on."""
         motions = self.motions(run)
         for motion in motions:
             largest = float(np.abs(motion.six[:, 3:]).max(initial=0.0))
@@ -163,14 +162,14 @@ class Machine:
         return tip_motion(self.chain, self.axes, run, motions)
 
     def tip_error(self, run: Run, exact: bool = False) -> Array:
-        """Tip error (n, 3) mm, actual - nominal, workpiece axes. exact=True multiplies the transforms."""
+        """Return the tip error (n, 3) mm, actual - nominal, workpiece axes. exact=True multiplies the transforms."""
         if not exact and not self.large_errors:
             return self.tip_motion(run)[:, :3]
         run = self.prepare(run)
         return exact_tip_error(self.chain, self.axes, run, self.motions(run))
 
     def reading(self, run: Run) -> Array:
-        """What probe, stylus, part and instrument add to the indication (n, 3) mm, indicated - true."""
+        """Return what probe, stylus, part and instrument add to the indication (n, 3) mm, indicated - true."""
         run = self.prepare(run)
         total = np.zeros((run.n, 3))
         for effect in self.effects:
@@ -179,7 +178,8 @@ class Machine:
         return total
 
     def indication_error(self, run: Run, exact: bool = False) -> Array:
-        """Measuring: error = indicated - true = -tip error + reading, (n, 3) mm. The one home of this sign."""
+        """Return the error of indication of a measuring machine, indicated - true = -tip error + reading, (n, 3) mm. This sign is defined
+        here only."""
         run = self.prepare(run)
         return self.reading(run) - self.tip_error(run, exact)
 

@@ -1,4 +1,4 @@
-"""Memory that was given back is kept in hand.
+"""Keep freed memory in the process, so that the next arrays need no new pages.
 
 The C library of Linux returns the top of its heap to the system as soon as 128 KB of it are free, and asks for it again, page by page, with
 the next array. Blocks of trials are made of arrays of some 100 KB, of which each then costs the fetching of its pages: a tenth to a
@@ -14,5 +14,5 @@ MAPPED_SIZE = 8 << 20  # bytes; never touched, so that none of them is ever fetc
 
 
 def keep_in_hand() -> None:
-    """Up to twice MAPPED of what this process gives back from now on stays in its hand."""
+    """Keep up to twice MAPPED of the memory that this process frees from now on."""
     np.empty(MAPPED_SIZE, dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""Files that the command under way has read: what it writes must not take their place, or the data of its user are lost."""
+"""Record the files that the running command has read: what it writes must not replace them, or the data of its user are lost."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vcmm.core.errors import UsageError
 
 @dataclass(frozen=True)
 class CommandFiles:
-    """Real paths. read: of others; outputs: by the command itself, which may read and replace them."""
+    """Real paths of a command. read: of others; outputs: written by the command itself, which may read and replace them."""
 
     read: set[str] = field(default_factory=set)
     outputs: set[str] = field(default_factory=set)
@@ -25,7 +25,7 @@ _UNDER_WAY: ContextVar[CommandFiles | None] = ContextVar("files of the command u
 
 @contextmanager
 def command_files() -> Iterator[None]:
-    """A command from its first file to its last; programs that call vcmm from Python have none and may replace what they like."""
+    """Open the record of one command, from its first file to its last; programs that call vcmm from Python have none and may replace any file."""
     token = _UNDER_WAY.set(CommandFiles())
     try:
         yield
@@ -34,7 +34,7 @@ def command_files() -> Iterator[None]:
 
 
 def note_read(path: Path) -> None:
-    """The command has read a file."""
+    """Note that the command has read a file."""
     files = _UNDER_WAY.get()
     if files is not None and (real := os.path.realpath(path)) not in files.outputs:
         files.read.add(real)

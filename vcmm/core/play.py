@@ -1,4 +1,4 @@
-"""How wide the play of the axes of a machine is: its effects say it themselves, by what they jump where an axis turns.
+"""Compute the width of the play of the axes of a machine from the jump of its effects at a reversal.
 
     play     e(d = -1, far) - e(d = +1, at the reversal)                    half of it is h of history.taken_up
     band     the largest of play, of the loop far from reversals, and of what is made up on the way
@@ -24,13 +24,14 @@ PLAY_COLUMNS = ("sense_", "since_reversal_", "load_kg")  # columns of effects th
 
 
 def share_taken_up(run: Run, axis: str) -> Array:
-    """(n,) between -1 and 1: play_X of a dense path; where there was none, the direction sense_X of the last motion."""
+    """Return the share of the play that is taken up (n,), between -1 and 1: play_X of a dense path; where there was none, the direction
+    sense_X of the last motion."""
     found = run.columns.get(play_name(axis))
     return run.column(f"sense_{axis}") if found is None else found
 
 
 def bends(run: Run, axis: str, left: Array) -> bool:
-    """Is what is left (n,) of a reversal, as a share, more than a slope over the position beside a step?
+    """Return whether the remaining share `left` (n,) of a reversal is more than a slope over the position beside a step.
 
     What goes on in proportion to the end of every way is d_a s = q - q(reversal): a scale and a play, which have names of their own.
     False where these two leave less than STRAIGHT of it. Columns for diagnosis alone: true where a run says no direction.
@@ -45,7 +46,7 @@ def bends(run: Run, axis: str, left: Array) -> bool:
 
 
 def widths(effects: Iterable[Effect], position: Mapping[str, Array]) -> dict[str, Width]:
-    """Of the axes of a path, position (n,) of each in mm or rad, that have play by these effects."""
+    """Return the widths of the axes of a path, position (n,) of each in mm or rad, that have play by these effects."""
     out, known = {}, tuple(effects)
     for axis in position:
         own = [e for e in known if _is_play(e, axis)]
@@ -55,7 +56,7 @@ def widths(effects: Iterable[Effect], position: Mapping[str, Array]) -> dict[str
 
 
 def playing(effects: Iterable[Effect], axes: Iterable[str]) -> tuple[Effect, ...]:
-    """Those that make the play of any of these axes."""
+    """Return the effects that cause the play of at least one of the axes."""
     letters = tuple(axes)
     return tuple(e for e in effects if any(_is_play(e, letter) for letter in letters))
 

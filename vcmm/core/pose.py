@@ -1,4 +1,4 @@
-"""Rigid transforms between named frames, and the few vector helpers that geometry needs everywhere.
+"""Rigid transforms between named frames, and the vector helpers that all geometry uses.
 
 A pose reads b_from_a: it takes coordinates in frame a to coordinates in frame b.
 
@@ -25,24 +25,24 @@ ORTHONORMAL_TOLERANCE = 1e-9
 
 
 def read_only_copy(values: npt.ArrayLike) -> Array:
-    """A read-only float64 copy."""
+    """Return a read-only float64 copy."""
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Scalar product over the last axis; leading axes broadcast."""
+    """Return the scalar product over the last axis; leading axes broadcast."""
     return np.asarray(np.einsum("...i,...i->...", a, b))
 
 
 def length(vectors: Array) -> Array:
-    """Euclidean length over the last axis."""
+    """Return the euclidean length over the last axis."""
     return np.sqrt(dot(vectors, vectors))
 
 
 def unit(vectors: Array) -> Array:
-    """Vectors (..., 3) divided by their length. UsageError for a zero or non-finite vector."""
+    """Return the vectors (..., 3) divided by their length. UsageError for a zero or non-finite vector."""
     size = length(vectors)
     if not np.all(np.isfinite(size) & (size > 0.0)):
         raise UsageError(
@@ -52,7 +52,7 @@ def unit(vectors: Array) -> Array:
 
 
 def triad(axis: npt.ArrayLike, towards: npt.ArrayLike | None = None) -> Array:
-    """Orthonormal right-handed rows u, v, w (3, 3) with w along `axis`.
+    """Return the orthonormal right-handed rows u, v, w (3, 3) with w along `axis`.
 
     u is `towards` projected square to w. By default x of the frame is projected; when w lies within
     2.6 deg of x, y is projected instead. So a face whose normal is -y has u = x and v = z.
@@ -83,7 +83,7 @@ class Pose:
     @staticmethod
     @cache
     def identity() -> Pose:
-        """The pose that changes nothing; one object, whose arrays cannot be written."""
+        """Return the pose that changes nothing; one object, whose arrays cannot be written."""
         return Pose(np.eye(3), np.zeros(3))
 
     @classmethod
@@ -113,57 +113,57 @@ class Pose:
         return np.stack([x, y, z], axis=-1)
 
     def apply(self, points: npt.ArrayLike) -> Array:
-        """Point sets (..., 3), same shape out. A batch (m,) of poses takes (3,), (n, 3) or (m, n, 3)."""
+        """Apply the pose to point sets (..., 3); the result has the same shape. A batch (m,) of poses takes (3,), (n, 3) or (m, n, 3)."""
         p = np.asarray(points, dtype=np.float64)
         shift = self.shift if p.ndim == 1 or self.shift.ndim == 1 else self.shift[..., None, :]
         return np.asarray(self.turn(p) + shift)
 
     def turn(self, vectors: npt.ArrayLike) -> Array:
-        """Directions: as `apply`, without the shift."""
+        """Turn directions: as `apply`, without the shift."""
         return np.asarray(np.asarray(vectors, dtype=np.float64) @ np.swapaxes(self.rotation, -1, -2))
 
     def apply_each(self, points: Array) -> Array:
-        """One point per pose: (m, 3) -> (m, 3); leading axes broadcast."""
+        """Apply each pose to its own point: (m, 3) -> (m, 3); leading axes broadcast."""
         return np.asarray(self.turn_each(points) + self.shift)
 
     def turn_each(self, vectors: Array) -> Array:
-        """One direction per pose: (m, 3) -> (m, 3); leading axes broadcast."""
+        """Turn one direction by each pose: (m, 3) -> (m, 3); leading axes broadcast."""
         return np.asarray(np.einsum("...ij,...j->...i", self.rotation, vectors))
 
     def inverse(self) -> Pose:
-        """a_from_b."""
+        """Return a_from_b."""
         back = np.swapaxes(self.rotation, -1, -2)
         return _sound(back, -np.einsum("...ij,...j->...i", back, self.shift))
 
     def __matmul__(self, other: Pose) -> Pose:
-        """c_from_b @ b_from_a = c_from_a: the right-hand pose acts first."""
+        """Return c_from_a = c_from_b @ b_from_a: the right-hand pose acts first."""
         return _sound(self.rotation @ other.rotation, self.apply_each(other.shift))
 
     def shifted_to(self, shift: Array) -> Pose:
-        """The same rotation with another shift (..., 3) mm, finite."""
+        """Return the same rotation with another shift (..., 3) mm, finite."""
         if shift.shape != self.shift.shape or not np.all(np.isfinite(shift)):
             raise UsageError("A pose holds a number that is not finite; give finite mm and rad.")
         return _sound(self.rotation, shift)
 
     def some(self, rows: npt.NDArray[np.intp]) -> Pose:
-        """Some poses of a batch (m,), by their numbers."""
+        """Return some poses of a batch (m,), by their numbers."""
         return _sound(self.rotation[rows], self.shift[rows])
 
     def alone(self) -> Pose:
-        """The one pose as a batch (1,)."""
+        """Return the one pose as a batch (1,)."""
         return _sound(self.rotation[None], self.shift[None])
 
     def each(self) -> list[Pose]:
-        """The single poses of a batch (m,)."""
+        """Return the single poses of a batch (m,)."""
         return [_sound(rotation, shift) for rotation, shift in zip(self.rotation, self.shift)]
 
     def then(self, after: Pose) -> Pose:
-        """b_from_a.then(c_from_b) = c_from_a: this pose acts first."""
+        """Return c_from_a of b_from_a.then(c_from_b): this pose acts first."""
         return after @ self
 
 
 def _sound(rotation: Array, shift: Array) -> Pose:
-    """A pose whose rotation follows from rotations that were checked, so it needs no check of its own."""
+    """Return a pose whose rotation follows from rotations that were checked, so that it needs no check of its own."""
     pose = object.__new__(Pose)
     object.__setattr__(pose, "rotation", read_only_copy(rotation))
     object.__setattr__(pose, "shift", read_only_copy(shift))
@@ -184,6 +184,6 @@ def _check(rotation: Array, shift: Array) -> None:
 
 
 def _handedness(rotation: Array) -> Array:
-    """u . (v x w) of the rows (...,): the determinant, without the general elimination for each."""
+    """Return u . (v x w) of the rows (...,): the determinant, without a general elimination for each matrix."""
     u, v, w = rotation[..., 0, :], rotation[..., 1, :], rotation[..., 2, :]
     return dot(u, np.cross(v, w))

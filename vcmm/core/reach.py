@@ -1,4 +1,4 @@
-"""Where the linear axes stand so that the tip is at a place."""
+"""Find the positions of the linear axes that bring the tip to a place."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vcmm.core.run import Array, Run
 
 
 def linear_positions(machine: Machine, run: Run, tip: Array) -> dict[str, Array]:
-    """Axis positions that bring the tip to `tip` (n, 3) mm, workpiece axes; rotary axes and offsets as in the run.
+    """Return axis positions that bring the tip to `tip` (n, 3) mm, workpiece axes; rotary axes and offsets as in the run.
 
     The tip is linear in the positions of the linear axes. Raises ModelLimit where they cannot reach a place.
     """

@@ -1,6 +1,6 @@
-"""How a result is read by those who hold it in Python: as a document, as rows, as a page, in a notebook.
+"""Readings of a result in Python: as a document, as rows, as a page, in a notebook.
 
-Rooms that compute know no tables and pages. Who runs a job for a person (`vcmm.face`) gives the result a `Reading`: how its
+Rooms that compute do not know tables and pages. The room that runs a job for a person (`vcmm.face`) gives the result a `Reading`: how its
 document, its rows and its page are made. The result offers them as methods.
 """
 
@@ -36,7 +36,7 @@ class Readable:
     reading: Reading | None
 
     def to_dict(self) -> dict[str, Any]:
-        """The document that the command line prints with `--json`: plain lists, texts and numbers.
+        """Return the document that the command line prints with `--json`: plain lists, texts and numbers.
 
         Returns
         -------
@@ -46,7 +46,7 @@ class Readable:
         return self._reading().document(self)
 
     def to_dataframe(self, library: str | None = None) -> Any:
-        """The rows of the main table as a data frame; headings carry the unit, as the keys of the document do.
+        """Return the rows of the main table as a data frame; headings carry the unit, as the keys of the document do.
 
         Parameters
         ----------
@@ -56,7 +56,7 @@ class Readable:
         Returns
         -------
         pandas.DataFrame or polars.DataFrame
-            An interval stands in two columns, its ends named `_low` and `_high`.
+            An interval takes two columns, its ends named `_low` and `_high`.
 
         Raises
         ------
@@ -95,7 +95,7 @@ class Readable:
         return target
 
     def _repr_html_(self) -> str | None:
-        """What a notebook shows; None (it takes the repr) of a result that was made inside the program."""
+        """Return the HTML of a notebook; None (a notebook then shows the repr) for a result that was made inside the program."""
         return None if self.reading is None else self.reading.brief(self)
 
     def _reading(self) -> Reading:
@@ -114,13 +114,13 @@ class ReadableRows(tuple[Any, ...], Readable):
 
     @classmethod
     def of(cls, rows: Sequence[Any], reading: Reading) -> ReadableRows:
-        """The rows with their reading."""
+        """Return the rows with their reading."""
         out = cls(rows)
         out.reading = reading
         return out
 
     def __getitem__(self, key: Any) -> Any:
-        """By number as a tuple, or by name. KeyError: no row has this name."""
+        """Return a row by number, as a tuple does, or by name. KeyError: no row has this name."""
         if not isinstance(key, str):
             return super().__getitem__(key)
         names = [str(getattr(row, "name", "") or getattr(row, "file", "")) for row in self]
@@ -130,7 +130,7 @@ class ReadableRows(tuple[Any, ...], Readable):
 
 
 def frame_of(rows: Sequence[Mapping[str, Any]], library: str | None = None) -> Any:
-    """Flat records as a data frame of pandas or polars. UsageError: another library; Environment: none is installed."""
+    """Return flat records as a data frame of pandas or polars. UsageError: another library; Environment: none is installed."""
     if library is not None and library not in FRAMES:
         raise UsageError(f'library = "{library}".{choose_from(library, FRAMES)}')
     wanted = FRAMES if library is None else (library,)
@@ -146,7 +146,7 @@ def frame_of(rows: Sequence[Mapping[str, Any]], library: str | None = None) -> A
 
 
 def flatten_record(row: Mapping[str, Any]) -> dict[str, Any]:
-    """One row without tables in it: of a pair of numbers its two ends, of an inner record its keys behind a dot."""
+    """Return a record without inner tables: a pair of numbers becomes its two ends, the keys of an inner record follow a dot."""
     out: dict[str, Any] = {}
     for key, value in row.items():
         if isinstance(value, Mapping):

@@ -1,6 +1,6 @@
-"""A residual field as a Gaussian process: what is known of it from readings at nodes, everywhere between them.
+"""A residual field as a Gaussian process: predict the field between nodes from readings at the nodes.
 
-Two shares, apart:
+The field has two separate shares:
 
     systematic   what the machine errs by at a place every time: a Gaussian process of zero mean, amplitude a_i in direction i and
                  correlation k(r) = (1 + q + q^2/3) exp(-q), q = sqrt(5) r, r^2 = sum (dx_j / length_j)^2 (Matern, order 5/2; Rasmussen &
@@ -32,7 +32,7 @@ JITTER = 1e-10
 
 
 def correlation_of(a: Array, b: Array, lengths: Array) -> Array:
-    """Matern 5/2 correlation (n, m) of points (n, 3) with points (m, 3) mm."""
+    """Return the Matern 5/2 correlation (n, m) of points (n, 3) with points (m, 3) mm."""
     scaled = (a[:, None, :] - b[None, :, :]) / lengths
     q = np.sqrt(5.0 * (scaled**2).sum(axis=2))
     return np.asarray((1 + q + q**2 / 3) * np.exp(-q))
@@ -40,7 +40,7 @@ def correlation_of(a: Array, b: Array, lengths: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class FieldProcess:
-    """nodes (m, 3) mm, of which the first k carry readings: reading_u, scatter (k, 3) mm. lengths (3,) and amplitude (3,) mm; see the head."""
+    """A Gaussian process at nodes. nodes (m, 3) mm, of which the first k carry readings: reading_u, scatter (k, 3) mm."""
 
     nodes: Array
     scatter: Array
@@ -55,18 +55,19 @@ class FieldProcess:
 
     @cached_property
     def _inverse_correlation(self) -> Array:
-        """(m, m): inverse of the correlation of the nodes."""
+        """Inverse of the correlation of the nodes (m, m)."""
         own = correlation_of(self.nodes, self.nodes, self.lengths)
         return np.asarray(np.linalg.inv(own + JITTER * np.eye(len(own))))
 
     def weights(self, tip: Array) -> Array:
-        """(n, m): shares of the values of the nodes; the variance of the process is the same everywhere."""
+        """Return the weights (n, m) of the values of the nodes; the variance of the process is the same everywhere."""
         near = correlation_of(tip, self.nodes, self.lengths)
         weights = near @ self._inverse_correlation
         return np.asarray(weights / np.sqrt((weights * near).sum(axis=1))[:, None])
 
     def posterior(self, read: Array | None = None) -> tuple[Array, Array]:
-        """(mean (m, 3), covariance (3, m, m)) mm, mm^2 of the systematic share at all nodes, from deviations `read` (k, 3), zero unless given."""
+        """Return (mean (m, 3), covariance (3, m, m)) mm, mm^2 of the systematic share at all nodes, from deviations `read` (k, 3), zero
+        unless given."""
         k, among = self.readings, correlation_of(self.nodes, self.nodes, self.lengths)
         mean, covariance = np.zeros(self.nodes.shape), np.zeros((3, len(among), len(among)))
         for i, size in enumerate(self.amplitude**2):
@@ -80,7 +81,7 @@ class FieldProcess:
         return mean, covariance
 
     def covariance(self) -> Array:
-        """(3 m, 3 m) mm^2: of the systematic share node by node, x y z; directions are independent."""
+        """Return the covariance (3 m, 3 m) mm^2 of the systematic share node by node, x y z; directions are independent."""
         m, blocks = len(self.nodes), self.posterior()[1]
         out = np.zeros((m, 3, m, 3))
         for i in range(3):
@@ -89,7 +90,7 @@ class FieldProcess:
 
     @cached_property
     def principal(self) -> Array:
-        """(3, 3): V sqrt(D)."""
+        """Principal axes V sqrt(D) of the scatter (3, 3)."""
         values, vectors = np.linalg.eigh(self.correlation)
         vectors = vectors * np.where(vectors.sum(axis=0) < 0, -1.0, 1.0)
         return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
@@ -101,11 +102,11 @@ class FieldProcess:
         return Delaunay(self.nodes[: self.readings])
 
     def inside(self, tip: Array) -> Booleans:
-        """(n,): whether a place lies within the hull of the readings."""
+        """Return whether each place lies within the hull of the readings (n,)."""
         return np.asarray(self._tetrahedra.find_simplex(tip, tol=1e-7) >= 0, dtype=bool)
 
     def scatter_at(self, tip: Array) -> Array:
-        """(n, 3) mm: s. The places must lie inside."""
+        """Return the scatter s at the places (n, 3) mm. The places must lie inside."""
         mesh = self._tetrahedra
         cell = mesh.find_simplex(tip, tol=1e-7)
         three = np.einsum("nij,nj->ni", mesh.transform[cell, :3], tip - mesh.transform[cell, 3])
@@ -115,7 +116,7 @@ class FieldProcess:
 
 
 def process_of(table: Any, nodes: Array, scatter: Array, reading_u: Array) -> FieldProcess:
-    """The process that a file states. Raises UsageError by the word that is wrong."""
+    """Return the process that a file states. Raises UsageError naming the word that is wrong."""
     if not isinstance(table, Mapping):
         raise UsageError(f"residual_field: process must be a table with {', '.join(KEYS)}")
     for key in table:
@@ -152,12 +153,12 @@ def process_of(table: Any, nodes: Array, scatter: Array, reading_u: Array) -> Fi
 
 
 def margin(table: Mapping[str, Any]) -> Law:
-    """The law of each of the three numbers of one approach, of unit scale."""
+    """Return the law of each of the three numbers of one approach, of unit scale."""
     return Normal(1.0) if table.get("margins", "t") == "normal" else StudentT(1.0, float(table["dof"]))
 
 
 def _check_dof(table: Mapping[str, Any]) -> None:
-    """t margins have degrees of freedom above 2, without which there is no standard deviation; normal ones have none."""
+    """Check the degrees of freedom: t margins need more than 2, below which there is no standard deviation; normal margins have none."""
     dof = table.get("dof")
     if table.get("margins", "t") == "normal":
         if dof is not None:

@@ -1,4 +1,4 @@
-"""Weights of the nodes of a residual field at a place: Gaska's columns and triangles, or trilinear; places outside are refused."""
+"""Weights of the nodes of a residual field at a place: columns and triangles after Gaska, or trilinear; places outside raise an error."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CURVES = (
 def field_weights(
     nodes: Array, method: str, tip: Array, triangles: Any = None, curve: str = "through"
 ) -> tuple[Array, Array]:
-    """(lateral, vertical) weights (n, nodes): field x, y = lateral @ values, z = vertical @ values.
+    """Return (lateral, vertical) weights (n, nodes): field x, y = lateral @ values, z = vertical @ values.
 
     curve: of CURVES, along the columns. `triangles`: the Delaunay triangulation of the columns, if it was made before.
     Raises ModelLimit for a point outside the hull of the nodes.
@@ -49,7 +49,7 @@ def field_weights(
 
 
 def columns_of(nodes: Array) -> list[Ints]:
-    """Node numbers of every vertical column, from low to high z."""
+    """Return the node numbers of every vertical column, from low to high z."""
     keys = {tuple(xy) for xy in nodes[:, :2]}
     out = []
     for x, y in sorted(keys):
@@ -59,7 +59,7 @@ def columns_of(nodes: Array) -> list[Ints]:
 
 
 def _curve_weights(levels: Array, z: Array, curve: str = "through") -> Array:
-    """Weights (n, levels) of the b-spline of one column at heights z.
+    """Return the weights (n, levels) of the b-spline of one column at heights z.
 
     Degree 3 where there are four levels or more. "through": the curve through the nodes, of four nodes their cubic. "control": the nodes
     are its control points, so that its height runs by the same b-spline and is solved for; of four nodes a Bezier curve.
@@ -83,7 +83,7 @@ def _curve_weights(levels: Array, z: Array, curve: str = "through") -> Array:
 
 
 def triangulate(plane: Array) -> Any:
-    """Delaunay triangulation of the columns (m, 2). Raises UsageError where they span no area."""
+    """Return the Delaunay triangulation of the columns (m, 2). Raises UsageError where they span no area."""
     from scipy.spatial import Delaunay
 
     spread = plane - plane[0]
@@ -95,7 +95,7 @@ def triangulate(plane: Array) -> Any:
 
 
 def _triangle_weights(plane: Array, xy: Array, triangulation: Any) -> Array:
-    """Barycentric weights (n, columns) on the triangles of the columns. Raises ModelLimit outside their hull."""
+    """Return the barycentric weights (n, columns) on the triangles of the columns. Raises ModelLimit outside their hull."""
     simplex = triangulation.find_simplex(xy, tol=1e-9)
     if (simplex < 0).any():
         raise outside(
@@ -147,7 +147,7 @@ def _refuse_outside(nodes: Array, tip: Array) -> None:
 
 
 def _refuse_beyond(column: Array, tip: Array, used: npt.NDArray[np.bool_]) -> None:
-    """A curve through a column of nodes is not continued above or below it."""
+    """Raise an error for a place above or below its column: a curve through a column of nodes is not continued there."""
     low, high = column[:, 2].min(), column[:, 2].max()
     bad = np.flatnonzero(used & ((tip[:, 2] < low - 1e-6) | (tip[:, 2] > high + 1e-6)))
     if len(bad):
@@ -167,7 +167,7 @@ def outside(point: Array, what: str, row: int) -> ModelLimit:
 
 
 def known_row_by_row(known: Any, tip: Array) -> npt.NDArray[np.bool_]:
-    """(n,): which places a field does not refuse."""
+    """Return at which places (n,) a field is known."""
     out = np.ones(len(tip), dtype=bool)
     for i in range(len(tip)):
         try:

@@ -31,7 +31,7 @@ class Frame:
         return self.turn_back(points - self.shift)
 
     def then(self, inner: Frame) -> Frame:
-        """self · inner: first inner, then self."""
+        """Return the self · inner: first inner, then self."""
         if inner.rotation is None or self.rotation is None:
             rotation = self.rotation if inner.rotation is None else inner.rotation
         else:
@@ -39,14 +39,14 @@ class Frame:
         return Frame(rotation, self.apply(np.broadcast_to(inner.shift, self.shift.shape)))
 
     def inverse(self) -> Frame:
-        """The way back."""
+        """Return the inverse transform."""
         if self.rotation is None:
             return Frame(None, -self.shift)
         return Frame(self.rotation.transpose(0, 2, 1), -self.turn_back(self.shift))
 
 
 def rotation_from_vector(vector: Array) -> Array:
-    """exp([v]x) for rotation vectors (n, 3) rad: Rodrigues' formula, (n, 3, 3)."""
+    """Return exp([v]x) for rotation vectors (n, 3) rad: Rodrigues' formula, (n, 3, 3)."""
     angle = np.linalg.norm(vector, axis=1)
     small = angle < 1e-8  # series to second order is exact to 1e-24 there
     safe = np.where(small, 1.0, angle)
@@ -75,7 +75,7 @@ def _turn_of(letter: str, direction: tuple[float, float, float]) -> Array:
 
 
 def shortest_turn(letter: str, direction: Array) -> Array:
-    """The shortest turn (3, 3) that takes the axis of a letter into a unit vector (3,): 1 + [v]x + [v]x^2 / (1 + e.d), v = e x d.
+    """Return the shortest turn (3, 3) that takes the axis of a letter into a unit vector (3,): 1 + [v]x + [v]x^2 / (1 + e.d), v = e x d.
 
     Where the two are opposite, half a turn about the letter that follows: of A about Y, of B about Z, of C about X. Source: Rodrigues' formula.
     """

@@ -1,4 +1,4 @@
-"""Run: what the machine did, row by row. A plan, an NC program and a recording all end here.
+"""Run: what the machine did, row by row. A plan, an NC program and a recording all become a Run.
 
 A Run has axis positions, the tip offset, and a checked mapping of named columns. Column names are those of
 recording files and always state the unit (`time_s`, `temp_part_C`, `speed_X_mm_s`); angles are kept in rad, so
@@ -67,19 +67,19 @@ class Run:
         return int(self.offset.shape[0])
 
     def q(self, axis: str) -> Array:
-        """Position of one axis (n,), mm or rad."""
+        """Return the position of one axis (n,), mm or rad."""
         if axis not in self.position:
             raise ModelLimit(f"the run has no position of axis {axis}.{choose_from(axis, self.position)}")
         return self.position[axis]
 
     def column(self, name: str) -> Array:
-        """One named column (n,). Raises ModelLimit when it is absent, with the closest name."""
+        """Return one named column (n,). Raises ModelLimit when it is absent, with the closest name."""
         if name not in self.columns:
             raise ModelLimit(f"the run has no column {name}.{choose_from(name, sorted(self.columns))}")
         return self.columns[name]
 
     def vector(self, *names: str) -> Array:
-        """Several columns side by side, (n, len(names))."""
+        """Return several columns side by side, (n, len(names))."""
         return np.stack([self.column(name) for name in names], axis=1)
 
     @property
@@ -89,7 +89,7 @@ class Run:
 
     @property
     def tip(self) -> Array:
-        """Nominal tip position (n, 3) mm in workpiece axes; the machine fills it in before effects are asked."""
+        """Nominal tip position (n, 3) mm in workpiece axes; the machine fills it in before it evaluates effects."""
         return self.vector("tip_x_mm", "tip_y_mm", "tip_z_mm")
 
     @property
@@ -100,7 +100,7 @@ class Run:
         return self.tip
 
     def copies(self, label: str) -> tuple[list[str], npt.NDArray[np.intp]]:
-        """Values of a redraw label and the code of each row: `machine` one value, `touch` one per row."""
+        """Return the values of a redraw label and the code of each row: `machine` one value, `touch` one per row."""
         if label in ("machine", "setup", "run") and label not in self.labels:
             return [label], np.zeros(self.n, dtype=np.intp)
         if label == "touch" and label not in self.labels:
@@ -112,7 +112,7 @@ class Run:
         return [str(v) for v in values], codes
 
     def label_mask(self, label: str, value: str) -> Array:
-        """1 in the rows whose label has this value (one of "a,b"; any for ""), else 0; (n,)."""
+        """Return 1 in the rows whose label has this value (one of "a,b"; any for ""), else 0; (n,)."""
         if not value:
             return np.ones(self.n)
         if label not in self.labels:
@@ -120,9 +120,9 @@ class Run:
         return np.isin(self.labels[label], value.split(",")).astype(float)
 
     def lag(self, sensor: str, tau: float) -> Array:
-        """Temperature of a sensor behind a first-order lag (n,), degC: tau dT'/dt = T - T', steady before the log.
+        """Return the temperature of a sensor behind a first-order lag (n,), degC: tau dT'/dt = T - T', steady before the log.
 
-        Without a log a column that is the same in all rows was so for long; the lag then changes nothing.
+        Without a log, a column with one value in all rows is taken as steady; the lag then changes nothing.
 
         Exact for a log that is linear between its entries. Raises ModelLimit where the log ends more than one of its
         own intervals before a row.
@@ -148,14 +148,14 @@ class Run:
         return known[sensor, tau]
 
     def with_columns(self, columns: Mapping[str, Array]) -> Run:
-        """A copy with some columns added or replaced."""
+        """Return a copy with some columns added or replaced."""
         _check_rows("column", columns, self.n)
         run = object.__new__(Run)  # the others were looked at when this one was made
         run.__dict__.update(self.__dict__, columns={**self.columns, **columns})
         return run
 
     def take(self, rows: npt.NDArray[np.intp] | slice) -> Run:
-        """A copy with some of the rows, in the order given."""
+        """Return a copy with some of the rows, in the order given."""
         return Run(
             {k: v[rows] for k, v in self.position.items()},
             self.offset[rows],
@@ -170,14 +170,14 @@ _LAGS: WeakKeyDictionary[Run, dict[tuple[str, float], Array]] = WeakKeyDictionar
 
 
 def encode_labels(labels: npt.NDArray[np.str_]) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.intp]]:
-    """Values of labels (n,), sorted, and the code (n,) of each: np.unique of the first of every stretch of equal ones."""
+    """Return the sorted values of labels (n,) and the code (n,) of each: np.unique of the first of every stretch of equal ones."""
     first = np.flatnonzero(np.concatenate([[True] * min(len(labels), 1), labels[1:] != labels[:-1]]))
     values, codes = np.unique(labels[first], return_inverse=True)
     return values, np.repeat(codes, np.diff(np.append(first, len(labels))))
 
 
 def _check_rows(kind: str, table: Mapping[str, npt.NDArray[Any]], n: int) -> None:
-    """UsageError for a position, column or label of another number of rows, ModelLimit for a number that is not finite."""
+    """Raise UsageError for a position, column or label of another number of rows, ModelLimit for a number that is not finite."""
     for name, values in table.items():
         if values.shape != (n,):
             raise UsageError(f"{kind} {name} has shape {values.shape}, but the run has {n} rows")
@@ -199,7 +199,7 @@ def _check_log_reaches(name: str, series: Series, time: Array) -> None:
 
 
 def first_order_lag(series: Series, tau: float, time: Array) -> Array:
-    """Response (n,) at `time` of tau y' + y = T to a log T that is linear between its entries and held after the last.
+    """Return the response (n,) at `time` of tau y' + y = T to a log T that is linear between its entries and held after the last.
 
     Over a stretch of length h from (T0, y0), with x = h / tau:  y = T + (y0 - T0) e^-x - (T - T0) (1 - e^-x) / x.
     The last factor tends to 1 for a step (h = 0), so steps cost no accuracy.
@@ -214,7 +214,7 @@ def first_order_lag(series: Series, tau: float, time: Array) -> Array:
 
 
 def _behind_the_log(series: Series, tau: float) -> Array:
-    """The response (m,) at the entries of the log, each from the one before it."""
+    """Return the response (m,) at the entries of the log, each from the one before it."""
     kept, share = _kept_and_share(np.diff(series.time) / tau)
     lost = np.diff(series.value) * share
     known = [float(series.value[0])]
@@ -225,11 +225,11 @@ def _behind_the_log(series: Series, tau: float) -> Array:
 
 
 def _fading(behind: Array, rise: Array, x: Array) -> Array:
-    """What the response still lacks after x time constants: (y0 - T0) e^-x - rise (1 - e^-x) / x."""
+    """Return what the response still lacks after x time constants: (y0 - T0) e^-x - rise (1 - e^-x) / x."""
     kept, share = _kept_and_share(x)
     return behind * kept - rise * share
 
 
 def _kept_and_share(x: Array) -> tuple[Array, Array]:
-    """e^-x and (1 - e^-x) / x, which tends to 1 at x = 0."""
+    """Return e^-x and (1 - e^-x) / x, which tends to 1 at x = 0."""
     return np.exp(-x), np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)

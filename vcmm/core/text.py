@@ -1,4 +1,4 @@
-"""Read a text file, or say why it cannot be read and which files lie beside it; read the numbers in it."""
+"""Read text files and the numbers in them, with messages that name the problem and the files beside the missing one."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ARCHIVE_MARKS = {b"PK\x03\x04": "a zip archive", b"\x1f\x8b": "a gzip archive",
 
 
 def read_text(path: Path) -> str:
-    """The text of a UTF-8 file, with or without byte order mark. Raises DataError naming the file, the line and the fix."""
+    """Return the text of a UTF-8 file, with or without byte order mark. Raises DataError naming the file, the line and the fix."""
     raw = raw_bytes(path)
     packed = next((what for head, what in _ARCHIVE_MARKS.items() if raw.startswith(head)), "")
     if packed:
@@ -34,7 +34,7 @@ def read_text(path: Path) -> str:
         raise DataError(f"{path}:1: this is UTF-16; save it as UTF-8")
     if b"\0" in raw:
         raise DataError(
-            f"{path}:{_line(raw, raw.index(0))}: a zero byte stands here, so this is no text; remove it or name another file"
+            f"{path}:{_line(raw, raw.index(0))}: this line contains a zero byte, so the file is no text; remove the byte or name another file"
         )
     try:
         text = raw.decode("utf-8-sig")
@@ -46,14 +46,14 @@ def read_text(path: Path) -> str:
 
 
 def lines_of(text: str) -> list[str]:
-    """Lines as an editor counts them (str.splitlines knows ten further ends of a line)."""
+    """Return the lines as an editor counts them (str.splitlines knows ten further ends of a line)."""
     return text.removesuffix("\n").split("\n")
 
 
 def to_number(text: str) -> float:
-    """A number written with ASCII digits, a point and an exponent, or nan and inf. Raises ValueError for anything else.
+    """Return a number written with ASCII digits, a point and an exponent, or nan and inf. Raises ValueError for anything else.
 
-    float() also takes 1_000 and the digits of other scripts: whoever typed these meant something else.
+    float() also accepts 1_000 and the digits of other scripts, which are mistakes in a data file.
     """
     plain = text.strip()
     if not _NUMBER.fullmatch(plain) and plain.lstrip("+-").lower() not in _NOT_FINITE:
@@ -62,7 +62,7 @@ def to_number(text: str) -> float:
 
 
 def is_usual(value: float) -> bool:
-    """Whether a number is finite and no larger than anything that a machine has (LARGEST)."""
+    """Return whether a number is finite and no larger than any quantity of a machine (LARGEST)."""
     return math.isfinite(value) and abs(value) <= LARGEST
 
 
@@ -70,14 +70,14 @@ RUN_BY_SPREADSHEETS = ("=", "+", "-", "@", "\t", "\r")  # first in a cell: a for
 
 
 def csv_of(rows: Iterable[Iterable[object]]) -> str:
-    """Rows as CSV; a text that a spreadsheet would run as a formula gets an apostrophe before it (`unescape_cell` undoes it)."""
+    """Return rows as CSV; a text that a spreadsheet would run as a formula gets an apostrophe before it (`unescape_cell` undoes it)."""
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows([escape_cell(cell) for cell in row] for row in rows)
     return out.getvalue()
 
 
 def escape_cell(cell: object) -> object:
-    """A cell as it may stand in a CSV file: "=1+1" becomes "'=1+1", numbers stay as they are."""
+    """Return a cell escaped for a CSV file: "=1+1" becomes "'=1+1", numbers stay unchanged."""
     if not isinstance(cell, str) or not cell.lstrip("'").startswith(RUN_BY_SPREADSHEETS):
         return cell
     try:
@@ -88,17 +88,17 @@ def escape_cell(cell: object) -> object:
 
 
 def unescape_cell(cell: str) -> str:
-    """The text of a cell that `escape_cell` wrote."""
+    """Return the text of a cell that `escape_cell` wrote."""
     return cell[1:] if cell[:1] == "'" and cell.lstrip("'").startswith(RUN_BY_SPREADSHEETS) else cell
 
 
 def quote(text: str) -> str:
-    """A text as TOML has it, in quotes on one line."""
+    """Return a text quoted for TOML, on one line."""
     return json.dumps(text, ensure_ascii=False)
 
 
 def brief(text: str, length: int = 60) -> str:
-    """A text as a message shows it: its middle left out where it is longer than `length` characters."""
+    """Return a text shortened for a message: its middle is left out where it is longer than `length` characters."""
     if len(text) <= length:
         return text
     half = (length - 3) // 2
@@ -106,7 +106,7 @@ def brief(text: str, length: int = 60) -> str:
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is such a file; a name that no file can have is none. Raises DataError outside the folder of `confined`."""
+    """Return whether there is such a file; False for a name that no file can have. Raises DataError outside the folder of `confined`."""
     check_inside(path)
     try:
         return path.is_file()
@@ -120,7 +120,7 @@ def read_head(path: Path) -> None:
 
 
 def raw_bytes(path: Path, most: int = LARGEST_FILE + 1) -> bytes:
-    """All bytes of a file, or the first `most`. Raises DataError: missing, a folder, a device, a pipe, larger than LARGEST_FILE."""
+    """Return all bytes of a file, or the first `most`. Raises DataError: missing, a folder, a device, a pipe, larger than LARGEST_FILE."""
     check_inside(path)
     try:
         kind = path.stat()
@@ -149,7 +149,7 @@ def raw_bytes(path: Path, most: int = LARGEST_FILE + 1) -> bytes:
 
 
 def _portions(file: IO[bytes], most: int) -> Iterator[bytes]:
-    """The first `most` bytes in pieces: read(n) asks the system for n bytes at once, whatever the file holds."""
+    """Yield the first `most` bytes in pieces: read(n) asks the system for n bytes at once, whatever the file holds."""
     left = most
     while left > 0 and (piece := file.read(min(left, PORTION))):
         left -= len(piece)
@@ -161,12 +161,12 @@ def _too_large(path: Path, what: str) -> str:
 
 
 def _line(raw: bytes, position: int) -> int:
-    """The line (1 = first) of a byte."""
+    """Return the line (1 = first) of a byte."""
     return raw.count(b"\n", 0, position) + 1
 
 
 def _beside(path: Path) -> str:
-    """' Did you mean "plate.toml"?' or the files of that kind in the folder."""
+    """Return ' Did you mean "plate.toml"?' or the files of that kind in the folder."""
     if not path.parent.is_dir():
         return f" There is no folder {path.parent}"
     near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}") if p.is_file())

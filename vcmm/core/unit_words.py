@@ -1,4 +1,4 @@
-"""Words that people write as units and that are none, with what is written instead. A table beside `vcmm.core.units`."""
+"""Words that people write as units and that are none, with the correct unit. A table beside `vcmm.core.units`."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ INSTEAD: dict[str, str] = {
 
 
 def instead_of(word: str) -> str:
-    """What to write instead of a word or number within a unit; "" where nothing is known of it."""
+    """Return what to write instead of a word or number within a unit; "" where the table has no advice."""
     if word.isdigit():
-        return "no number stands within a unit; write for example 3.3 um/m"
+        return "a unit contains no number; write for example 3.3 um/m"
     return INSTEAD.get(word.lower(), "")
 
 
 def closest_of(word: str, fitting: Sequence[str]) -> str:
-    """' Did you mean "mm"? Allowed: ...': mi is the beginning of min, mn a slip for mm and not for m."""
+    """Return ' Did you mean "mm"? Allowed: ...'; mi is read as the beginning of min, and mn as a slip for mm and not for m."""
     begun = [u for u in fitting if len(word) > 1 and u.startswith(word)]
     slip = begun or [u for u in fitting if len(u) == len(word) and u[0] == word[0]]
     if slip:

@@ -1,4 +1,4 @@
-"""Text with a unit to canonical numbers: mm, rad, s, degC, N, kg inside; a bare number is refused.
+"""Convert texts with a unit into canonical numbers: mm, rad, s, degC, N, kg inside; a bare number is refused.
 
     quantity("0.8 um", "length")              -> 0.0008   (mm)
     quantity("8.0 um/(m K)", "expansion")     -> 8.0e-6   (1/K)
@@ -110,7 +110,7 @@ class Unit:
 
 
 def parse_unit(text: str, due: str = "") -> Unit:
-    """'um/(m K)' -> Unit. Products by space, '*' or '·', powers by '^', brackets allowed; both letters mu, °, °C.
+    """Parse a unit: 'um/(m K)' -> Unit. Products by space, '*' or '·', powers by '^', brackets allowed; both letters mu, °, °C.
 
     Raises UsageError for an unknown unit (with the closest one of the dimension `due`, where a single unit is) or bad syntax.
     """
@@ -132,7 +132,7 @@ def parse_unit(text: str, due: str = "") -> Unit:
 
 
 def _single_units(due: str) -> list[str]:
-    """Units of one word that fit a dimension: of a length nm, um, mm ...; a temperature is in degC, a difference of them in K."""
+    """Return the units of one word that fit a dimension: of a length nm, um, mm ...; a temperature is in degC, a difference of temperatures in K."""
     wanted = DIMENSIONS.get(due)
     fitting = [name for name, (_, dimension) in UNITS.items() if dimension == wanted and wanted != _NONE]
     left_out = {"temperature": ("K", "mK"), "temperature difference": ("degC",)}.get(due, ())
@@ -140,7 +140,7 @@ def _single_units(due: str) -> list[str]:
 
 
 def quantity(text: object, dimension: str, what: str = "value", example: str = "") -> float:
-    """One number with its unit, in canonical units (a float).
+    """Convert a number with its unit to canonical units (a float).
 
     `what` names the key in the message, `example` shows a right value. Raises UsageError: no unit, a wrong unit, an
     unknown unit, not finite.
@@ -149,13 +149,13 @@ def quantity(text: object, dimension: str, what: str = "value", example: str = "
     numbers, unit = _split(text, dimension, what, example)
     if len(numbers) != 1:
         raise UsageError(
-            f'{what} = {shorten(text)} has {len(numbers)} numbers where one is due; write for example {what} = "{example}"'
+            f'{what} = {shorten(text)} has {len(numbers)} numbers, expected one; write for example {what} = "{example}"'
         )
     return numbers[0] * unit
 
 
 def vector(text: object, dimension: str, what: str = "value", example: str = "") -> tuple[float, ...]:
-    """'0 0 20 mm', or a list of texts ['0 mm', '20 mm'], in canonical units."""
+    """Convert '0 0 20 mm', or a list of texts ['0 mm', '20 mm'], to canonical units."""
     if isinstance(text, list | tuple) and text and all(isinstance(item, str) for item in text):
         single = example and " ".join([example.split()[0], _unit_of(example).strip()])
         return tuple(quantity(item, dimension, what, single) for item in text)
@@ -164,17 +164,17 @@ def vector(text: object, dimension: str, what: str = "value", example: str = "")
 
 
 def format_quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A canonical number as text in `unit`: format_quantity(0.0008, "um") -> '0.8 um'."""
+    """Return a canonical number as text in `unit`: format_quantity(0.0008, "um") -> '0.8 um'."""
     return f"{in_unit(value, unit):.{digits}g} {unit}"
 
 
 def in_unit(value: float, unit: str) -> float:
-    """A canonical number expressed in `unit`: in_unit(0.0008, "um") -> 0.8."""
+    """Return a canonical number expressed in `unit`: in_unit(0.0008, "um") -> 0.8."""
     return value / parse_unit(unit).factor
 
 
 def dimension_of(unit: str) -> str:
-    """The name of the dimension of a unit text: dimension_of("um/(m K)") -> 'expansion', "um/m" -> 'slope'; the text itself where
+    """Return the name of the dimension of a unit text: dimension_of("um/(m K)") -> 'expansion', "um/m" -> 'slope'; the text itself where
     the dimension has no name: dimension_of("um/(m/s^2)") -> 'um/(m/s^2)'. Raises UsageError as `parse_unit`."""
     given = parse_unit(unit).dimension
     if given == _NONE:
@@ -183,7 +183,7 @@ def dimension_of(unit: str) -> str:
 
 
 def _exponents(dimension: str) -> Dimension:
-    """Of a name that `dimension_of` gave."""
+    """Return the exponents of a name that `dimension_of` gave."""
     return DIMENSIONS[dimension] if dimension in DIMENSIONS else parse_unit(dimension).dimension
 
 
@@ -192,7 +192,7 @@ def _example_of(dimension: str) -> str:
 
 
 def channel_unit(channel: str) -> str:
-    """Unit stated in the name of a run column: temp_part_C -> K, speed_X_mm_s -> mm/s."""
+    """Return the unit stated in the name of a run column: temp_part_C -> K, speed_X_mm_s -> mm/s."""
     for ending, unit in (
         ("_C", "K"),
         ("_mm_s2", "mm/s^2"),
@@ -211,7 +211,7 @@ def channel_unit(channel: str) -> str:
 
 
 def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[float], float]:
-    """Numbers of a text and the factor to canonical units, checked against the dimension that is due."""
+    """Return the numbers of a text and the factor to canonical units, after checking the unit against the expected dimension."""
     due = f'write for example {what} = "{example}"'
     if not isinstance(text, str):
         raise UsageError(_no_text(text, what, example))
@@ -251,26 +251,26 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
 
 @cache
 def usual(dimension: str) -> float:
-    """The size of the example of a dimension, in canonical units."""
+    """Return the size of the example of a dimension, in canonical units."""
     numbers, unit = _numbers_and_unit(_example_of(dimension))
     return abs(numbers[0]) * (parse_unit(unit).factor if unit else 1.0)
 
 
 def _per_million(text: str, dimension: str) -> str:
-    """A bare 11.5e-6 is meant per kelvin: with the unit um/(m K) it must read 11.5, not 11.5e-6."""
+    """Return a hint on a bare 11.5e-6, which is meant per kelvin: with the unit um/(m K) it must read 11.5, not 11.5e-6."""
     if dimension == "expansion" and all(abs(float(n)) < 1e-3 for n in text.split()):
         return " ".join(f"{float(n) * 1e6:g}" for n in text.split())
     return text.strip()
 
 
 def _likely(numbers: list[float], dimension: str, example: str) -> str:
-    """The unit of the example; mm for a bare length that would be large in micrometres."""
+    """Return the unit of the example; mm for a bare length that would be large in micrometres."""
     unit = _unit_of(example)
     return " mm" if dimension == "length" and unit == " um" and max(map(abs, numbers)) >= 10.0 else unit
 
 
 def _no_text(value: object, what: str, example: str) -> str:
-    """The complaint about a value that is no text, with the corrected line where its numbers are plain."""
+    """Return the complaint about a value that is no text, with the corrected line where its numbers are plain."""
     items = list(value) if isinstance(value, list | tuple) else [value]
     plain = all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in items)
     if not plain or not items or len(items) != len(_numbers_and_unit(example)[0]):
@@ -281,7 +281,7 @@ def _no_text(value: object, what: str, example: str) -> str:
 
 
 def shorten(value: object) -> str:
-    """A value as it stands in a TOML file, shortened."""
+    """Return a value as written in a TOML file, shortened."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
@@ -299,7 +299,7 @@ def _expected_text(example: str) -> str:
 
 
 def _unit_of(example: str) -> str:
-    """' mm' of '0 0 20 mm'; '' of a plain number."""
+    """Return ' mm' of '0 0 20 mm'; '' of a plain number."""
     _, unit = _numbers_and_unit(example)
     return f" {unit}" if unit else ""
 
@@ -311,12 +311,12 @@ def _a(dimension: str) -> str:
 
 
 def _angle_as_slope(given: Dimension, dimension: str) -> bool:
-    """Shop practice writes angles as um/m: accept the slope where an angle is due."""
+    """Return whether a slope is given where an angle is expected: workshops write angles as um/m, and this is accepted."""
     return dimension == "angle" and given == _NONE
 
 
 def _numbers_and_unit(text: str) -> tuple[list[float], str]:
-    """'0 0 20 mm' or '0 0 20mm' -> ([0, 0, 20], 'mm')."""
+    """Split '0 0 20 mm' or '0 0 20mm' into ([0, 0, 20], 'mm')."""
     words = text.split()
     numbers: list[float] = []
     while words:
@@ -376,7 +376,7 @@ def _power(tokens: list[str], text: str) -> tuple[Unit, list[str]]:
     if tokens and tokens[0] == "^":
         if len(tokens) < 2 or not tokens[1].isdigit() or len(tokens[1]) > 1:
             raise UsageError(
-                f'unit "{text}": a whole number is due after ^ (9 at most); write for example m/s^2'
+                f'unit "{text}": expected a whole number after ^ (9 at most); write for example m/s^2'
             )
         exponent, tokens = int(tokens[1]), tokens[2:]
         unit = Unit(unit.factor**exponent, _add(_NONE, unit.dimension, exponent))
@@ -389,7 +389,7 @@ def _add(a: Dimension, b: Dimension, sign: int) -> Dimension:
 
 
 def plain(value: float, digits: int = 3) -> str:
-    """A number with so many significant digits and, between 1e-4 and 1e7, without an exponent: 3750, 0.0125, 2.1e-06."""
+    """Return a number with so many significant digits and, between 1e-4 and 1e7, without an exponent: 3750, 0.0125, 2.1e-06."""
     text = f"{value:.{digits}g}"
     if "e" not in text or not 1e-4 <= abs(value) < 1e7:
         return text

@@ -1,4 +1,4 @@
-"""Where a number that was learnt from a recording holds: the temperatures that were recorded."""
+"""The range of temperatures in which a number that was learnt from a recording is valid: that of the recording."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ BEYOND = 0.1  # of the range: so far it may be left, for the straight line is kn
 
 
 def trained_range(low: float, high: float) -> str:
-    """The text of a range, degC, rounded outwards to 0.01."""
+    """Return the text of a range, degC, rounded outwards to 0.01."""
     return f"{np.floor(low * 100) / 100:g} degC to {np.ceil(high * 100) / 100:g} degC"
 
 
 def limits(text: str, what: str) -> tuple[float, float]:
-    """(low, high) degC. Raises UsageError for another text or a range that is none."""
+    """Return (low, high) degC of the text of a range. Raises UsageError for another text or a range that is none."""
     found = RANGE.fullmatch(text)
     low, high = (float(found[1]), float(found[2])) if found else (0.0, 0.0)
     if not low < high:
@@ -35,7 +35,8 @@ def check_range(text: str, what: str) -> None:
 
 
 def within(text: str, what: str, sensor: str, temperature: Array) -> Array:
-    """The temperatures (n,) themselves. Raises ModelLimit where they lie beyond the trained range by more than a tenth of it.
+    """Return the temperatures (n,), after checking that they lie within the trained range. Raises ModelLimit where they lie beyond the
+    trained range by more than a tenth of it.
 
     20 degC is no extrapolation: the drift is counted from there.
     """

@@ -1,7 +1,7 @@
-"""How what is computed is drawn and said in one line: rooms that compute call these functions, and `vcmm.show` says how.
+"""Draw a result or put it into one line: rooms that compute call these functions, and `vcmm.show` registers the implementations.
 
-Both are generic functions of the class of the result. The package tells them by `fill_from` what is to be loaded before the first
-call; so no room that computes imports charts, and a result that nobody draws loads none.
+Both are generic functions of the class of the result. The package registers by `fill_from` what to load before the first
+call; so no room that computes imports charts, and a result without a picture loads none.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _waiting: list[Callable[[], object]] = []
 
 
 def fill_from(load: Callable[[], object]) -> None:
-    """Have `load` called before the first picture or line: it registers them with `picture` and `line`."""
+    """Register `load`, which is called before the first picture or line: it registers the implementations of `picture` and `line`."""
     _waiting.append(load)
 
 
@@ -29,23 +29,23 @@ def _fill() -> None:
 
 @singledispatch
 def picture(result: Any, *given: Any) -> Any:
-    """The picture of a result on matplotlib Axes. Raises UsageError for a class that has none."""
+    """Draw a result on matplotlib Axes. Raises UsageError for a class that has none."""
     raise UsageError(f"{type(result).__name__} has no picture")
 
 
 @singledispatch
 def line(result: Any) -> str:
-    """A result in one line. Raises UsageError for a class that has none."""
+    """Describe a result in one line. Raises UsageError for a class that has none."""
     raise UsageError(f"{type(result).__name__} has no line")
 
 
 def draw(result: Any, *given: Any) -> Any:
-    """`picture`, once `vcmm.show` has said how."""
+    """Draw a result by `picture`, after `vcmm.show` has registered its implementations."""
     _fill()
     return picture(result, *given)
 
 
 def say(result: Any) -> str:
-    """`line`, once `vcmm.show` has said how."""
+    """Describe a result by `line`, after `vcmm.show` has registered its implementations."""
     _fill()
     return line(result)

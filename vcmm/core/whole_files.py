@@ -1,4 +1,4 @@
-"""Files written whole or not at all, and sets of files all or none."""
+"""Write a file as a whole or not at all, and a set of files all or none."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
 
 
 def _keep_copy(path: Path, token: str) -> Path | None:
-    """A second name of a file that will be replaced; a copy where the file system has no second names."""
+    """Make a second name of a file that will be replaced; a copy where the file system has no second names."""
     if not path.exists():
         return None
     old = path.with_name(f".{path.name}.{token}.old")

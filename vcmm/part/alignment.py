@@ -1,4 +1,4 @@
-"""Where the part lies, from what was measured on it: 3-2-1 and datum systems; batched over trials.
+"""Compute the pose of the part from its measured features: 3-2-1 alignments and datum systems, batched over trials.
 
     scheme = Alignment(plane="top", line="front", origin="bore")
     part_from_measured = align(scheme, features, fitted)
@@ -10,9 +10,9 @@ lie where the drawing puts them. A plane holds one coordinate, its height; an ax
 each feature only fixes what the ones before left free. An axis that pierces the plane is located there.
 
 A datum system (ISO 5459) has one order for turning and shifting: primary, secondary, tertiary. Each datum is associated anew
-with the orientation that those before it give: a secondary axis drawn square to the primary plane stands square to it, however
+with the orientation that those before it give: a secondary axis drawn square to the primary plane is square to it, however
 the bore leans. A direction, or the way to a datum from an earlier one, turns the part as long as a turn is free.
-Freedom that nothing holds follows `start`, the rough pose; without it that is an error, by name.
+Freedom that no feature holds follows `start`, the rough pose; without `start` an error names the freedom.
 
 Directions must be signed as in the drawing (a fit that starts from nominal does this); with `start` they are
 turned over where they oppose it.
@@ -39,7 +39,7 @@ PARALLEL = 0.02  # sine below which two directions count as parallel, about 1 de
 
 @dataclass(frozen=True)
 class Alignment:
-    """Names for a 3-2-1 alignment (see the head of the module). `line` takes one feature, or two to join."""
+    """Names for a 3-2-1 alignment (see the docstring of the module). `line` takes one feature, or two to join."""
 
     plane: str
     line: str | tuple[str, ...] = ()
@@ -47,7 +47,7 @@ class Alignment:
 
     @property
     def features(self) -> tuple[str, ...]:
-        """All that it names."""
+        """Names of all features of the alignment."""
         return (self.plane, *_names(self.line), *_names(self.origin))
 
 
@@ -71,7 +71,7 @@ class _Direction:
 def align(
     scheme: Alignment, features: Mapping[str, Feature], fitted: Mapping[str, Shape], start: Pose | None = None
 ) -> Pose:
-    """part_from_measured of a 3-2-1 alignment, batched like the fitted elements.
+    """Return part_from_measured of a 3-2-1 alignment, batched like the fitted elements.
 
     UsageError: an unknown name, a feature without direction, freedom left without `start`.
     """
@@ -96,7 +96,7 @@ def datum_system(
     start: Pose | None = None,
     again: FitAgain | None = None,
 ) -> Pose:
-    """part_from_measured of a datum system (ISO 5459): primary, secondary, tertiary datum.
+    """Return part_from_measured of a datum system (ISO 5459): primary, secondary, tertiary datum.
 
     again(name, axis, about): a datum associated anew with a given axis, or with the angle of that axis to `about`; without it
     the fitted ones turn about their points. Centres have no direction: the way from one datum to the next then orients.
@@ -126,7 +126,7 @@ def datum_system(
 
 
 def _add(directions: list[_Direction], direction: _Direction) -> None:
-    """The first direction, and the first that is not parallel to it."""
+    """Add a direction, if it is the first or the first that is not parallel to it."""
     if not directions or (len(directions) == 1 and _sine(direction, directions[0]) > PARALLEL):
         directions.append(direction)
 
@@ -149,7 +149,7 @@ def _upright(start: Pose | None) -> tuple[Array, Array]:
 def _restrain(
     pair: _Pair, direction: _Direction, directions: Sequence[_Direction], again: FitAgain | None
 ) -> tuple[_Pair, _Direction]:
-    """The datum with the orientation that the directions before it give, and its own direction then."""
+    """Return the datum with the orientation that the directions before it give, and its own direction then."""
     first, drawn = directions[0], unit(directions[0].nominal)
     w, about = unit(first.measured), None
     along = float(direction.nominal @ drawn)
@@ -204,8 +204,7 @@ def _direction(pair: _Pair, start: Pose | None) -> _Direction:
 
 
 def _connection(primary: _Pair, pairs: Sequence[_Pair]) -> list[_Direction]:
-    """The way from one feature to another, taken where they pierce the primary plane, else at their
-    points.
+    """Return the way from one feature to another, taken where they pierce the primary plane, else at their points.
     """
     (_, from_measured, from_drawn), (_, to_measured, to_drawn) = (_locate(primary, p, None) for p in pairs)
     if length(to_drawn - from_drawn) < 1e-9:
@@ -214,7 +213,7 @@ def _connection(primary: _Pair, pairs: Sequence[_Pair]) -> list[_Direction]:
 
 
 def _square_to(directions: Sequence[_Direction], axis: Array) -> list[_Direction]:
-    """Those that are not parallel to the first direction."""
+    """Return the directions that are not parallel to the first."""
     return [d for d in directions if length(np.cross(unit(d.nominal), axis)) > PARALLEL]
 
 
@@ -231,7 +230,7 @@ def _pose(
 
 
 def _rotation(primary: _Pair, first: _Direction, others: Sequence[_Direction], start: Pose | None) -> Array:
-    """Turns the measured triad of two directions onto the drawn one."""
+    """Return the rotation that turns the measured triad of two directions onto the drawn one."""
     if others:
         second = others[0]
     elif start is not None:
@@ -248,7 +247,7 @@ def _rotation(primary: _Pair, first: _Direction, others: Sequence[_Direction], s
 
 
 def _triads(first: Array, towards: Array) -> Array:
-    """Orthonormal rows (..., 3, 3): the second direction squared to the first, their product, the first."""
+    """Return the orthonormal rows (..., 3, 3): the second direction squared to the first, their product, the first."""
     w = unit(first)
     u = unit(towards - dot(towards, w)[..., None] * w)
     w, u = np.broadcast_arrays(w, u)
@@ -274,7 +273,7 @@ def _shift(
 
 
 def _free_shift(rotation: Array, primary: _Pair, free: Array, start: Pose | None) -> Array:
-    """What `start` says of the directions that no feature holds: the primary point stays where it puts it."""
+    """Return the shift of `start` along the directions that no feature holds: the primary point stays where `start` puts it."""
     if start is None:
         loose = np.linalg.eigh(free)[1][:, -1]
         raise UsageError(
@@ -286,7 +285,7 @@ def _free_shift(rotation: Array, primary: _Pair, free: Array, start: Pose | None
 
 
 def _locate(primary: _Pair, pair: _Pair, rough: Pose | None) -> tuple[Array, Array, Array]:
-    """Directions held (k, 3), the measured point (..., 3) that counts, and where the drawing has it (3,).
+    """Return the directions held (k, 3), the measured point (..., 3) that counts, and its place in the drawing (3,).
 
     With a `rough` pose the point of a plane or axis is the one nearest to the nominal centre of the feature.
     """
@@ -308,7 +307,7 @@ def _locate(primary: _Pair, pair: _Pair, rough: Pose | None) -> tuple[Array, Arr
 
 
 def _rows(feature: Feature) -> Array:
-    """Directions (k, 3) in which a feature locates the part: what its fit determines of its place."""
+    """Return the directions (k, 3) in which a feature locates the part: those in which its fit determines its place."""
     axes = frame(feature)
     if feature.kind in ("plane", "point"):
         return axes[2:]
@@ -318,6 +317,6 @@ def _rows(feature: Feature) -> Array:
 
 
 def _pierce_plane(point: Array, axis: Array, on_plane: Array, normal: Array) -> Array:
-    """Where a line (..., 3) meets a plane (..., 3)."""
+    """Return the point (..., 3) where a line (..., 3) meets a plane (..., 3)."""
     travel = dot(on_plane - point, normal) / dot(axis, normal)
     return np.asarray(point + travel[..., None] * axis)

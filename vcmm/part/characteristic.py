@@ -1,4 +1,4 @@
-"""Characteristics of a drawing: what is toleranced, to which datums, by which words."""
+"""Characteristics of a drawing: the toleranced features, their datums, and the words of the requirement."""
 
 from __future__ import annotations
 
@@ -35,8 +35,7 @@ TYPES: Mapping[str, Roles] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Filter:
-    """Of a profile (ISO 16610). kind: "gaussian" or "spline"; upr: cut-off of a closed profile, undulations per revolution;
-    cutoff: of an open one, mm.
+    """Filter of a profile (ISO 16610).
     """
 
     kind: str
@@ -130,7 +129,7 @@ SIZE_TYPES = (
 
 
 def _drawing_problems(c: Characteristic) -> Iterable[str]:
-    """What the further words of a drawing may not be."""
+    """Yield what is wrong with the further words of a drawing."""
     if c.zones not in ("CZ", "SZ"):
         yield f'zones = "{c.zones}" is CZ (combined, one pattern) or SZ (separate).'
     if c.projected is not None and (c.type != "position" or c.projected == 0.0):
@@ -151,5 +150,5 @@ def _drawing_problems(c: Characteristic) -> Iterable[str]:
 
 
 def members(c: Characteristic, datum: str) -> tuple[str, ...]:
-    """The features of a datum: itself, or those of a common datum."""
+    """Return the features of a datum: itself, or those of a common datum."""
     return dict(c.common).get(datum, (datum,))

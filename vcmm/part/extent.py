@@ -1,4 +1,4 @@
-"""Whether points lie on a feature as far as it goes."""
+"""Compute whether points lie within the nominal extent of a feature."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ EDGE = 0.5  # mm beyond the nominal extent of a feature; edges of real parts are
 
 
 def beyond_extent(feature: Feature, points: Array) -> Array:
-    """How far (n,) mm points (n, 3) lie beyond the nominal ends or edges of a feature; negative or 0 within."""
+    """Return how far (n,) mm points (n, 3) lie beyond the nominal ends or edges of a feature; negative or 0 within."""
     if feature.nominal is not None:
         return distance_beside_known(feature.nominal, points)
     u, v, w = frame(feature)

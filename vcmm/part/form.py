@@ -1,4 +1,4 @@
-"""Form deviation of a real feature: what the surface departs from its nominal shape, known or assumed."""
+"""Form deviation of a real feature: the departure of the surface from its nominal shape, known or assumed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROUND = ("circle", "cylinder", "cone", "sphere")
 class Lobes:
     """amplitude cos(lobes (theta - phase)) along the outward normal; peak to valley = 2 amplitude. mm, rad.
 
-    phase None: any; as long as nothing is drawn it counts as 0. lobes 0: nothing is known of the shape, which counts as none.
+    phase None: any; it counts as 0 until it is sampled. lobes 0: the shape is unknown, and counts as none.
     """
 
     lobes: int
@@ -29,7 +29,7 @@ class Lobes:
         return bool(self.lobes) and self.phase is not None
 
     def deviation(self, feature: Feature, points: Array) -> Array:
-        """(n,) mm along the outward normal at points (n, 3) on a round feature, theta from u of the feature."""
+        """Return the deviation (n,) mm along the outward normal at points (n, 3) on a round feature, theta from u of the feature."""
         if not self.lobes:
             return np.zeros(len(points))
         if feature.kind not in ROUND:

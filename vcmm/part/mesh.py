@@ -1,6 +1,6 @@
 """Triangle meshes: reading, closest point, and the exact first contact of a moving ball.
 
-A mesh stands for free-form surfaces. Coordinates are mm; faces turn counter-clockwise seen from outside.
+A mesh represents free-form surfaces. Coordinates are mm; faces turn counter-clockwise seen from outside.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Mesh:
         _check(self.vertices, self.faces)
 
     def triangles(self) -> Array:
-        """Corner points (f, 3, 3)."""
+        """Return the corner points (f, 3, 3)."""
         return self.vertices[self.faces]
 
 
@@ -86,19 +86,19 @@ def _check(vertices: Array, faces: npt.NDArray[np.intp]) -> None:
 
 
 def face_normals(triangles: Array) -> Array:
-    """Unit normals (..., 3) of triangles (..., 3, 3); zero for a triangle without area."""
+    """Return the unit normals (..., 3) of triangles (..., 3, 3); zero for a triangle without area."""
     raw = np.cross(triangles[..., 1, :] - triangles[..., 0, :], triangles[..., 2, :] - triangles[..., 0, :])
     size = length(raw)[..., None]
     return np.asarray(np.divide(raw, size, out=np.zeros_like(raw), where=size > 0.0))
 
 
 def has_pyvista() -> bool:
-    """Whether pyvista, and with it VTK, is installed."""
+    """Return whether pyvista, and with it VTK, is installed."""
     return importlib.util.find_spec("pyvista") is not None
 
 
 def surface_of(mesh: Mesh) -> Any:
-    """The mesh as PolyData of pyvista, for filters of VTK, which need no display. Environment: pyvista is not installed."""
+    """Return the mesh as PolyData of pyvista, for filters of VTK, which need no display. Environment: pyvista is not installed."""
     try:
         import pyvista
     except ModuleNotFoundError:
@@ -111,7 +111,7 @@ def surface_of(mesh: Mesh) -> Any:
 
 
 def closest(mesh: Mesh, points: Array) -> tuple[Array, Array]:
-    """Distance (n,) from points (n, 3) to the mesh, and the normal (n, 3) of the nearest triangle.
+    """Return the distance (n,) from points (n, 3) to the mesh, and the normal (n, 3) of the nearest triangle.
 
     Exact, by the cell locator of VTK (no rendering), also for a mesh that is open.
     """
@@ -120,13 +120,13 @@ def closest(mesh: Mesh, points: Array) -> tuple[Array, Array]:
 
 
 def _balls(triangles: Array) -> tuple[Array, Array]:
-    """Centre (f, 3) and radius (f,) of a ball around each triangle."""
+    """Return the centre (f, 3) and radius (f,) of a ball around each triangle."""
     centre = triangles.mean(axis=1)
     return centre, length(triangles - centre[:, None, :]).max(axis=1)
 
 
 def _inside(triangles: Array, normals: Array, points: Array) -> npt.NDArray[np.bool_]:
-    """Which points (..., k, 3) in the planes of triangles (k, 3, 3) lie within them; none if without area."""
+    """Return which points (..., k, 3) in the planes of triangles (k, 3, 3) lie within them; none if without area."""
     inside = np.broadcast_to(length(normals) > 0.0, points.shape[:-1]).copy()
     for i in range(3):
         edge = triangles[:, (i + 1) % 3] - triangles[:, i]
@@ -135,7 +135,7 @@ def _inside(triangles: Array, normals: Array, points: Array) -> npt.NDArray[np.b
 
 
 def sweep(mesh: Mesh, start: Array, direction: Array, radius: float, search: float) -> Array:
-    """Travel (m, n) to the first contact of balls that start at (m, n, 3) and move along direction (n, 3).
+    """Return the travel (m, n) to the first contact of balls that start at (m, n, 3) and move along direction (n, 3).
 
     inf: no contact within `search` mm; -inf: the ball overlaps the mesh at its start. Exact: the ball meets
     a triangle inside its face (a plane), on an edge (a cylinder) or at a corner (a sphere), in closed form.
@@ -155,7 +155,7 @@ def sweep(mesh: Mesh, start: Array, direction: Array, radius: float, search: flo
 
 
 def _sweep_along(near: Array, start: Array, way: Array, radius: float) -> Array:
-    """Travel (m,) of balls with one direction (3,), in blocks that fit into memory."""
+    """Return the travel (m,) of balls with one direction (3,), in blocks that fit into memory."""
     step = max(1, _PAIRS // len(near))
     blocks = [start[first : first + step] for first in range(0, len(start), step)]
     return np.concatenate([_sweep_block(near, block, way, radius) for block in blocks])
@@ -171,7 +171,7 @@ def _sweep_block(triangles: Array, start: Array, direction: Array, radius: float
 
 
 def _sweep_faces(triangles: Array, start: Array, direction: Array, radius: float) -> Array:
-    """Travel (m, k) to the inside of each face; both sides of a face count."""
+    """Return the travel (m, k) to the inside of each face; both sides of a face count."""
     normals = face_normals(triangles)
     height = dot(start[:, None, :] - triangles[:, 0], normals)
     facing = np.where(height < 0.0, -1.0, 1.0)
@@ -187,7 +187,7 @@ def _sweep_faces(triangles: Array, start: Array, direction: Array, radius: float
 
 
 def _sweep_edges(a: Array, b: Array, start: Array, direction: Array, radius: float) -> Array:
-    """Travel (m, k) to the inside of each edge from a (k, 3) to b (k, 3)."""
+    """Return the travel (m, k) to the inside of each edge from a (k, 3) to b (k, 3)."""
     edge = b - a
     size = length(edge)
     along = np.divide(edge, size[:, None], out=np.zeros_like(edge), where=size[:, None] > 0.0)
@@ -206,7 +206,7 @@ def _sweep_corners(corners: Array, start: Array, direction: Array, radius: float
 
 
 def _first_hit(arm: Array, way: Array, radius: float) -> Array:
-    """Smallest t >= 0 with |arm + t way| = radius; -inf when |arm| < radius, inf when never."""
+    """Return the smallest t >= 0 with |arm + t way| = radius; -inf when |arm| < radius, inf when never."""
     square = dot(way, way)
     nearest = np.divide(-dot(arm, way), square, out=np.full(arm.shape[:-1], np.inf), where=square > 1e-24)
     reached = np.isfinite(nearest)

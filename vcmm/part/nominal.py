@@ -1,4 +1,4 @@
-"""A theoretically exact surface of which only points and normals are known, as a CAD system exports them for inspection.
+"""Surfaces known by nominal points and normals only, as a CAD system exports them for inspection.
 
 Next to a nominal point p with normal n the surface is that of second order: a point at h along n and t beside it lies
 
@@ -54,12 +54,12 @@ class NominalPoints:
 
     @cached_property
     def reach(self) -> Array:
-        """(n,) mm: how far beside each point the surface is taken as known: to its second nearest neighbour."""
+        """Distance beside each point to which the surface is taken as known, (n,) mm: that of its second nearest neighbour."""
         return self._neighbours[0][:, 1]
 
     @cached_property
     def curvature(self) -> Array:
-        """(n, 3, 3) 1/mm: the symmetric maps S, with no part along the normals."""
+        """Curvature as symmetric maps S (n, 3, 3) 1/mm, with no part along the normals."""
         apart, which = self._neighbours
         axes = np.linalg.svd(self.normals[:, None, :])[2][
             :, 1:
@@ -79,11 +79,11 @@ class NominalPoints:
         return np.asarray(np.swapaxes(axes, 1, 2) @ plane @ axes)
 
     def nearest(self, points: Array) -> npt.NDArray[np.intp]:
-        """(...): number of the nominal point nearest to each of points (..., 3)."""
+        """Return the number of the nominal point nearest to each of points (..., 3), as (...)."""
         return np.asarray(self.tree.query(points)[1], dtype=np.intp)  # type: ignore[attr-defined]
 
     def to_frame(self, b_from_a: Pose) -> NominalPoints:
-        """The same points in another frame."""
+        """Return the same points in another frame."""
         return NominalPoints(b_from_a.apply(self.points), b_from_a.turn(self.normals))
 
 
@@ -104,11 +104,11 @@ def _check(points: Array, normals: Array) -> None:
     _, first, which = np.unique(points, axis=0, return_index=True, return_inverse=True)
     if len(first) < len(points):
         again = int(np.flatnonzero(first[which.ravel()] != np.arange(len(points)))[0])
-        raise DataError(f"nominal point {again + 1} stands in the file twice; remove one of them.")
+        raise DataError(f"nominal point {again + 1} is in the file twice; remove one of the two.")
 
 
 def distance_and_normal(surface: NominalPoints, points: Array) -> tuple[Array, Array]:
-    """Distance (...) of points (..., 3) mm from the surface, + outwards, and the normals (..., 3) where they lie nearest to it."""
+    """Return the distance (...) of points (..., 3) mm from the surface, + outwards, and the normals (..., 3) where they lie nearest to it."""
     near = surface.nearest(points)
     n, s = surface.normals[near], surface.curvature[near]
     height, beside = _parts(points - surface.points[near], n)
@@ -120,8 +120,8 @@ def distance_and_normal(surface: NominalPoints, points: Array) -> tuple[Array, A
 def travel_onto(
     surface: NominalPoints, feet: tuple[Array, Array], start: Array, way: Array, radius: Array
 ) -> Array:
-    """Travel (..., m) along way (m, 3) from start (..., m, 3) until a ball of radius (m,) touches the surface next to feet (points
-    and normals (m, 3) on it). What the tangent plane leaves, t^2 / 2 (R + r), is 4 nm for 10 um beside a radius of 12 mm.
+    """Return the travel (..., m) along way (m, 3) from start (..., m, 3) until a ball of radius (m,) touches the surface next to feet (points
+    and normals (m, 3) on it). The error of the tangent plane, t^2 / 2 (R + r), is 4 nm for 10 um beside a radius of 12 mm.
     """
     points, n = feet
     arm = start - points
@@ -133,20 +133,20 @@ def travel_onto(
 
 
 def distance_beside_known(surface: NominalPoints, points: Array) -> Array:
-    """How far (n,) mm points (n, 3) lie beside their nominal point beyond where the surface is known; negative or 0 within."""
+    """Return how far (n,) mm points (n, 3) lie beside their nominal point beyond where the surface is known; negative or 0 within."""
     near = surface.nearest(points)
     _, beside = _parts(points - surface.points[near], surface.normals[near])
     return np.asarray(length(beside) - surface.reach[near])
 
 
 def _parts(arm: Array, normals: Array) -> tuple[Array, Array]:
-    """Along the normals (...), and beside them (..., 3)."""
+    """Split an arm into its part along the normals (...), and beside them (..., 3)."""
     height = (arm * normals).sum(axis=-1)
     return height, arm - height[..., None] * normals
 
 
 def _stretch(turned: Array, beside: Array, height: Array) -> Array:
-    """1 + k h (...): how much wider the parallel surface at height h is than the surface."""
+    """Return 1 + k h (...), the factor by which the parallel surface at height h is wider than the surface."""
     square = dot(beside, beside)
     bend = np.where(square > 0.0, dot(beside, turned) / np.where(square > 0.0, square, 1.0), 0.0)
     return np.asarray(np.maximum(1.0 + bend * height, LEAST_RADIUS))

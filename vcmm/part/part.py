@@ -46,7 +46,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Kind:
-    """What numbers a kind of feature has; `direction`: whether it has an axis."""
+    """Numbers of a kind of feature; `direction`: whether it has an axis."""
 
     sizes: tuple[str, ...]
     extent: tuple[str, ...]
@@ -74,7 +74,7 @@ WORDS_OF_KIND = {"points": "a surface of nominal points", "mesh": "a surface of 
 
 
 class Shape(Protocol):
-    """What a nominal feature and a fitted element share; a fitted one has leading axes, one per trial."""
+    """Common part of a nominal and a fitted feature; a fitted one has leading axes, one per trial."""
 
     @property
     def point(self) -> Array: ...
@@ -120,7 +120,7 @@ class Feature:
 
     @property
     def free(self) -> bool:
-        """A free-form surface: no element is fitted to it, only its profile is toleranced."""
+        """Whether the feature is a free-form surface: no element is fitted to it, only its profile is toleranced."""
         return self.kind in FREE
 
 
@@ -197,12 +197,12 @@ def _part_problems(part: Part) -> Iterable[str]:
 
 
 def frame(feature: Feature) -> Array:
-    """Orthonormal rows u, v, w (3, 3) of the feature, w = axis; the axes of the frame for sphere, mesh and points."""
+    """Return orthonormal rows u, v, w (3, 3) of the feature, w = axis; the axes of the frame for sphere, mesh and points."""
     return triad(feature.axis, feature.u) if KINDS[feature.kind].direction else np.eye(3)
 
 
 def feature_to_frame(feature: Feature, b_from_a: Pose) -> Feature:
-    """The same feature in another frame (one pose, not a batch)."""
+    """Return the same feature in another frame (one pose, not a batch)."""
     u = b_from_a.turn(frame(feature)[0]) if KINDS[feature.kind].direction else None
     point, axis = b_from_a.apply(feature.point), b_from_a.turn(feature.axis)
     nominal = feature.nominal and feature.nominal.to_frame(b_from_a)
@@ -210,25 +210,25 @@ def feature_to_frame(feature: Feature, b_from_a: Pose) -> Feature:
 
 
 def kind_text(kind: str) -> str:
-    """A kind of feature as a sentence names it: a plane, a surface of nominal points."""
+    """Name a kind of feature as in a sentence: a plane, a surface of nominal points."""
     return WORDS_OF_KIND.get(kind, f"a {kind}")
 
 
 def ends(feature: Feature) -> Array:
-    """The two ends (2, 3) of a line, cylinder or cone on its nominal axis."""
+    """Return the two ends (2, 3) of a line, cylinder or cone on its nominal axis."""
     return np.stack([feature.point, feature.point + feature.extent[0] * feature.axis])
 
 
 def centre(feature: Feature) -> Array:
-    """Nominal centre (3,): the middle of the length of a line, cylinder or cone, else the feature's point."""
+    """Return the nominal centre (3,): the middle of the length of a line, cylinder or cone, else the feature's point."""
     return ends(feature).mean(axis=0) if feature.kind in ("line", "cylinder", "cone") else feature.point
 
 
 def signed_distance(feature: Feature, points: npt.ArrayLike) -> Array:
-    """Distance (...) of points (..., 3) from the nominal surface, positive outside the material, mm.
+    """Return the distance (...) of points (..., 3) from the nominal surface, positive outside the material, mm.
 
-    The surface is unbounded: extents do not cut it. A circle stands for the cylinder through it, a point and
-    a line for the plane on which they lie. UsageError for kind mesh (use vcmm.part.mesh.closest).
+    The surface is unbounded: extents do not cut it. A circle counts as the cylinder through it, a point and
+    a line as the plane on which they lie. UsageError for kind mesh (use vcmm.part.mesh.closest).
     """
     if feature.nominal is not None:
         return distance_and_normal(feature.nominal, np.asarray(points, dtype=np.float64))[0]
@@ -249,7 +249,7 @@ def signed_distance(feature: Feature, points: npt.ArrayLike) -> Array:
 
 
 def normal(feature: Feature, points: npt.ArrayLike) -> Array:
-    """Unit normal out of the material (..., 3) where points (..., 3) lie nearest to the nominal surface.
+    """Return the unit normal out of the material (..., 3) where points (..., 3) lie nearest to the nominal surface.
 
     It is the gradient of `signed_distance`. On the axis and in the centre, where all directions fit, it is u.
     """
@@ -279,7 +279,7 @@ def _outward(feature: Feature) -> Array:
 
 
 def _across(feature: Feature, arm: Array) -> tuple[Array, Array]:
-    """Distance along the axis (...), and the vector from the axis, square to it (..., 3)."""
+    """Return the distance along the axis (...), and the vector from the axis, square to it (..., 3)."""
     if feature.kind == "mesh":
         _outward(feature)
     along = dot(arm, feature.axis)
@@ -292,7 +292,7 @@ def _direction(vectors: Array, otherwise: Array) -> Array:
 
 
 def surface_point(feature: Feature, first: npt.ArrayLike, second: npt.ArrayLike = 0.0) -> Array:
-    """Points (..., 3) on the nominal surface from two surface coordinates that broadcast.
+    """Return the points (..., 3) on the nominal surface from two surface coordinates that broadcast.
 
     plane: mm along u, mm along v · line: mm along it · circle: angle from u · cylinder, cone: angle from u,
     mm along the axis from `point` · sphere: longitude from x, latitude · torus: angle around the ring, around

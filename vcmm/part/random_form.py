@@ -1,8 +1,8 @@
-"""Families of part forms: what a surface may look like of which nothing is known but that it was made.
+"""Families of part forms: possible shapes of a surface of which only the way of manufacture is known.
 
 "smooth"  Gaussian random surfaces of several correlation lengths: low orders are large, as on turned, milled and ground parts
 "single"  one lobe number or one wave alone, as clamping in a chuck or a vice leaves it
-These two stand for a part of which nothing else is known.
+Both are used for a part of which nothing else is known.
 
 Every form is orthogonal to the least-squares element of its surface (it has no size, place or direction) and has the range
 largest - smallest = 1 over the whole surface. Coordinates are relative to the extent of the feature.
@@ -23,7 +23,7 @@ JITTER = 1e-8  # of the variance, so that a smooth covariance can be factorised
 
 
 def random_forms(feature: Feature, points: Array, count: int, family: str, rng: np.random.Generator) -> Array:
-    """(count, n) forms at points (n, 3) of a feature along its outward normal, range 1 over the whole surface.
+    """Return forms (count, n) at points (n, 3) of a feature along its outward normal, range 1 over the whole surface.
 
     Features: line, plane, circle, cylinder, cone, sphere.
     """
@@ -40,7 +40,7 @@ def random_forms(feature: Feature, points: Array, count: int, family: str, rng: 
 
 
 def whole_surface(feature: Feature) -> Array:
-    """Points (N, 3) close together over the whole feature, its edges included."""
+    """Return the points (N, 3) close together over the whole feature, its edges included."""
     turn = np.arange(48) * (2 * np.pi / 48)
     if feature.kind == "circle":
         return surface_point(feature, np.arange(180) * (2 * np.pi / 180))
@@ -57,7 +57,7 @@ def whole_surface(feature: Feature) -> Array:
 
 
 def _relative(feature: Feature, points: Array) -> Array:
-    """Coordinates (n, d) in shares of the extent: along u and v of a plane, direction and share of length of an axis."""
+    """Return coordinates (n, d) in shares of the extent: along u and v of a plane, direction and share of length of an axis."""
     u, v, w = frame(feature)
     arm = points - feature.point
     if feature.kind == "plane":
@@ -73,7 +73,7 @@ def _relative(feature: Feature, points: Array) -> Array:
 def _smooth(
     feature: Feature, dense: Array, points: Array, count: int, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Gaussian surfaces at the dense points, and what they are between them (n,), each length its share of the draws."""
+    """Return Gaussian surfaces at the dense points, and their values between these (n,), each length with its share of the draws."""
     d, p = _relative(feature, dense), _relative(feature, points)
     parts = []
     for i, length in enumerate(LENGTHS):
@@ -93,7 +93,7 @@ def _squared_distances(a: Array, b: Array) -> Array:
 def _single(
     feature: Feature, dense: Array, points: Array, count: int, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """One lobe number with any phase, one bow or saddle with any axis; equal numbers of each order."""
+    """Return one lobe number with any phase, one bow or saddle with any axis; equal numbers of each order."""
     order = rng.permutation(np.resize(LOBES, count))[:, None]
     phase = rng.uniform(0, 2 * np.pi, (count, 1))
     there, here = (_wave(feature, x, order, phase) for x in (dense, points))
@@ -101,7 +101,7 @@ def _single(
 
 
 def _wave(feature: Feature, points: Array, order: Array, phase: Array) -> Array:
-    """(count, n): lobes round an axis; along a line; across a plane in any direction, a saddle when that is a diagonal."""
+    """Return waves (count, n): lobes round an axis; along a line; across a plane in any direction, a saddle when that is a diagonal."""
     if feature.kind in ROUND:
         u, v, _ = frame(feature)
         away = normal(feature, points)
@@ -114,7 +114,7 @@ def _wave(feature: Feature, points: Array, order: Array, phase: Array) -> Array:
 
 
 def _element_motions(feature: Feature, points: Array) -> Array:
-    """(n, 7 or 8): how the surface of the element moves along its normal when it is shifted, turned or sized."""
+    """Return how the surface of the element moves along its normal when it is shifted, turned or sized, as (n, 7 or 8)."""
     n, arm = normal(feature, points), points - centre(feature)
     columns = [n, np.cross(arm, n), np.ones((len(points), 1))]
     if feature.kind == "cone":

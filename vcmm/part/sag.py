@@ -1,4 +1,4 @@
-"""How far a smooth surface stands off the facets of the mesh that was made of it."""
+"""Estimate how far a smooth surface lies off the facets of the mesh that was made of it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ the angle at which trimesh (graph.smooth_shade) tells facets from smooth surface
 
 @lru_cache(maxsize=2)
 def facet_sags(mesh: Mesh) -> Array:
-    """Largest distance (f,) mm between each facet and the smooth surface on which its corners lie, estimated from the mesh.
+    """Return the largest distance (f,) mm between each facet and the smooth surface on which its corners lie, estimated from the mesh.
 
     A chord c of a circle of radius R has the sag c^2 / 8 R, and neighbouring chords turn by t = c / R: sag = c t / 8. The chord
     across an edge is the altitude of the triangle upon it; of two unequal ones the shorter counts, for a mesher makes facets as
@@ -41,6 +41,6 @@ def facet_sags(mesh: Mesh) -> Array:
 
 
 def sag_at(mesh: Mesh, points: Array) -> Array:
-    """The sag (n,) mm of the facets nearest to points (n, 3)."""
+    """Return the sag (n,) mm of the facets nearest to points (n, 3)."""
     nearest = surface_of(mesh).find_closest_cell(points)
     return facet_sags(mesh)[np.atleast_1d(nearest)]

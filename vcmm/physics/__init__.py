@@ -1,7 +1,7 @@
-"""What may be wrong: one family of effects per file, one line for each in the list here.
+"""What may be wrong: one family of effects per file, listed here with one line each.
 
-`structure` holds what the program itself makes; who needs it imports it. Nobody imports a file of `catalogue`: who wants to know
-something of such an effect asks for what it declares, and any of those files can be deleted with its lines here.
+`structure` holds the effects that the program itself creates; modules import them directly. No module imports a file of `catalogue`: code that needs
+to know something of such an effect reads its declaration, and any of those files can be deleted with its lines here.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in ALL}
 
 
 def find(name: str) -> type[Effect]:
-    """The effect class of a name. Raises UsageError with the closest name."""
+    """Return the effect class of a name. Raises UsageError with the closest name."""
     if name not in BY_NAME:
         raise UsageError(f'unknown effect "{name}".{choose_from(name, BY_NAME)}')
     return BY_NAME[name]

@@ -183,5 +183,5 @@ def test_a_file_without_its_normals_is_refused_with_the_columns_it_needs(
 def test_a_nominal_point_that_stands_twice_is_named_by_its_line(scenario: Path) -> None:
     rows = np.hstack(saddle(*grid()))
     write(scenario.parent / "nominal.csv", "x_mm,y_mm,z_mm,nx,ny,nz", np.concatenate([rows, rows[:1]]))
-    with pytest.raises(VcmmError, match=r"nominal.csv:37: nominal point 36 stands in the file twice"):
+    with pytest.raises(VcmmError, match=r"nominal.csv:37: nominal point 36 is in the file twice"):
         load_scenario(scenario)

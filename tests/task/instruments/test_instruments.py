@@ -92,7 +92,7 @@ def test_a_station_is_found_from_lengths():
     assert found.value == pytest.approx(12.5, abs=1e-6)
     assert move_stations(found, bare(), np.tile(said, (18, 1))).value == pytest.approx(one.value, abs=1e-9)
     split = at_station(one, bare(), np.arange(54.0).reshape(18, 3))
-    with pytest.raises(ModelLimit, match="stands at different places"):
+    with pytest.raises(ModelLimit, match="has different places"):
         settle_stations(split, bare())
 
 

@@ -1,4 +1,4 @@
-"""Elements through points: association by every criterion, and its sensitivities."""
+"""Fit geometric elements through points by every association criterion, with their sensitivities."""
 
 from __future__ import annotations
 

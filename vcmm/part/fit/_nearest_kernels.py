@@ -51,7 +51,7 @@ def _orthogonal(normals: Array, first: int, q: int, basis: Array, upper: Array) 
 def _worst(
     rows: Array, b: Array, two_sided: bool, x: Array, level: Any, which: Array
 ) -> tuple[float, int, float]:
-    """Largest of sign (rows_k . x + b_k) - level among k of `which`, its k and sign."""
+    """Return the largest sign (rows_k . x + b_k) - level among k of `which`, its k and sign."""
     p = rows.shape[1]
     most, where, side = -np.inf, -1, 1.0
     for k in which:
@@ -69,7 +69,7 @@ def _worst(
 def _beside(
     normal: Array, q: int, basis: Array, upper: Array, z: Array, shares: Array, r: Array
 ) -> tuple[float, float]:
-    """z (m,): the part of a normal beside the q active ones; its shares in their basis, and r in themselves. Returns
+    """Compute z (m,), the part of a normal beside the q active ones, its shares in their basis, and r in themselves. Returns
     the squares of z and of the normal.
     """
     m = normal.shape[0]
@@ -99,7 +99,7 @@ def _beside(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _join(normal: Array, q: int, normals: Array, basis: Array, upper: Array, z: Array, shares: Array) -> None:
-    """The normal becomes active as number q; z and shares as `_beside` left them."""
+    """Make the normal active as number q; z and shares as `_beside` left them."""
     size = 0.0
     for j in range(q):
         upper[j, q] = shares[j]
@@ -113,7 +113,7 @@ def _join(normal: Array, q: int, normals: Array, basis: Array, upper: Array, z: 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _holds(at: Array, sides: Array, q: int, k: int, side: float) -> bool:
-    """Whether constraint k on this side is among the q active ones."""
+    """Return whether constraint k on this side is among the q active ones."""
     found = False
     for j in range(q):
         found = found or (at[j] == k and sides[j] == side)
@@ -122,7 +122,7 @@ def _holds(at: Array, sides: Array, q: int, k: int, side: float) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _first_to_leave(u: Array, r: Array, q: int) -> tuple[float, int]:
-    """The step at which the first multiplier u - step r reaches 0, and which one; inf, -1 where none does."""
+    """Return the step at which the first multiplier u - step r reaches 0, and its number; inf, -1 where none does."""
     partial, leaving = np.inf, -1
     for j in range(q):
         if r[j] > 1e-14 and u[j] / r[j] < partial:
@@ -213,7 +213,7 @@ def _factor(metric: Array, factor: Array) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _whiten(jac: Array, factor: Array, rows: Array) -> None:
-    """rows (n, p) = (factor^-1 jac)', jac (p, n)."""
+    """Compute rows (n, p) = (factor^-1 jac)', jac (p, n)."""
     p, n = jac.shape
     for k in range(n):
         for i in range(p):
@@ -234,7 +234,7 @@ def minimax_steps(
     level: Array,
     weight: Array,
 ) -> None:
-    """Per member: the step (B, p) that minimises level + level^2 / 2 + step' metric step / 2 under
+    """Compute per member the step (B, p) that minimises level + level^2 / 2 + step' metric step / 2 under
     d_k + jac_k . step <= max d + level, and for two_sided its negative; weight (B, n) as in `nearest`.
     """
     batch, p, n = jac.shape
@@ -254,7 +254,7 @@ def minimax_steps(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def tangent_steps(jac: Array, d: Array, metric: Array, rounding: Array, step: Array, weight: Array) -> None:
-    """Per member: the step (B, p) that minimises sum (d + jac . step)^2 under d + jac . step <= 0.
+    """Compute per member the step (B, p) that minimises sum (d + jac . step)^2 under d + jac . step <= 0.
 
     metric = jac jac' / n.
     """
@@ -283,7 +283,7 @@ def _back(factor: Array, x: Array, step: Array) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def reaches(rows: Array, tight: Array, metric: Array, far: Array, out: Array) -> None:
-    """Per member: the largest |component| (B,) that the nearest points of {rows_k . y <= 1, k tight} to the points
+    """Compute per member the largest |component| (B,) that the nearest points of {rows_k . y <= 1, k tight} to the points
     -far and +far on each axis have; rows (B, p, n) are whitened by the metric (B, p, p) first.
     """
     batch, p, n = rows.shape

@@ -1,4 +1,4 @@
-"""What a fit refuses, and in which words: too few points, undetermined directions, no convergence."""
+"""Errors of a fit and their messages: too few points, undetermined directions, no convergence."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _CURE = {
 
 
 def element_of(kind: str) -> Element:
-    """The element called `kind`; UsageError with the allowed words otherwise."""
+    """Return the element called `kind`; raises UsageError with the allowed words otherwise."""
     if kind not in ELEMENTS:
         raise UsageError(f'"{kind}" is not an element that can be fitted.{choose_from(kind, ELEMENTS)}')
     return ELEMENTS[kind]
 
 
 def check_points(element: Element, points: Array, axis_is_fixed: bool, name: str) -> None:
-    """UsageError: wrong shape, NaN, an axis that the element does not have. ModelLimit: too few points."""
+    """Raise UsageError: wrong shape, NaN, an axis that the element does not have. ModelLimit: too few points."""
     if points.ndim < 2 or points.shape[-1] != 3:
         raise UsageError(f"{name}: points must have the shape (..., n, 3), got {points.shape}.")
     if 0 in points.shape[:-2]:
@@ -53,7 +53,7 @@ def check_points(element: Element, points: Array, axis_is_fixed: bool, name: str
 
 
 def check_spread(element: Element, points: Array, axis_is_fixed: bool, name: str) -> None:
-    """ModelLimit when points (B, n, 3) of a cylinder, cone or torus all lie in one plane: several fit as well."""
+    """Raise ModelLimit when points (B, n, 3) of a cylinder, cone or torus all lie in one plane: several fit as well."""
     if axis_is_fixed or element.kind not in ("cylinder", "cone", "torus"):
         return
     arm = points - points.mean(axis=-2, keepdims=True)
@@ -67,7 +67,7 @@ def check_spread(element: Element, points: Array, axis_is_fixed: bool, name: str
 
 
 def check_convergence(element: Element, done: Mask, name: str) -> None:
-    """ModelLimit when members of the batch (B,) did not reach a minimum."""
+    """Raise ModelLimit when members of the batch (B,) did not reach a minimum."""
     if done.all():
         return
     bad = np.flatnonzero(~done)
@@ -79,7 +79,7 @@ def check_convergence(element: Element, done: Mask, name: str) -> None:
 
 
 def check_rank(element: Element, free: tuple[int, ...], matrix: Array, frame: Array, name: str) -> None:
-    """ModelLimit naming the undetermined direction when a normal matrix (B, p, p), scaled, lacks rank.
+    """Raise ModelLimit naming the undetermined direction when a normal matrix (B, p, p), scaled, lacks rank.
 
     frame (B, 3, 3): rows are the element frames, to name directions in the coordinates of the points.
     """
@@ -96,12 +96,12 @@ def check_rank(element: Element, free: tuple[int, ...], matrix: Array, frame: Ar
 
 
 def _of_fits(bad: int, all_of_them: int) -> str:
-    """How many of a batch; nothing for a single fit."""
+    """Return how many fits of a batch are affected, as text; empty for a single fit."""
     return "" if all_of_them == 1 else f" (in {bad} of {all_of_them} fits)"
 
 
 def _direction(element: Element, free: tuple[int, ...], vector: Array, frame: Array) -> str:
-    """Words for a null vector (p,): every part that holds a good share of it."""
+    """Describe a null vector (p,) in words: every part that holds a good share of it."""
     motion = np.zeros(6)
     motion[list(free)] = vector[: len(free)]
     shift, turn, sizes = motion[TX : TZ + 1], motion[RX:], vector[len(free) :]
@@ -114,7 +114,7 @@ def _direction(element: Element, free: tuple[int, ...], vector: Array, frame: Ar
 
 
 def _words(direction: Array) -> str:
-    """'(1.000, 0.000, 0.000)', largest component positive."""
+    """Return a direction as text, '(1.000, 0.000, 0.000)', with its largest component positive."""
     length = float(np.linalg.norm(direction))
     unit = direction / length if length > 0.0 else direction
     unit = unit * np.copysign(1.0, unit[np.argmax(np.abs(unit))]) + 0.0

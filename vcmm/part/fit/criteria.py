@@ -81,7 +81,7 @@ def associate(
     inside: bool = False,
     judged: bool = True,
 ) -> Association:
-    """Element by criterion G, C, N, X or T through points (..., n, 3) mm.
+    """Fit an element by criterion G, C, N, X or T through points (..., n, 3) mm.
 
     start, fixed_axis   as for gauss(). A circle without fixed_axis lies in the least-squares plane of its points.
     inside              T only: the material is on the side of increasing radius (bore). The normal of a tangent plane,
@@ -119,7 +119,7 @@ def associate(
 
 
 def check_criterion(kind: str, criterion: str, inside: bool = False) -> None:
-    """UsageError for an unknown criterion, or one that an element of this kind does not have."""
+    """Raise UsageError for an unknown criterion, or one that an element of this kind does not have."""
     if criterion not in CRITERIA:
         raise UsageError(f'"{criterion}" is no criterion of association.{choose_from(criterion, CRITERIA)}')
     if kind in SUITS[criterion]:
@@ -142,7 +142,7 @@ def _check_enclosure(kind: str, criterion: str, lost: Mask) -> None:
 
 
 def _rows(base: FittedElement, n: int, first: int, size: int) -> FittedElement:
-    """Members first .. first + size - 1 of the Gauss elements of n points, in one leading dimension."""
+    """Return members first .. first + size - 1 of the Gauss elements of n points, in one leading dimension."""
     parts = (base.point, base.axis, base.sizes, base.residuals)
     cut = [
         a.reshape(-1, w)[first : first + size] for a, w in zip(parts, (3, 3, base.sizes.shape[-1] or 1, n))
@@ -160,7 +160,7 @@ def _goal(kind: str, criterion: str, inside: bool) -> ContactGoal:
 
 
 class _Ask(NamedTuple):
-    """What every chunk of a batch is asked."""
+    """Arguments that are common to all chunks of a batch."""
 
     element: Element
     criterion: str
@@ -170,7 +170,7 @@ class _Ask(NamedTuple):
 
 
 def _chunk(ask: _Ask, points: Array, base: FittedElement) -> tuple[Array | Mask, ...]:
-    """Point, axis, sizes, residuals, normals, contacts, unique, done, lost of a chunk (B, n, 3)."""
+    """Fit a chunk (B, n, 3): return point, axis, sizes, residuals, normals, contacts, unique, done, lost."""
     element, criterion = ask.element, ask.criterion
     data, centroid, scale = centre_points(points)
     line = element.kind == "line"

@@ -92,7 +92,7 @@ def _plane(x: Array, y: Array, z: Array) -> list[Row]:
 
 
 def _length(*parts: Array) -> Array:
-    """Length of a vector, never exactly 0: a point on the axis then has the normal 0 and not NaN."""
+    """Return the length of a vector, never exactly 0: a point on the axis then has the normal 0 and not NaN."""
     return np.maximum(np.sqrt(sum(p * p for p in parts)), 1e-150)
 
 
@@ -138,12 +138,12 @@ MINIMUM_POINTS: dict[str, int] = {
 
 
 def free_pose(element: Element, axis_is_fixed: bool) -> tuple[int, ...]:
-    """Free motions of the element; a fixed axis takes away both tilts."""
+    """Return the free motions of the element; a fixed axis takes away both tilts."""
     return tuple(j for j in element.pose if not (axis_is_fixed and j in (RX, RY)))
 
 
 def frames(axis: Array) -> Array:
-    """Rows u, v, a (..., 3, 3) of a right-handed frame about unit axes (..., 3).
+    """Return rows u, v, a (..., 3, 3) of a right-handed frame about unit axes (..., 3).
 
     Duff et al., "Building an Orthonormal Basis, Revisited", J. Computer Graphics Techniques 6(1) 2017: no
     branch, so a batch member gets the same frame alone and in company.
@@ -160,7 +160,7 @@ def frames(axis: Array) -> Array:
 
 
 def rows_of(element: Element, local: Array, sizes: Array) -> list[Row]:
-    """Kernel rows of points `local` (B, 3, n) in the element frame, with sizes (B, s)."""
+    """Evaluate the kernel rows of points `local` (B, 3, n) in the element frame, with sizes (B, s)."""
     return element.kernel(local[:, 0], local[:, 1], local[:, 2], *sizes.T[..., None])
 
 
@@ -177,7 +177,7 @@ def pose_column(motion: int, local: Array, normal: Triple) -> Part:
 def jacobian(
     element: Element, free: tuple[int, ...], local: Array, sizes: Array
 ) -> tuple[Array, Array, list[Row]]:
-    """Distances d (B, m), Jacobian (B, p, m) and the kernel rows.
+    """Return distances d (B, m), the Jacobian (B, p, m) and the kernel rows.
 
     m = distance components per point x n; p = free motions, then sizes. local (B, 3, n), sizes (B, s).
     """
@@ -196,7 +196,7 @@ def jacobian(
 
 
 def signed_residuals(rows: list[Row], frame: Array, shape: tuple[int, int]) -> tuple[Array, Array]:
-    """Residuals (B, n) and unit normals (B, n, 3) in the outer frame; components become their length."""
+    """Return residuals (B, n) and unit normals (B, n, 3) in the outer frame; components become their length."""
     d = np.stack([np.broadcast_to(row[0], shape) for row in rows])
     normal = np.stack([np.stack([np.broadcast_to(c, shape) for c in row[1]], axis=1) for row in rows])
     if len(rows) > 1:  # point and line: along the deviation itself; the first direction where that is 0

@@ -1,4 +1,4 @@
-"""Elements that touch: minimax, circumscribed, inscribed and tangent elements of a whole batch.
+"""Fit elements that touch the points: minimax, circumscribed, inscribed and tangent elements of a whole batch.
 
 Each round solves the problem with distances replaced by their tangents (the Jacobian that the Gauss fit uses); the
 solution names the points of contact, the next round starts from there. Where the contacts determine the element
@@ -36,10 +36,10 @@ _EPS = float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True)
 class ContactGoal:
-    """What is wanted of the signed distances d of the points.
+    """Goal for the signed distances d of the points.
 
     two_sided   the largest |d| becomes smallest; else the largest d
-    sized       sizes take part; else they stand still and the level is the change of the radius
+    sized       sizes take part; else they are fixed and the level is the change of the radius
     tangent     the sum of d^2 becomes smallest while no d is positive; no level
     sign        -1 turns the distances round (inscribed; material on the other side)
     """
@@ -51,7 +51,7 @@ class ContactGoal:
 
     @property
     def convex(self) -> bool:
-        """Circumscribed: distances from a centre or axis curve upwards, which holds where contacts leave room."""
+        """Whether the goal is convex (circumscribed): distances from a centre or axis curve upwards, which holds where contacts leave room."""
         return self.sign > 0.0 and not self.sized
 
 
@@ -73,7 +73,7 @@ class ContactProblem:
     goal: ContactGoal
 
     def at(self, data: Array, state: State) -> Local:
-        """Distances of data (B, 3, n) and how they answer to the motions, and to the sizes where these are free."""
+        """Return the distances of data (B, 3, n) and their derivatives by the motions, and by the sizes where these are free."""
         local, frame = to_local(data, state)
         d, jac, _ = jacobian(self.element, self.free, local, state.sizes)
         if not self.goal.sized:
@@ -81,13 +81,13 @@ class ContactProblem:
         return Local(self.goal.sign * d, self.goal.sign * jac, local, frame)
 
     def move(self, state: State, frame: Array, step: Array) -> State:
-        """State after a step (B, p), sizes kept where they are not free."""
+        """Return the state after a step (B, p), sizes kept where they are not free."""
         missing = len(self.free) + len(self.element.sizes) - step.shape[1]
         padded = np.concatenate([step, np.zeros((len(step), missing))], axis=1)
         return move_state(self.element, self.free, state, frame, padded)
 
     def top(self, d: Array) -> Array:
-        """What is to become smallest (B,): the largest distance, or the sum of squares of a tangent element."""
+        """Return the quantity to minimise (B,): the largest distance, or the sum of squares of a tangent element."""
         if self.goal.tangent:
             return np.sum(d * d, axis=-1)
         return np.max(np.abs(d) if self.goal.two_sided else d, axis=-1)
@@ -115,7 +115,7 @@ class _Step(NamedTuple):
 
 
 def settle(problem: ContactProblem, data: Array, start: State) -> SettledState:
-    """Element of each member (B, 3, n) that fulfils the goal, from a start near it (the Gauss element)."""
+    """Find the element of each member (B, 3, n) that fulfils the goal, from a start near it (the Gauss element)."""
     state = seat(problem.element, start)
     damping = 1.0 / _radius(problem, problem.at(data, state), state)
     least, weight = 1e-4 * damping, np.zeros((len(data), data.shape[2]))
@@ -140,9 +140,9 @@ def settle(problem: ContactProblem, data: Array, start: State) -> SettledState:
 
 
 def least_largest(left: Array, basis: Array) -> Array:
-    """(...): smallest largest |departure| over motions along `basis` (k, f), whose columns are of length 1 and square to each other.
+    """Return the smallest largest |departure| (...) over motions along `basis` (k, f), whose columns are of length 1 and orthogonal.
 
-    left (..., k): what least squares leave, so that their largest is at most sqrt(k) times too large and scales them.
+    left (..., k): residuals of least squares, so that their largest is at most sqrt(k) times too large and scales them.
     """
     from vcmm.part.fit._nearest_kernels import minimax_steps
 
@@ -162,7 +162,7 @@ def least_largest(left: Array, basis: Array) -> Array:
 
 
 def _radius(problem: ContactProblem, at: Local, state: State) -> Array:
-    """Radius of curvature (B,) of the distances; 1, the extent of the data, where it is no smaller."""
+    """Return the radius of curvature (B,) of the distances; 1, the extent of the data, where it is no smaller."""
     if not problem.goal.convex:
         return np.ones(len(at.d))
     return np.clip(problem.top(at.d) + state.sizes[:, 0], 1e-12, 1.0)
@@ -171,7 +171,7 @@ def _radius(problem: ContactProblem, at: Local, state: State) -> Array:
 def _metric(
     problem: ContactProblem, data: Array, state: State, at: Local, weight: Array, damping: Array, round_: int
 ) -> Array:
-    """What a step (B, p, p) costs: mean square of the distances moved, times the damping, and curvature where the
+    """Return the cost of a step (B, p, p): mean square of the distances moved, times the damping, and curvature where the
     first rounds have not settled it. A tangent element wants that mean square itself.
     """
     mean = at.jac @ at.jac.swapaxes(-1, -2) / at.jac.shape[-1]
@@ -186,7 +186,7 @@ def _metric(
 
 
 def _curvature(problem: ContactProblem, data: Array, state: State, at: Local, weight: Array) -> Array:
-    """Second derivative (B, p, p) of the distances, weighted (B, n) by the multipliers; made positive.
+    """Return the second derivative (B, p, p) of the distances, weighted (B, n) by the multipliers; made positive.
 
     From differences of the weighted Jacobian: where the weights are those of contact its sum vanishes, and the
     derivative does not depend on how motions are written. What matters is the motion that the contacts leave free;
@@ -211,7 +211,7 @@ def _curvature(problem: ContactProblem, data: Array, state: State, at: Local, we
 
 
 def _solve(goal: ContactGoal, at: Local, metric: Array, likely: Array, rounding: Array) -> _Step:
-    """The step of the problem with straight distances. likely (B, n): not 0 where contact is expected."""
+    """Solve the problem with straight distances. likely (B, n): not 0 where contact is expected."""
     from vcmm.part.fit._nearest_kernels import minimax_steps, tangent_steps
 
     step, level, weight = np.zeros(at.jac.shape[:2]), np.zeros(len(at.d)), likely.copy()
@@ -226,7 +226,7 @@ def _solve(goal: ContactGoal, at: Local, metric: Array, likely: Array, rounding:
 def _try_step(
     problem: ContactProblem, data: Array, state: State, at: Local, metric: Array, found: _Step
 ) -> tuple[State, Mask]:
-    """State after the step, bent where the straight one loses, and the mask (B,) of those that lose nothing."""
+    """Return the state after the step, bent where the straight one loses, and the mask (B,) of the members that lose nothing."""
     trial = problem.move(state, at.frame, found.step)
     if problem.goal.tangent:
         return trial, np.ones(len(data), dtype=bool)
@@ -248,8 +248,8 @@ def _try_step(
 def _is_done(
     problem: ContactProblem, state: State, at: Local, found: _Step, shift: Array, round_: int
 ) -> Mask:
-    """The step moves no distance, or it promises nothing more and hardly moves; after many rounds the promise
-    decides alone: the place is then not held to the last digit.
+    """Return whether the step moves no distance, or promises nothing more and hardly moves; after many rounds the promise
+    decides alone: the place is then not determined to the last digit.
     """
     size = magnitude(state)
     still = shift <= 1e-13 * size

@@ -1,4 +1,4 @@
-"""Association with the orientation given from outside: what ISO 5459 asks of secondary and tertiary datums.
+"""Association with a given orientation, as ISO 5459 requires of secondary and tertiary datums.
 
     held(base, axis)                  the axis is `axis`: it may shift and change its size, and turn no more
     held(base, axis, about)           the axis keeps its angle to `about` and turns about that direction alone
@@ -50,7 +50,7 @@ def hold_axis(
     criterion: str = "G",
     inside: bool = False,
 ) -> FittedElement:
-    """The element of the kind of `base` (its free least-squares fit) whose axis is `axis` (..., 3), unit, on the side of base.axis.
+    """Fit the element of the kind of `base` (its free least-squares fit) whose axis is `axis` (..., 3), unit, on the side of base.axis.
 
     about (..., 3): unit direction about which it may turn, at the angle that axis has to it; None: axis is final.
     points (..., n, 3) mm: what is fitted. UsageError: a line by a criterion other than G. ModelLimit: as associate().
@@ -74,7 +74,7 @@ def hold_axis(
 
 
 def normal_matrix(fitted: FittedElement, points: Array) -> Array:
-    """M (6 + s, 6 + s) of one fit and its points (n, 3): sum of squares per shift (mm), turn about its point (rad), sizes; outer frame."""
+    """Return M (6 + s, 6 + s) of one fit and its points (n, 3): sum of squares per shift (mm), turn about its point (rad), sizes; outer frame."""
     element = element_of(fitted.kind)
     axis = fitted.axis if element.has_axis else np.array([0.0, 0.0, 1.0])
     frame = frames(axis)
@@ -90,15 +90,16 @@ def normal_matrix(fitted: FittedElement, points: Array) -> Array:
 
 
 def at_angle(axis: Array, about: Array, cosine: Array | float, sine: Array | float) -> Array:
-    """The direction (..., 3) at an angle to `about` that is nearest to `axis`."""
+    """Return the direction (..., 3) at an angle to `about` that is nearest to `axis`."""
     beside = axis - np.sum(axis * about, axis=-1, keepdims=True) * about
     size = np.linalg.norm(beside, axis=-1, keepdims=True)
     return np.asarray(cosine * about + sine * beside / np.maximum(size, 1e-300))
 
 
 def _by_matrix(base: FittedElement, axis: Array, about: Array | None) -> FittedElement:
-    """From the matrix of the fit: shifts and sizes follow the turn w = base.axis x axis, which is smallest in w^T S w, S the matrix
-    less what they take up.
+    """Return the element from the matrix of the fit: shifts and sizes follow the turn w = base.axis x axis, which is smallest in w^T S w,
+    where S is the matrix
+    less their contribution.
     """
     batch = np.broadcast_shapes(
         base.point.shape[:-1], axis.shape[:-1], () if about is None else about.shape[:-1]
@@ -125,7 +126,7 @@ def _by_matrix(base: FittedElement, axis: Array, about: Array | None) -> FittedE
 
 
 def _easiest(free: Array, axis: Array, about: Array, rest: Array) -> Array:
-    """The direction (..., 3) at the angle of `axis` to `about` with the least w^T rest w of its turn w from the free one."""
+    """Return the direction (..., 3) at the angle of `axis` to `about` with the least w^T rest w of its turn w from the free one."""
     cosine = np.sum(axis * about, axis=-1, keepdims=True)
     sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
     for _ in range(TURNS):
@@ -149,7 +150,7 @@ def _broadcast(fitted_element: FittedElement, batch: tuple[int, ...]) -> FittedE
 
 @dataclass(frozen=True)
 class _Turning(ContactProblem):
-    """A problem whose element turns about the third axis of the data alone, at one angle to it.
+    """A problem whose element turns about the third axis of the data only, at one angle to it.
 
     Motions: those of `free` that are no tilts, then that turn.
     """
@@ -179,7 +180,7 @@ class _Turning(ContactProblem):
 def _turning(
     base: FittedElement, axis: Array, about: Array, points: Array, criterion: str, inside: bool
 ) -> FittedElement:
-    """The element that turns about one direction, by its points (..., n, 3)."""
+    """Fit the element that turns about one direction, by its points (..., n, 3)."""
     element = element_of(base.kind)
     batch, n = points.shape[:-2], points.shape[-2]
     fitted_element = _broadcast(base, batch)
@@ -235,7 +236,7 @@ def _goal(kind: str, criterion: str, inside: bool) -> ContactGoal:
 
 
 def _least_squares(problem: _Turning, data: Array, start: State) -> tuple[State, Mask]:
-    """Gauss-Newton from the free element, which is near."""
+    """Solve by Gauss-Newton from the free element, which is near."""
     problem = replace(problem, goal=ContactGoal(two_sided=True, sized=True))
     state, done = seat(problem.element, start), np.zeros(len(data), dtype=bool)
     for _ in range(STEPS):

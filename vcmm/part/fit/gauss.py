@@ -58,14 +58,14 @@ def algebraic_start(element: Element, free: tuple[int, ...], data: Array, axis: 
 
 
 def _linear(design: Array, right: Array) -> Array:
-    """Least squares (B, k) of design (B, k, n) against right (B, n); least norm where rank is missing."""
+    """Solve least squares (B, k) of design (B, k, n) against right (B, n); least norm where rank is missing."""
     matrix = design @ design.swapaxes(-1, -2)
     inverse = np.linalg.pinv(matrix, rcond=1e-13, hermitian=True)
     return (inverse @ (design @ right[..., None]))[..., 0]
 
 
 def _round_fit(coordinates: Array) -> tuple[Array, Array]:
-    """Centre (B, k) and radius (B,) of the algebraic circle (k = 2) or sphere (k = 3) through (B, k, n)."""
+    """Return centre (B, k) and radius (B,) of the algebraic circle (k = 2) or sphere (k = 3) through (B, k, n)."""
     ones = np.ones_like(coordinates[:, :1])
     solution = _linear(np.concatenate([2.0 * coordinates, ones], axis=1), np.sum(coordinates**2, axis=1))
     centre = solution[:, :-1]
@@ -73,7 +73,7 @@ def _round_fit(coordinates: Array) -> tuple[Array, Array]:
 
 
 def _about_axis(element: Element, data: Array, axis: Array) -> State:
-    """Linear fit of circle, cylinder, cone or torus about a given axis direction (B, 3) through any point."""
+    """Fit a circle, cylinder, cone or torus linearly about a given axis direction (B, 3) through any point."""
     frame = frames(axis)
     local = frame @ data
     centre, radius = _round_fit(local[:, :2])
@@ -92,20 +92,20 @@ def _about_axis(element: Element, data: Array, axis: Array) -> State:
 
 
 def _hemisphere(count: int) -> Array:
-    """Unit vectors (count, 3), evenly spread over half the sphere (Fibonacci lattice)."""
+    """Return the unit vectors (count, 3), evenly spread over half the sphere (Fibonacci lattice)."""
     k = np.arange(count) + 0.5
     z, turn = k / count, k * np.pi * (3.0 - np.sqrt(5.0))
     return np.stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z], axis=-1)
 
 
 def _trial_axes(data: Array) -> Array:
-    """Trial axes (B, k, 3): the principal axes of the points, then a lattice in their frame."""
+    """Return the trial axes (B, k, 3): the principal axes of the points, then a lattice in their frame."""
     principal = np.swapaxes(np.linalg.eigh(data @ data.swapaxes(-1, -2))[1], -1, -2)
     return np.concatenate([principal, _hemisphere(TRIAL_AXES) @ principal], axis=1)
 
 
 def _search(element: Element, free: tuple[int, ...], data: Array, axis: Array | None) -> State:
-    """Best of many trial axes; with a known axis just the linear fit about it."""
+    """Return the best of many trial axes; with a known axis only the linear fit about it."""
     if axis is not None:
         return _about_axis(element, data, axis)
     trials = _trial_axes(data)
@@ -141,7 +141,7 @@ def gauss(
     fixed_axis: Array | None = None,
     tolerance: float = 1e-12,
 ) -> FittedElement:
-    """Least-squares element through points (..., n, 3) mm.
+    """Fit the least-squares element through points (..., n, 3) mm.
 
     start       nominal element of the same kind, alone or batched like the points; without it the start comes
                 from the points (slower; see vcmm.part.fit.start). The axis of the result points the same way as
@@ -185,7 +185,7 @@ def _flat_start(element: Element, start: FittedElement, batch: tuple[int, ...]) 
 
 
 def _unit(axis: Array, name: str) -> Array:
-    """Axis (..., 3) at length 1; UsageError for anything that is no direction."""
+    """Return the axis (..., 3) at length 1; raises UsageError for a vector that is no direction."""
     axis = np.asarray(axis, dtype=np.float64)
     length = np.sqrt(np.sum(axis * axis, axis=-1, keepdims=True))
     if axis.shape[-1:] != (3,) or not (np.isfinite(length) & (length > 0.0)).all():
@@ -194,7 +194,7 @@ def _unit(axis: Array, name: str) -> Array:
 
 
 def _flatten(values: Array, batch: tuple[int, ...], name: str) -> Array:
-    """(..., k) broadcast to the batch of the points, as (B, k)."""
+    """Broadcast values (..., k) to the batch of the points, as (B, k)."""
     if not np.isfinite(values).all():
         raise UsageError(f"{name} holds a number that is not finite: {values}.")
     try:
@@ -228,7 +228,7 @@ def _associate(
 
 
 def centre_points(points: Array) -> tuple[Array, Array, Array]:
-    """Points (B, n, 3) as data (B, 3, n) about the centroid (B, 3) in units of `scale` (B, 1).
+    """Return points (B, n, 3) as data (B, 3, n) about the centroid (B, 3) in units of `scale` (B, 1).
 
     The scale is a power of two near the rms extent, so scaling does not round.
     """
@@ -271,7 +271,7 @@ def _fit_chunk(
 
 
 def _is_possible(element: Element, state: State) -> Mask:
-    """Mask (B,): radii positive, apex angle of a cone below 180 degrees."""
+    """Return the mask (B,) of possible states: radii positive, apex angle of a cone below 180 degrees."""
     angle = state.sizes[:, 1] if element.kind == "cone" else np.zeros(len(state.sizes))
     return np.all(state.sizes[:, : sum(element.lengths)] > 0.0, axis=-1) & (angle < 0.5 * np.pi)
 

@@ -23,7 +23,7 @@ Ints = NDArray[np.intp]
 
 
 def two_point_radii(points: Array, base: FittedElement) -> Array:
-    """Half two-point sizes (..., k) of points (..., n, 3) on the Gauss element `base`; k pairs, found on the first
+    """Return half the two-point sizes (..., k) of points (..., n, 3) on the Gauss element `base`; k pairs, found on the first
     member of the batch. UsageError: not for this kind. ModelLimit: no opposite points.
     """
     points = np.asarray(points, dtype=np.float64)
@@ -47,7 +47,7 @@ def two_point_radii(points: Array, base: FittedElement) -> Array:
 
 
 def sphere_radii(points: Array, base: FittedElement) -> Array:
-    """Radii (..., k) of the spherical sizes of points (..., n, 3) on the Gauss element `base`, one per section.
+    """Return the radii (..., k) of the spherical sizes of points (..., n, 3) on the Gauss element `base`, one per section.
 
     UsageError: not for this kind. ModelLimit: a section that does not surround its sphere.
     """
@@ -62,7 +62,7 @@ def sphere_radii(points: Array, base: FittedElement) -> Array:
 
 
 def sections(points: Array, base: FittedElement) -> list[Ints]:
-    """Rows of the points in each section, lowest first, from the first member of the batch."""
+    """Return the rows of the points in each section, lowest first, from the first member of the batch."""
     if base.kind not in ("circle", "cylinder"):
         raise UsageError(
             f"a {base.kind} has no sections; local sizes in sections are for circle and cylinder."
@@ -76,7 +76,7 @@ def sections(points: Array, base: FittedElement) -> list[Ints]:
 
 
 def _centre(points: Array, base: FittedElement) -> Array:
-    """Centre (..., 3) of the section's least-squares circle, or of the element where it has too few points."""
+    """Return the centre (..., 3) of the section's least-squares circle, or of the element where it has too few points."""
     if base.kind == "sphere":
         return base.point
     if points.shape[-2] < 3:
@@ -86,12 +86,12 @@ def _centre(points: Array, base: FittedElement) -> Array:
 
 
 def _first(values: Array) -> Array:
-    """The first member (n, 3) of a batch (..., n, 3)."""
+    """Return the first member (n, 3) of a batch (..., n, 3)."""
     return values.reshape(-1, *values.shape[-2:])[0]
 
 
 def _pairs(directions: Array) -> list[tuple[int, int]]:
-    """Each point with the one most nearly opposite, where it is opposite enough; every pair once."""
+    """Pair each point with the one most nearly opposite, where it is opposite enough; every pair once."""
     along = directions @ directions.T
     partner = np.argmin(along, axis=1)
     pairs = {(min(i, int(j)), max(i, int(j))) for i, j in enumerate(partner)}

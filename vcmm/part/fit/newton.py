@@ -42,19 +42,19 @@ class TurnedData(NamedTuple):
 
 
 def turned_to(data: Array, axis: Array) -> TurnedData:
-    """Data (B, 3, n) turned into the frames of axes (B, 3)."""
+    """Return the data (B, 3, n) turned into the frames of axes (B, 3)."""
     frame = frames(axis)
     return TurnedData(frame, frame @ data)
 
 
 def to_local(data: Array, state: State, turned: TurnedData | None = None) -> tuple[Array, Array]:
-    """Data (B, 3, n) in the element frames, and the frames (B, 3, 3). turned: where it is known already."""
+    """Return the data (B, 3, n) in the element frames, and the frames (B, 3, 3). turned: given where it is already computed."""
     frame, along = turned or turned_to(data, state.axis)
     return along - frame @ state.point[..., None], frame
 
 
 def seat(element: Element, state: State) -> State:
-    """The same elements, their points at the foot of the centroid (the origin) where they are arbitrary."""
+    """Return the same elements, their points at the foot of the centroid (the origin) where they are arbitrary."""
     along = np.sum(state.point * state.axis, axis=-1)
     if element.kind == "plane":
         return state._replace(point=along[:, None] * state.axis)
@@ -77,7 +77,7 @@ def _equations(
 
 
 def move_state(element: Element, free: tuple[int, ...], state: State, frame: Array, step: Array) -> State:
-    """State after the step (B, p): displacement and small rotation in the element frame, then the sizes."""
+    """Return the state after the step (B, p): displacement and small rotation in the element frame, then the sizes."""
     motion = np.zeros((len(step), 5))
     motion[:, free] = step[:, : len(free)]
     point = state.point + (motion[:, None, :3] @ frame)[:, 0]
@@ -89,7 +89,7 @@ def move_state(element: Element, free: tuple[int, ...], state: State, frame: Arr
 
 
 def _solve(equations: Equations, damping: Array) -> Array:
-    """Damped step (B, p). 1e-15 of the trace keeps a singular matrix solvable; rank is judged at the end."""
+    """Return the damped step (B, p). 1e-15 of the trace keeps a singular matrix solvable; rank is judged at the end."""
     p = equations.gradient.shape[-1]
     diagonal = np.einsum("bii->bi", equations.matrix)
     extra = damping[:, None] * diagonal + 1e-15 * np.sum(diagonal, axis=-1, keepdims=True) + 1e-300
@@ -98,12 +98,12 @@ def _solve(equations: Equations, damping: Array) -> Array:
 
 
 def _choose(mask: Mask, yes: NamedTuple, no: NamedTuple) -> tuple[Array, ...]:
-    """Row by row: from `yes` where mask (B,), else from `no`."""
+    """Choose row by row: from `yes` where mask (B,), else from `no`."""
     return tuple(np.where(mask.reshape((-1,) + (1,) * (a.ndim - 1)), a, b) for a, b in zip(yes, no))
 
 
 def magnitude(state: State) -> Array:
-    """Size (B,) of the numbers that meet in a distance, in extents of the data: sets the rounding floor."""
+    """Return the size (B,) of the numbers that meet in a distance, in extents of the data: it sets the rounding floor."""
     sizes = np.sum(np.abs(state.sizes), axis=-1)
     return 1.0 + np.sqrt(np.sum(state.point * state.point, axis=-1)) + sizes
 
@@ -118,7 +118,7 @@ def _is_done(equations: Equations, step: Array, state: State, m: int, tolerance:
 
 
 def _is_no_worse(cost: Array, before: Array, m: int, state: State) -> Mask:
-    """Whether a cost (B,) exceeds the one before by no more than the rounding of m distances explains."""
+    """Return whether a cost (B,) exceeds the one before by no more than the rounding of m distances explains."""
     rounding = 16.0 * _EPS * magnitude(state) * np.sqrt(m)
     return np.sqrt(cost) <= np.sqrt(before) * (1.0 + 1e-13) + rounding
 
@@ -126,7 +126,8 @@ def _is_no_worse(cost: Array, before: Array, m: int, state: State) -> Mask:
 def descend(
     element: Element, free: tuple[int, ...], data: Array, start: State, tolerance: float
 ) -> tuple[State, Mask, Array, Array]:
-    """Least-squares state of each member, mask (B,) of the converged ones, normal matrix (B, p, p) and frame (B, 3, 3) there.
+    """Descend to the least-squares state of each member; return it, the mask (B,) of the converged ones, normal matrix (B, p, p) and
+    frame (B, 3, 3) there.
 
     data (B, 3, n): centred on the centroid and scaled to extent 1.
     """

@@ -22,7 +22,7 @@ from vcmm.part.fit.uniqueness import is_unique
 def profile_line(
     criterion: str, points: Array, direction: Array, normal: Array, *, inside: bool = False
 ) -> Association:
-    """Line by criterion G, C or T through points (..., n, 3) mm in the plane of direction (3,) and normal (3,).
+    """Fit a line by criterion G, C or T through points (..., n, 3) mm in the plane of direction (3,) and normal (3,).
 
     residuals: distances in that plane, + on the side of the normal; the material is on the other side (inside: on
     this one). The element's point is the foot of the centroid of the points, its axis points along `direction`.
@@ -67,7 +67,7 @@ def profile_line(
 
 
 def _axes(direction: Array, normal: Array) -> Array:
-    """Rows (3, 3): along the line, square to the plane of the profile, normal."""
+    """Return the rows (3, 3): along the line, square to the plane of the profile, normal."""
     along = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
     up = np.asarray(normal, dtype=np.float64) - (normal @ along) * along
     size = float(np.linalg.norm(up))

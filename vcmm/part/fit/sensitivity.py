@@ -1,4 +1,4 @@
-"""How a fitted element answers to small displacements of its points: analytic, from the Jacobian of the fit.
+"""Sensitivity of a fitted element to small displacements of its points: analytic, from the Jacobian of the fit.
 
 At a least-squares fit J^T d = 0. A displacement dx_i of point i changes d_i by n_i . dx_i, so the element
 moves by -(J^T J)^-1 J^T (n . dx) (Forbes, Appl. Sci. 12 (2022) 2808). The terms left out are of the order
@@ -24,7 +24,7 @@ class Sensitivity:
     point       (3, n, 3)
     axis        (3, n, 3)
     sizes       (s, n, 3)
-    residuals   (n, n, 3), None where it was not asked for: n^2 numbers, which only form needs
+    residuals   (n, n, 3), None unless requested: n^2 numbers, which only form needs
     deviations  (n, 3, n, 3) for point and line only: the vector from the element to each point. Its length
                 is the residual, which itself has no derivative where it is 0.
     """
@@ -52,7 +52,7 @@ class _Linear:
 def sensitivity(
     fitted: FittedElement, points: Array, *, fixed_axis: Array | None = None, residuals: bool = True
 ) -> Sensitivity:
-    """Sensitivity of `fitted` = gauss(kind, points (n, 3), fixed_axis=fixed_axis): one element, no batch.
+    """Return the sensitivity of `fitted` = gauss(kind, points (n, 3), fixed_axis=fixed_axis): one element, no batch.
 
     residuals=False leaves out those of the residuals, in memory and time proportional to n.
     First order in the displacement; the relative error is of the order residual / radius.
@@ -91,10 +91,10 @@ def _linearise(element: Element, free: tuple[int, ...], fitted: FittedElement, p
 
 
 def _answer(linear: _Linear, tilt: Array | None, residuals: bool) -> tuple[Array, Array | None]:
-    """Change (p, n, 3) of motions and sizes and (k, n, n, 3) of distances per displacement, in scaled units.
+    """Return the change (p, n, 3) of motions and sizes and (k, n, n, 3) of distances per displacement, in scaled units.
 
-    tilt (2, n, 3): RX and RY where they are known beforehand (circle) instead of fitted. A point's displacement changes
-    its own distance by its normal and no other, so the fit is asked without the square of n.
+    tilt (2, n, 3): RX and RY where they are known beforehand (circle) instead of fitted. A point's displacement changes only its own
+    distance, by its normal, so no array of n^2 numbers is needed.
     """
     p, k, n = linear.jac.shape
     answer = np.zeros((p, n, 3))
@@ -118,7 +118,7 @@ def _answer(linear: _Linear, tilt: Array | None, residuals: bool) -> tuple[Array
 
 
 def _assemble(linear: _Linear, fitted: FittedElement, answer: Array, change: Array | None) -> Sensitivity:
-    """From motions in the element frame and scaled units to point, axis, sizes and residuals."""
+    """Convert motions in the element frame and scaled units to point, axis, sizes and residuals."""
     element, frame, n = linear.element, linear.frame, answer.shape[1]
     motion = np.zeros((5, n, 3))
     motion[list(linear.free)] = answer[: len(linear.free)]
@@ -144,7 +144,7 @@ def _assemble(linear: _Linear, fitted: FittedElement, answer: Array, change: Arr
 
 
 def linear_fit(fitted: FittedElement, sens: Sensitivity, displacement: Array) -> FittedElement:
-    """First-order fit after displacements (..., n, 3) mm of the points: a batch of elements like gauss().
+    """Return the first-order fit after displacements (..., n, 3) mm of the points: a batch of elements like gauss().
 
     Axis renormalised; normals stay those of `fitted`, except for point and line, whose residuals are lengths
     of vectors. The radius of a full circle of 25 points, R 25 mm, 1 um noise, is within 0.1 nm of gauss().
@@ -171,12 +171,12 @@ def linear_fit(fitted: FittedElement, sens: Sensitivity, displacement: Array) ->
 
 
 def _apply(operator: Array, flat: Array) -> Array:
-    """Operator (k, n, 3) on displacements (..., 3 n): (..., k)."""
+    """Apply an operator (k, n, 3) to displacements (..., 3 n): (..., k)."""
     return flat @ operator.reshape(len(operator), flat.shape[-1]).T
 
 
 def _lengths(vectors: Array, otherwise: Array) -> tuple[Array, Array]:
-    """Length (..., n) and direction of vectors (..., n, 3); `otherwise` (n, 3) where the length is 0."""
+    """Return the length (..., n) and direction of vectors (..., n, 3); `otherwise` (n, 3) where the length is 0."""
     length = np.linalg.norm(vectors, axis=-1)
     some = (length > 0.0)[..., None]
     return length, np.where(some, vectors / np.where(some, length[..., None], 1.0), otherwise)

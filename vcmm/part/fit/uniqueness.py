@@ -1,4 +1,4 @@
-"""Is an element that touches its points the only one? A statement about the contacts, to the first order.
+"""Decide whether an element that touches its points is unique: a statement about the contacts, to the first order.
 
 An element by contact is held when every small motion makes it worse. Where some motion makes it worse by less than
 `LOOSE` of the way (or than a few times form / radius, the part that the curvature adds), other places are as good
@@ -17,7 +17,7 @@ LOOSE = 1e-6
 
 
 def is_unique(problem: ContactProblem, data: Array, found: SettledState) -> Mask:
-    """Mask (B,) of the members of data (B, 3, n) whose contacts leave no motion free."""
+    """Return the mask (B,) of the members of data (B, 3, n) whose contacts leave no motion free."""
     goal = problem.goal
     if goal.tangent:  # strictly convex where the points determine the element
         return np.ones(len(data), dtype=bool)
@@ -40,7 +40,7 @@ def is_unique(problem: ContactProblem, data: Array, found: SettledState) -> Mask
 def _held_by_curvature(
     problem: ContactProblem, at: Local, settled_state: SettledState, metric: Array
 ) -> Mask:
-    """Circumscribed: a problem that curves upwards, held where the contacts' own motions determine the pose."""
+    """Return whether a circumscribed element is unique by curvature: the problem curves upwards, and the contacts' own motions determine the pose."""
     touching = settled_state.contacts[:, None].astype(np.float64)
     rows = [at.jac * touching, *(row * touching for row in _crosswise(problem, at))]
     held = sum((row @ row.swapaxes(-1, -2) for row in rows), np.zeros(1))
@@ -49,7 +49,7 @@ def _held_by_curvature(
 
 
 def _crosswise(problem: ContactProblem, at: Local) -> list[Array]:
-    """How far a motion carries the surface along itself under each point of a circle, cylinder or sphere: one or
+    """Return how far a motion carries the surface along itself under each point of a circle, cylinder or sphere: one or
     two arrays of rows (B, p, n).
     """
     x, y, z = at.local[:, 0], at.local[:, 1], at.local[:, 2]

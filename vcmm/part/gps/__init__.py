@@ -1,1 +1,1 @@
-"""Characteristics of a drawing, and the decisions about them."""
+"""Evaluate characteristics of a drawing and decide about conformity."""

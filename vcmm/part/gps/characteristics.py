@@ -1,4 +1,4 @@
-"""Value of a characteristic from fitted elements, for whole batches of trials.
+"""Evaluate a characteristic from fitted elements, for whole batches of trials.
 
     value = evaluate(characteristic, part.features, fitted, part_from_measured)      # (...) mm or rad
 
@@ -72,7 +72,7 @@ def evaluate(
     fitted: Mapping[str, FittedElement],
     pose: Pose | None = None,
 ) -> Array:
-    """Value (...) in mm or rad. `pose` = part_from_measured, one or a batch; None: fitted in the drawing
+    """Evaluate a characteristic: return its value (...) in mm or rad. `pose` = part_from_measured, one or a batch; None: fitted in the drawing
     frame.
 
     A position with datums is evaluated in the system of its datums, and moved as they leave it free; without datums it follows `pose`.
@@ -95,7 +95,7 @@ def measured_elements(
     fitted: Mapping[str, FittedElement],
     pose: Pose | None = None,
 ) -> tuple[list[MeasuredElement], list[MeasuredElement]]:
-    """The elements of a characteristic in the frame in which it is evaluated, and those of its datums."""
+    """Return the elements of a characteristic in the frame in which it is evaluated, and those of its datums."""
     choice = criteria.choose_criteria(c)
     features, fitted = with_common(c, features, fitted, choice.datums)
     pose = system_pose(c, features, fitted, choice, pose)
@@ -105,7 +105,7 @@ def measured_elements(
 
 
 def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> float:
-    """Value of the drawing itself, mm or rad: 0 for form, orientation and location.
+    """Return the value of the drawing itself, mm or rad: 0 for form, orientation and location.
 
     Raises what `evaluate` would raise, so it also checks a characteristic before anything is measured.
     """
@@ -124,18 +124,18 @@ def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> 
 
 
 def check(characteristic: Characteristic) -> None:
-    """UsageError for words that are no criterion of the type."""
+    """Raise UsageError for words that are no criterion of the type."""
     c = characteristic
     criteria.choose_criteria(c)
 
 
 def needs(characteristic: Characteristic) -> tuple[str, ...]:
-    """Names of the features that must be measured, without repetition."""
+    """Return the names of the features that must be measured, without repetition."""
     return characteristic.features
 
 
 def is_linear(characteristic: Characteristic, features: Mapping[str, Feature] | None = None) -> bool:
-    """Whether the value is smooth with a gradient other than zero: size, distance, angle of least-squares elements.
+    """Return whether the value is smooth with a gradient other than zero: size, distance, angle of least-squares elements.
 
     False for extreme values and roots (form, orientation, location; any criterion of contact, local sizes) and, when
     `features` are given, for a distance of centres or angle that is 0 in the drawing.
@@ -166,12 +166,12 @@ def tolerance(characteristic: Characteristic, nominal: float) -> tuple[float, fl
 
 
 def is_one_sided(characteristic: Characteristic) -> bool:
-    """Whether the lower limit 0 is a bound of nature and not a requirement: the type has a zone."""
+    """Return whether the lower limit 0 is a bound of nature and not a requirement: the type has a zone."""
     return characteristic.type not in ("size", "distance", "angle")
 
 
 def _value(c: Characteristic, of: list[MeasuredElement], datums: list[MeasuredElement]) -> Array:
-    """of: the features of `of`, then those of `between`."""
+    """Return the value of a characteristic. of: the features of `of`, then those of `between`."""
     if c.type == "size":
         return _size(c, of[0])
     if c.type in ("distance", "angle"):

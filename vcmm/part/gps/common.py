@@ -27,7 +27,7 @@ def with_common(
     fitted: Mapping[str, FittedElement] | None = None,
     criterion: Sequence[str] = (),
 ) -> tuple[Mapping[str, Feature], Mapping[str, FittedElement]]:
-    """features and fitted elements with the common datums of a characteristic. UsageError: features that have none together."""
+    """Return features and fitted elements with the common datums of a characteristic. UsageError: features that have none together."""
     if not c.common:
         return features, fitted or {}
     letters = dict(zip(c.datums, criterion))
@@ -101,7 +101,7 @@ def _common_element(members: Sequence[Feature], fitted: Sequence[FittedElement])
 
 
 def _moments(plane: FittedElement, points: Array) -> Array:
-    """Normal matrix of a plane through points (..., k, 3); of the first member of a batch, whose places are those of all."""
+    """Return the normal matrix of a plane through points (..., k, 3); of the first member of a batch, whose places are those of all."""
     point, axis = (a.reshape(-1, 3)[0] for a in (plane.point, plane.axis))
     return normal_matrix(
         replace(plane, point=point, axis=axis, sizes=np.zeros(0)), points.reshape(-1, *points.shape[-2:])[0]
@@ -117,7 +117,7 @@ def _ends(feature: Feature, point: Array, axis: Array) -> Array:
 
 
 def _corners(feature: Feature, point: Array, axis: Array) -> Array:
-    """Corners (..., 4, 3) of a plane in the direction of its nominal rectangle."""
+    """Return the corners (..., 4, 3) of a plane in the direction of its nominal rectangle."""
     u, v, _ = frame(feature)
     places = [0.5 * (a * feature.extent[0] * u + b * feature.extent[1] * v) for a in (-1, 1) for b in (-1, 1)]
     arms = [p + feature.point - point for p in places]
@@ -125,7 +125,7 @@ def _corners(feature: Feature, point: Array, axis: Array) -> Array:
 
 
 def _principal(points: Array, which: int) -> tuple[Array, Array]:
-    """Mean (..., 3) of points (..., k, 3) and the direction of least (0) or most (2) spread."""
+    """Return the mean (..., 3) of points (..., k, 3) and the direction of least (0) or most (2) spread."""
     middle = points.mean(axis=-2)
     arms = points - middle[..., None, :]
     return middle, np.linalg.eigh(np.einsum("...ki,...kj->...ij", arms, arms))[1][..., which]

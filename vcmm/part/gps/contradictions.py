@@ -1,4 +1,4 @@
-"""What a drawing asks for in vain: limits that no part keeps together, zones that say nothing, datums that leave a feature free."""
+"""Contradictions of a drawing: limits that no part can meet together, zones without effect, datums that leave a feature free."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOVES = 1e-6  # mm per mm: less is rounding
 def contradictions(
     characteristics: Sequence[Characteristic], features: Mapping[str, Feature]
 ) -> list[tuple[int, str]]:
-    """(number, what is wrong) of requirements that no part keeps: no common value with an earlier one, a size below zero."""
+    """Return (number, what is wrong) of requirements that no part can meet: no common value with an earlier one, a size below zero."""
     out = []
     for i, c in enumerate(characteristics):
         limits = _limits(c, features)
@@ -58,7 +58,7 @@ def _identity(c: Characteristic) -> tuple[object, ...]:
 
 
 def redundant_zones(characteristics: Sequence[Characteristic], features: Mapping[str, Feature]) -> list[str]:
-    """Zones that a narrower zone of higher rank holds already: location holds orientation (ISO 1101:2017, 7) where both are of the
+    """Return the zones that a narrower zone of higher rank already implies: location implies orientation (ISO 1101:2017, 7) where both are of the
     same associated element. The orientation of a plane is that of its extracted surface, which a place of its associated plane does not hold.
     """
     out = []
@@ -75,7 +75,7 @@ def redundant_zones(characteristics: Sequence[Characteristic], features: Mapping
 
 
 def left_free(c: Characteristic, features: Mapping[str, Feature]) -> Array:
-    """(f, 6): motions (shift, turn) that the datums of a position leave free and that move its feature; none for other types.
+    """Return the motions (shift, turn) that the datums of a position leave free and that move its feature, as (f, 6); none for other types.
 
     Common datums and free-form surfaces count as held in full.
     """
@@ -90,7 +90,8 @@ def left_free(c: Characteristic, features: Mapping[str, Feature]) -> Array:
 
 
 def always_kept(c: Characteristic, features: Mapping[str, Feature]) -> bool:
-    """Whether what the datums of a position leave free takes up whatever its feature is off by: a centre that is free in all that counts."""
+    """Return whether the freedom that the datums of a position leave compensates every departure of its feature: a centre that is free in
+    all directions that count."""
     free = left_free(c, features)
     if not len(free) or not c.datums:
         return False
@@ -106,7 +107,7 @@ def always_kept(c: Characteristic, features: Mapping[str, Feature]) -> bool:
 
 
 def free_words(motions: Array) -> str:
-    """Free motions (f, 6) in words: shift along x, turn about z, by their largest shares."""
+    """Describe free motions (f, 6) in words: shift along x, turn about z, by their largest shares."""
     strength = np.abs(motions).max(axis=0)
     words = [f"shift along {a}" for a, s in zip("xyz", strength[:3]) if s > 0.1]
     return ", ".join([*words, *(f"turn about {a}" for a, s in zip("xyz", strength[3:]) if s > 0.1)])

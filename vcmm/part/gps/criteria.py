@@ -1,10 +1,10 @@
-"""Which association a characteristic asks for, and the elements by it: letters of ISO 1101, sizes of ISO 14405-1.
+"""Choose the association criteria of a characteristic and fit the elements by them: letters of ISO 1101, sizes of ISO 14405-1.
 
 criterion        one letter for all features that are toleranced, or one for each ("T X"):
                  G C N X T (vcmm.part.fit.criteria.CRITERIA); GG is G.
 datum_criterion  the same for the datums; G when left out.
 of a size        GG GC GN GX, or local sizes: LP (two-point), LS (sphere), alone or with a rank (RANKS): "LP SX". A
-                 local size without a rank stands for all of them: the value is the one farthest from the middle of
+                 local size without a rank means all of them: the value is the one farthest from the middle of
                  the limits (from nominal without limits), so that it is within them when all are.
 of an orientation  none: of a plane or line the extracted surface, all its measured points between two planes (ISO 1101); a letter is
                  the modifier of ISO 1101 for the associated element: C minimax, G least squares, T tangential
@@ -66,7 +66,7 @@ class ChosenCriteria:
 
 
 def choose_criteria(c: Characteristic) -> ChosenCriteria:
-    """What the words of a characteristic mean. UsageError for words that mean nothing here."""
+    """Parse the criteria of a characteristic. Raises UsageError for words without a meaning here."""
     words = c.criterion.split()
     if not c.datums and c.datum_criterion.split() not in (["G"], ["GG"]):
         raise UsageError(f'"{c.name}": datum_criterion is given, but no datums. Name them, or leave it out.')
@@ -100,7 +100,8 @@ def _size(c: Characteristic, words: list[str]) -> tuple[str, str]:
 
 
 def _paying(c: Characteristic, key: str, word: str) -> str:
-    """The letter of a word: GG is G; beside a material requirement the size that pays may be named, GX of a bore, GN of a shaft."""
+    """Return the letter of a word: GG is G; beside a material requirement the size that provides the bonus may be named, GX of a bore, GN
+    of a shaft."""
     mating = c.material and key == "criterion" and word in SIZES and word not in LOCAL
     return word[1] if mating or word == "GG" else word
 
@@ -134,12 +135,12 @@ class HasKind(Protocol):
 
 
 def is_extracted(c: Characteristic, kind: str) -> bool:
-    """Whether an orientation is that of the extracted surface or line itself (ISO 1101), not of an element that a modifier names."""
+    """Return whether an orientation is that of the extracted surface or line itself (ISO 1101), not of an element that a modifier names."""
     return c.type in ORIENTATION_TYPES and kind in EXTRACTED_KINDS and c.criterion == DEFAULT_CRITERION
 
 
 def _demands(c: Characteristic, shapes: Mapping[str, HasKind]) -> Iterable[tuple[str, str]]:
-    """(feature, criterion) of all associations of a characteristic. shapes: of a kind each."""
+    """Yield (feature, criterion) of all associations of a characteristic. shapes: features or elements with a kind each."""
     choice = choose_criteria(c)
     yield from zip((*c.of, *c.between), choice.of)
     for datum, letter in zip(c.datums, choice.datums):
@@ -155,7 +156,7 @@ def _demands(c: Characteristic, shapes: Mapping[str, HasKind]) -> Iterable[tuple
 
 
 def check_kinds(c: Characteristic, features: Mapping[str, Feature]) -> None:
-    """UsageError for a criterion that a feature of its kind does not have."""
+    """Raise UsageError for a criterion that a feature of its kind does not have."""
     for name, criterion in _demands(c, features):
         if name not in features or criterion in ("G", POINTS):
             continue
@@ -175,7 +176,7 @@ def check_kinds(c: Characteristic, features: Mapping[str, Feature]) -> None:
 def criteria_needed(
     characteristics: Iterable[Characteristic], shapes: Mapping[str, HasKind]
 ) -> dict[str, tuple[str, ...]]:
-    """Criteria other than G per feature, in alphabetical order; features without any are left out. shapes: features or elements."""
+    """Return the criteria other than G per feature, in alphabetical order; features without any are left out. shapes: features or elements."""
     out: dict[str, set[str]] = {}
     for c in characteristics:
         for name, criterion in _demands(c, shapes):
@@ -192,7 +193,8 @@ def with_criteria(
     judged: bool = True,
     pointed: Collection[str] = (),
 ) -> dict[str, FittedElement]:
-    """The Gauss elements, each with what the characteristics ask for beside it in `also`. pointed: features that keep their points.
+    """Return the Gauss elements, each with the elements by other criteria that the characteristics require, in `also`. pointed: features
+    that keep their points.
 
     points: measured points (..., n, 3) of a feature by name, in the frame of the elements. judged: whether elements by
     contact are unique is judged (trials need not). ModelLimit, with the name of the feature: points that do not hold
@@ -234,7 +236,7 @@ def _associate(
 
 
 def by_criterion(name: str, fitted: FittedElement, criterion: str) -> FittedElement:
-    """The element by a criterion. UsageError where it was not made: never another in its place."""
+    """Return the element by a criterion. Raises UsageError where it was not made: no other element takes its place."""
     if criterion == "G":
         return fitted
     if criterion not in fitted.also:
@@ -246,7 +248,7 @@ def by_criterion(name: str, fitted: FittedElement, criterion: str) -> FittedElem
 
 
 def local_size(c: Characteristic, sizes: Array, nominal: float) -> Array:
-    """One value (...) of local sizes (..., k) by the rank that the characteristic names."""
+    """Return one value (...) of local sizes (..., k) by the rank that the characteristic names."""
     rank = choose_criteria(c).rank
     if rank:
         return np.asarray(RANKS[rank][1](sizes))
@@ -256,7 +258,7 @@ def local_size(c: Characteristic, sizes: Array, nominal: float) -> Array:
 
 
 def notes(characteristics: Iterable[Characteristic], fitted: Mapping[str, FittedElement]) -> list[str]:
-    """What a reader must know of elements that touch: those that are not the only ones of their kind."""
+    """Return remarks on elements that touch the points and are not unique."""
     out = []
     for name, criteria in criteria_needed(characteristics, fitted).items():
         for criterion in criteria:

@@ -15,7 +15,7 @@ TURNING = ("circular_runout", "total_runout")
 
 
 def has_system(c: Characteristic) -> bool:
-    """Whether the datums of a characteristic are a system, in whose frame it is evaluated: not one datum axis of a run-out."""
+    """Return whether the datums of a characteristic are a system, in whose frame it is evaluated: not one datum axis of a run-out."""
     return (c.type in LOCATION_TYPES and bool(c.datums)) or (c.type in TURNING and len(c.datums) > 1)
 
 
@@ -44,7 +44,7 @@ def system_pose(
 def constrained_features(
     characteristics: Iterable[Characteristic], features: Mapping[str, Feature]
 ) -> frozenset[str]:
-    """Features that are associated with a given orientation: secondary and tertiary datums that have a direction of their own."""
+    """Return the features that are associated with a given orientation: secondary and tertiary datums that have a direction of their own."""
     return frozenset(
         name
         for c in characteristics

@@ -1,4 +1,4 @@
-"""Does the part conform? Decision rules of ISO 14253-1 for a measured value with its uncertainty.
+"""Decide about conformity by the rules of ISO 14253-1, for a measured value with its uncertainty.
 
 "probability 95 %"  conforms when the conformance probability is at least 95 %, does not conform when it is
                     at most 5 %, else undecided. With a normal law and one limit in reach that is a guard
@@ -34,7 +34,7 @@ class Decision:
 
 
 def no_decision(rule: str, reason: str) -> Decision:
-    """No decision, because the interval on which it would rest is not shown to hold the true value."""
+    """Return the outcome without a decision, because the underlying interval is not shown to hold the true value."""
     return Decision(UNDECIDED, rule, None, None, reason)
 
 
@@ -47,7 +47,7 @@ def decide(
     rule: str = PROBABILITY,
     one_sided: bool = False,
 ) -> Decision:
-    """Decision about `value` against `limits` (lower, upper; -inf or inf where there is none), all in one
+    """Decide about `value` against `limits` (lower, upper; -inf or inf where there is none), all in one
     unit.
 
     probability_of_conformance: from the whole distribution; without it a normal law with standard
@@ -71,7 +71,7 @@ def decide(
 
 
 def conformance_probability(value: float, limits: tuple[float, float], u: float) -> float:
-    """Share of a normal law (value, u) within the limits (JCGM 106:2012, 7.3); u = 0 gives 0 or 1."""
+    """Return the share of a normal law (value, u) within the limits (JCGM 106:2012, 7.3); u = 0 gives 0 or 1."""
     lower, upper = limits
     if u == 0.0:
         return 1.0 if lower <= value <= upper else 0.0
@@ -81,7 +81,7 @@ def conformance_probability(value: float, limits: tuple[float, float], u: float)
 
 
 def _below(z: float) -> float:
-    """Standard normal distribution function, accurate in both tails."""
+    """Evaluate the standard normal distribution function, accurate in both tails."""
     return 0.5 * math.erfc(-z / math.sqrt(2.0))
 
 

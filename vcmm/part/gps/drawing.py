@@ -3,9 +3,9 @@
 pattern     position of several features in combined zones (CZ, ISO 5458): one pattern in the system of its datums, moved as a whole
             where these leave it free; a second characteristic with fewer datums is the lower line of a composite tolerance.
             SZ: every feature by itself. The worst feature counts
-projected   the zone stands beyond the feature: position of its axis where a stud or pin would be (ISO 10578)
+projected   the zone lies beyond the feature: position of its axis where a stud or pin would be (ISO 10578)
 material    M or L (ISO 2692): the value is the part of the deviation that the size does not pay for; a bore larger than its maximum
-            material size (its lower limit) may lie so much further off. Below 0 nothing is left to say: 0
+            material size (its lower limit) may lie so much further off. Values below 0 count as 0
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vcmm.part.part import Characteristic, Feature, ends, frame, kind_text
 
 
 def project(c: Characteristic, e: MeasuredElement) -> MeasuredElement:
-    """The element over its projected length, where the drawing says so. UsageError: not an axis."""
+    """Return the element over its projected length, where the drawing requires it. UsageError: not an axis."""
     if c.projected is None:
         return e
     if e.feature.kind not in AXES:
@@ -36,7 +36,7 @@ def project(c: Characteristic, e: MeasuredElement) -> MeasuredElement:
 
 
 def pattern(c: Characteristic, of: Sequence[MeasuredElement], datums: Sequence[Feature]) -> Array:
-    """Zone (...) mm of the worst feature of a pattern, in the drawing frame. UsageError: features without axis or centre."""
+    """Return the zone (...) mm of the worst feature of a pattern, in the drawing frame. UsageError: features without axis or centre."""
     minimax = criteria.choose_criteria(c).fit == "C"
     elements = [project(c, e) for e in of]
     groups = [elements] if c.zones == "CZ" else [[e] for e in elements]
@@ -64,7 +64,7 @@ def _together(
 
 
 def _places(c: Characteristic, e: MeasuredElement) -> tuple[Array, Array, Array]:
-    """Drawn places (k, 3), those found (..., k, 3), and the directions (3, 3) that count: across an axis two, the third is 0."""
+    """Return the drawn places (k, 3), the measured ones (..., k, 3), and the directions (3, 3) that count: across an axis two, the third is 0."""
     axes = frame(e.feature)
     across = np.stack([axes[0], axes[1], np.zeros(3)])
     if e.feature.kind in ("cylinder", "cone"):
@@ -78,7 +78,7 @@ def _places(c: Characteristic, e: MeasuredElement) -> tuple[Array, Array, Array]
 
 
 def with_material(c: Characteristic, e: MeasuredElement, value: Array) -> Array:
-    """The value (...) mm less what the size of the feature pays for. UsageError: a feature without size."""
+    """Return the value (...) mm less the bonus of the feature's size (ISO 2692). UsageError: a feature without size."""
     if e.feature.kind not in OF_SIZE or c.size_limits is None:
         raise UsageError(
             f'"{c.name}": a material requirement is of a feature of size, not of {kind_text(e.feature.kind)}.'
@@ -87,7 +87,7 @@ def with_material(c: Characteristic, e: MeasuredElement, value: Array) -> Array:
 
 
 def paid_by_size(c: Characteristic, e: MeasuredElement) -> Array:
-    """What the size (...) mm lies off its maximum material limit (M) or its least material limit (L)."""
+    """Return how far the size (...) mm lies off its maximum material limit (M) or its least material limit (L)."""
     assert c.size_limits is not None
     low, high = c.size_limits
     bore, most = e.feature.inside, c.material == "M"

@@ -1,4 +1,4 @@
-"""Fitted elements in the drawing frame, beside their nominal features: what every evaluation starts from."""
+"""Fitted elements in the drawing frame, with their nominal features: the input of every evaluation."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class MeasuredElement:
 
 
 def nominal_element(feature: Feature) -> MeasuredElement:
-    """The feature itself as an element without residuals."""
+    """Return the feature itself as an element without residuals."""
     return MeasuredElement(
         feature, centre(feature), feature.axis, feature.sizes, np.zeros(1), np.zeros((1, 3))
     )
@@ -51,8 +51,8 @@ def place(
     criterion: str = "G",
     pointwise: bool = True,
 ) -> MeasuredElement:
-    """The element `name` by a criterion, moved to the drawing frame by `pose` = part_from_measured (None: it is
-    there already). pointwise: with its measured points, where they are kept.
+    """Return the element `name` by a criterion, moved to the drawing frame by `pose` = part_from_measured (None: it is
+    there already).
 
     UsageError: the feature is unknown or not measured. ModelLimit: its direction is more than MAX_TILT off
     nominal.
@@ -92,7 +92,7 @@ def _sign_axis(feature: Feature, axis: Array) -> Array:
 
 
 def anchor(e: MeasuredElement) -> Array:
-    """The centre (..., 3) of an element: of a plane or axis the point nearest to the feature's nominal
+    """Return the centre (..., 3) of an element: of a plane or axis the point nearest to the feature's nominal
     centre.
     """
     if e.feature.kind in CENTRES:
@@ -103,7 +103,7 @@ def anchor(e: MeasuredElement) -> Array:
 
 
 def axis_ends(e: MeasuredElement) -> Array:
-    """Where the axis (..., 2, 3) passes the sections square to the nominal axis at the feature's two nominal
+    """Return where the axis (..., 2, 3) passes the sections square to the nominal axis at the feature's two nominal
     ends.
     """
     out = ends(e.feature) - e.point[..., None, :]
@@ -112,7 +112,7 @@ def axis_ends(e: MeasuredElement) -> Array:
 
 
 def from_axis(points: Array, e: MeasuredElement) -> Array:
-    """Distance (..., k) of points (..., k, 3) from the axis of an element."""
+    """Return the distance (..., k) of points (..., k, 3) from the axis of an element."""
     arm = points - e.point[..., None, :]
     axis = e.axis[..., None, :]
     return length(arm - dot(arm, axis)[..., None] * axis)

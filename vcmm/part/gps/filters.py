@@ -1,4 +1,4 @@
-"""Profile filters of ISO 16610: the long waves of a dense profile, which is what a form tolerance with a filter is about.
+"""Profile filters of ISO 16610: extract the long waves of a dense profile, for form tolerances with a filter.
 
 gaussian  ISO 16610-21: weights exp(-pi (x / (alpha lc))^2) with alpha = sqrt(ln 2 / pi) = 0.4697; a wave of length l passes with
           2^-((lc / l)^2): half of it at the cut-off, 2^-(1/16) = 95.8 % of one four times as long
@@ -33,14 +33,14 @@ Ints = npt.NDArray[np.intp]
 
 
 def words(f: Filter) -> str:
-    """As it stands beside a result."""
+    """Describe the filter in words, for display beside a result."""
     number = "21" if f.kind == GAUSSIAN else "22"
     end = f"{f.upr:g} UPR" if f.upr is not None else f"cut-off {f.cutoff:g} mm"
     return f"{f.kind} filter ISO 16610-{number}, {end}"
 
 
 def check_filter(c: Characteristic, feature: Feature) -> None:
-    """UsageError: a filter that is not known, of a form that has no one profile, without its cut-off."""
+    """Raise UsageError for a filter that is unknown, has no cut-off, or belongs to a form without a single profile."""
     if c.filter is None:
         return
     f, closed = c.filter, feature.kind == "circle"
@@ -65,7 +65,7 @@ def check_filter(c: Characteristic, feature: Feature) -> None:
 
 
 def check_density(c: Characteristic, feature: Feature, points: Array) -> None:
-    """UsageError where points (n, 3) are too few for the cut-off, or not evenly spaced for a spline."""
+    """Raise UsageError where points (n, 3) are too few for the cut-off, or not evenly spaced for a spline."""
     if c.filter is None:
         return
     at, around = profile_places(feature, points)
@@ -83,7 +83,7 @@ def check_density(c: Characteristic, feature: Feature, points: Array) -> None:
 
 
 def profile_places(feature: Feature, points: Array) -> tuple[Array, float]:
-    """Where points (n, 3) lie along the profile (n,), and its length if it is closed (else 0): rad for a circle, mm for a line."""
+    """Return where points (n, 3) lie along the profile (n,), and its length if it is closed (else 0): rad for a circle, mm for a line."""
     u, v, w = frame(feature)
     arm = points - feature.point
     if feature.kind == "circle":
@@ -92,7 +92,7 @@ def profile_places(feature: Feature, points: Array) -> tuple[Array, float]:
 
 
 def apply_filter(f: Filter, feature: Feature, points: Array, deviations: Array) -> Array:
-    """Long waves (..., n) of deviations (..., n) at points (n, 3)."""
+    """Return the long waves (..., n) of deviations (..., n) at points (n, 3)."""
     at, around = profile_places(feature, points)
     order = np.argsort(at, kind="stable")
     values, places = deviations[..., order], at[order]
@@ -102,7 +102,7 @@ def apply_filter(f: Filter, feature: Feature, points: Array, deviations: Array) 
 
 
 def minimum_zone(feature: Feature, points: Array, deviations: Array) -> Array:
-    """Width (...) of the minimum zone of a profile: of deviations (..., n) from its feature at points (n, 3), mm."""
+    """Return the width (...) of the minimum zone of a profile: of deviations (..., n) from its feature at points (n, 3), mm."""
     at, around = profile_places(feature, points)
     u, v, w = frame(feature)
     if not around:
@@ -129,7 +129,7 @@ def _range(values: Array) -> Array:
 
 
 def transmission(f: Filter, waves: Array, n: int) -> Array:
-    """Share of a closed profile of n points that passes, for waves (k,) per revolution."""
+    """Return the share of a closed profile of n points that passes, for waves (k,) per revolution."""
     upr = float(f.upr or 1.0)
     if f.kind == GAUSSIAN:
         return np.asarray(np.exp2(-((waves / upr) ** 2)))
@@ -167,7 +167,7 @@ def _open(f: Filter, at: Array, values: Array) -> Array:
 
 
 def _open_spline(step: float, cut: float, values: Array) -> Array:
-    """(I + a^4 Q) w = z, Q of second differences with free ends; a = 1 / (2 sin(pi d / lc))."""
+    """Solve (I + a^4 Q) w = z, Q of second differences with free ends; a = 1 / (2 sin(pi d / lc))."""
     from scipy.linalg import solveh_banded
 
     n = values.shape[-1]
@@ -184,7 +184,7 @@ def _weights(away: Array, cut: float) -> Array:
 
 
 def _lengths(at: Array, around: float) -> Array:
-    """How much of the profile each point stands for (n,): half way to its neighbours."""
+    """Return the length of the profile that each point represents (n,): half way to its neighbours."""
     gaps = np.diff(np.concatenate([at, [at[0] + around]])) if around else np.diff(at)
     if around:
         return np.asarray((gaps + np.roll(gaps, 1)) / 2.0)

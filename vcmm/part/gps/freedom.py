@@ -20,12 +20,13 @@ SAME = 1e-6
 
 
 def rows_for(points: Array, directions: Array, centre: Array, scale: float) -> Array:
-    """(..., 6): displacement along `directions` (..., 3) of points (..., 3) per shift (mm) and turn about `centre` (of 1 mm at `scale`)."""
+    """Return the displacement along `directions` (..., 3) of points (..., 3) per shift (mm) and turn about `centre` (of 1 mm at `scale`),
+    as (..., 6)."""
     return np.concatenate([directions, np.cross((points - centre) / scale, directions)], axis=-1)
 
 
 def held_displacements(datum: Feature, centre: Array, scale: float) -> Array:
-    """(k, 6): displacements of a datum's surface that a motion makes; those in its row space are held."""
+    """Return the displacements of a datum's surface that a motion makes, as (k, 6); those in its row space are held."""
     if datum.kind == "point":
         points = datum.point[None]
     elif datum.kind == "line":
@@ -42,7 +43,7 @@ def held_displacements(datum: Feature, centre: Array, scale: float) -> Array:
 
 
 def free_motions(datums: Iterable[Feature], centre: Array, scale: float) -> Array:
-    """(6, f): motions, as of `rows_for`, that no datum holds; all six without datums."""
+    """Return the motions, as of `rows_for`, that no datum holds, as (6, f); all six without datums."""
     rows = [held_displacements(d, centre, scale) for d in datums]
     if not rows:
         return np.eye(6)
@@ -52,7 +53,7 @@ def free_motions(datums: Iterable[Feature], centre: Array, scale: float) -> Arra
 
 
 def largest_left(departures: Array, moved: Array, minimax: bool) -> Array:
-    """(...): largest |departure| of k places after the best free motion.
+    """Return the largest |departure| of k places after the best free motion, as (...).
 
     departures (..., k, r) mm: r components per place; moved (k, r, f): their change per free motion. minimax: by exchange of the
     places that count where they have one component (a profile), by reweighting where they have several (a pattern).
@@ -75,7 +76,7 @@ def _largest(left: Array, k: int, r: int) -> Array:
 
 
 def _lawson(flat: Array, matrix: Array, shape: tuple[int, int], best: Array) -> Array:
-    """Weights follow the departures until only the largest count."""
+    """Reweight by the departures until only the largest count."""
     k, r = shape
     weight = np.full((*flat.shape[:-1], k), 1.0 / k)
     tiny = 1e-12 * np.eye(matrix.shape[1])

@@ -38,7 +38,7 @@ ZONES["roundness"] = ZONES["circular_runout"]  # the tolerance of the diameter, 
 
 
 def classes(standard: str) -> tuple[str, str]:
-    """("m", "K") of "ISO 2768-mK", either may be "". UsageError for another text."""
+    """Split the classes of a standard: ("m", "K") of "ISO 2768-mK", either may be "". UsageError for another text."""
     match = _NAME.fullmatch(standard.strip())
     if not match or not (match["size"] or match["form"]):
         raise UsageError(
@@ -48,7 +48,7 @@ def classes(standard: str) -> tuple[str, str]:
 
 
 def general_limits(standard: str, kind: str, size: float) -> tuple[float, float] | None:
-    """(lower, upper) from nominal of a "size", "distance" (size mm) or "angle" (size: the shorter side, mm; rad). None: no class.
+    """Return (lower, upper) from nominal of a "size", "distance" (size mm) or "angle" (size: the shorter side, mm; rad). None: no class.
 
     UsageError outside the ranges of the standard.
     """
@@ -71,7 +71,7 @@ def general_limits(standard: str, kind: str, size: float) -> tuple[float, float]
 
 
 def general_zone(standard: str, kind: str, size: float) -> float | None:
-    """Zone in mm of a geometrical characteristic over a length or diameter of `size` mm; None where the standard has none."""
+    """Return the zone in mm of a geometrical characteristic over a length or diameter of `size` mm; None where the standard has none."""
     letter = classes(standard)[1]
     if not letter or kind not in ZONES:
         return None

@@ -78,12 +78,12 @@ _CODE = re.compile(r"(?P<letters>JS|js|[A-Za-z]+?)(?P<grade>01|0|[1-9]|1[0-6])$"
 
 
 def is_code(text: str) -> bool:
-    """Whether a text looks like a tolerance code."""
+    """Return whether a text looks like a tolerance code."""
     return bool(_CODE.fullmatch(text.strip()))
 
 
 def limits_of_code(code: str, size: float, inside: bool) -> tuple[float, float]:
-    """(lower, upper) mm from a nominal size in mm. UsageError: unknown letter, size out of range, a hole's code on a shaft."""
+    """Return (lower, upper) mm from a nominal size in mm. UsageError: unknown letter, size out of range, a hole's code on a shaft."""
     match = _CODE.fullmatch(code.strip())
     if not match:
         raise UsageError(f'"{code}" is no tolerance code of ISO 286; write for example "H7" or "g6"')
@@ -126,7 +126,7 @@ def _beyond(letter: str, size: float, width: float) -> tuple[float, float]:
 
 
 def _through(letter: str, grade: str, size: float, width: float) -> tuple[float, float]:
-    """k to s of a shaft; k is 0 beside IT4 to IT7."""
+    """Return the limits of k to s of a shaft; k is 0 beside IT4 to IT7."""
     lower = _read(BELOW[letter], size)
     if letter == "k" and grade not in ("4", "5", "6", "7"):
         lower = 0.0
@@ -134,7 +134,7 @@ def _through(letter: str, grade: str, size: float, width: float) -> tuple[float,
 
 
 def _hole_through(letter: str, grade: str, size: float, width: float) -> tuple[float, float]:
-    """K to S of a hole: the shaft's deviation mirrored, plus Delta = IT(n) - IT(n - 1) for fine grades above 3 mm."""
+    """Return the limits of K to S of a hole: the shaft's deviation mirrored, plus Delta = IT(n) - IT(n - 1) for fine grades above 3 mm."""
     number, row = int(grade) if grade != "01" else 0, bisect_left(UP_TO, size)
     finest = 8 if letter in "kmn" else 7
     if letter == "k" and number > 8:

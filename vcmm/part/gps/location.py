@@ -26,7 +26,7 @@ DRAWING_TOLERANCE = 1e-6  # mm by which the drawing itself may be off coaxial or
 
 
 def position(c: Characteristic, e: MeasuredElement, datums: Sequence[Feature] = ()) -> Array:
-    """Zone (...) mm of an element in the drawing frame. What a system of `datums` leaves free moves until it is smallest (ISO 1101:2017, 4;
+    """Return the zone (...) mm of an element in the drawing frame. Motions that a system of `datums` leaves free minimise it (ISO 1101:2017, 4;
     ISO 5459:2011, 6: a tolerance zone is locked by its datums alone); without datums the frame is that of the alignment.
     """
     drawn, rows, off = departures(c, e)
@@ -40,7 +40,7 @@ def position(c: Characteristic, e: MeasuredElement, datums: Sequence[Feature] = 
 
 
 def departures(c: Characteristic, e: MeasuredElement) -> tuple[Array, Array, Array]:
-    """Drawn places (k, 3) of an element, the directions (r, 3) that count, and how far it lies off along them (..., k, r) mm."""
+    """Return the drawn places (k, 3) of an element, the directions (r, 3) that count, and how far it lies off along them (..., k, r) mm."""
     feature = e.feature
     axes = frame(feature)
     if feature.kind in ("plane", "cylinder", "cone"):
@@ -59,7 +59,7 @@ def departures(c: Characteristic, e: MeasuredElement) -> tuple[Array, Array, Arr
 
 
 def coaxiality(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Array:
-    """Zone (...) mm of an axis (its worse end) or a centre about the datum axis. UsageError: see
+    """Return the zone (...) mm of an axis (its worse end) or a centre about the datum axis. UsageError: see
     `_check_drawing`.
     """
     if datum.feature.kind not in DATUMS or datum.feature.kind == "plane":
@@ -80,7 +80,7 @@ def coaxiality(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) ->
 
 
 def symmetry(c: Characteristic, of: list[MeasuredElement], datums: list[MeasuredElement]) -> Array:
-    """Zone (...) mm about the datum plane, or the plane midway between two datum planes."""
+    """Return the zone (...) mm about the datum plane, or the plane midway between two datum planes."""
     pairs = [*datums, *(of if len(of) == 2 else [])]
     if any(e.feature.kind != "plane" for e in pairs):
         raise UsageError(
@@ -93,7 +93,7 @@ def symmetry(c: Characteristic, of: list[MeasuredElement], datums: list[Measured
 
 
 def corners(e: MeasuredElement) -> Array:
-    """Where the fitted plane (..., 4, 3) passes the four corners of the nominal rectangle, along the nominal
+    """Return where the fitted plane (..., 4, 3) passes the four corners of the nominal rectangle, along the nominal
     normal.
     """
     drawn = _nominal_corners(e.feature)
@@ -108,7 +108,7 @@ def _nominal_corners(feature: Feature) -> Array:
 
 
 def _places(e: MeasuredElement) -> Array:
-    """Corners, ends or centre (..., k, 3) of an element."""
+    """Return the corners, ends or centre (..., k, 3) of an element."""
     if e.feature.kind == "plane":
         return corners(e)
     return anchor(e)[..., None, :] if e.feature.kind in CENTRES else axis_ends(e)
@@ -121,7 +121,7 @@ def _nominal_places(feature: Feature) -> Array:
 
 
 def _middle(elements: list[MeasuredElement]) -> MeasuredElement:
-    """The element itself, or of two planes the one midway between them, over the extent of the first."""
+    """Return the element itself, or of two planes the one midway between them, over the extent of the first."""
     first, last = elements[0], elements[-1]
     if first is last:
         return first

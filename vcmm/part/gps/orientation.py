@@ -32,7 +32,7 @@ DATUMS = ("plane", "circle", "torus", *AXES)
 
 
 def orientation(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Array:
-    """Zone width (...) mm. UsageError: an element without direction or extent, or a drawing at another
+    """Return the zone width (...) mm. UsageError: an element without direction or extent, or a drawing at another
     angle.
     """
     check_directions(c, e.feature, datum.feature)
@@ -47,7 +47,7 @@ def orientation(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -
 
 
 def _is_perfect(c: Characteristic, e: MeasuredElement) -> bool:
-    """Whether the element is the surface itself. UsageError: it is not, and its points are not at hand."""
+    """Return whether the element is the surface itself. Raises UsageError where it is not and its points are missing."""
     if e.points.shape[-2]:
         return False
     if np.any(e.residuals):
@@ -59,7 +59,7 @@ def _is_perfect(c: Characteristic, e: MeasuredElement) -> bool:
 
 
 def _extracted_width(e: MeasuredElement, datum: Array, ideal: Array, angle: float) -> Array:
-    """Distance (...) of two parallel planes that hold all points; ideal (..., 3): their normal, or the direction of a line."""
+    """Return the distance (...) of two parallel planes that hold all points; ideal (..., 3): their normal, or the direction of a line."""
     middle = e.points.mean(axis=-2, keepdims=True)
     normal = ideal
     if e.feature.kind == "line":
@@ -78,7 +78,7 @@ def _extracted_width(e: MeasuredElement, datum: Array, ideal: Array, angle: floa
 
 
 def check_directions(c: Characteristic, feature: Feature, datum: Feature) -> None:
-    """UsageError unless the feature is a plane or an axis with a length, and the datum has a direction."""
+    """Raise UsageError unless the feature is a plane or an axis with a length, and the datum has a direction."""
     if feature.kind not in ("plane", *AXES):
         raise UsageError(
             f'"{c.name}": {c.type} is for a plane, {", ".join(AXES)}, not for {kind_text(feature.kind)}.'
@@ -88,7 +88,7 @@ def check_directions(c: Characteristic, feature: Feature, datum: Feature) -> Non
 
 
 def nominal_angle(c: Characteristic, feature: Feature, datum: Feature) -> tuple[float, float]:
-    """Angle 0..pi/2 rad between the nominal directions, and the sign that turns the feature's direction for
+    """Return the angle 0..pi/2 rad between the nominal directions, and the sign that turns the feature's direction for
     it.
     """
     along = float(feature.axis @ datum.axis)
@@ -108,7 +108,7 @@ def nominal_angle(c: Characteristic, feature: Feature, datum: Feature) -> tuple[
 
 
 def _ideal(direction: Array, datum: Array, angle: float) -> Array:
-    """The direction at `angle` to the datum that is nearest to `direction`."""
+    """Return the direction at `angle` to the datum that is nearest to `direction`."""
     beside = direction - dot(direction, datum)[..., None] * datum
     size = length(beside)[..., None]
     beside = np.divide(beside, size, out=np.zeros_like(beside), where=size > 0.0)
@@ -116,7 +116,7 @@ def _ideal(direction: Array, datum: Array, angle: float) -> Array:
 
 
 def _plane_width(feature: Feature, direction: Array, ideal: Array) -> Array:
-    """Height range of the nominal rectangle: each size times the slope along it."""
+    """Return the height range of the nominal rectangle: each size times the slope along it."""
     u, v, _ = frame(feature)
     u = u - dot(ideal, u)[..., None] * ideal
     v = v - dot(ideal, v)[..., None] * ideal

@@ -1,4 +1,4 @@
-"""Run-out and profile (ISO 1101): characteristics of the measured points themselves.
+"""Run-out and profile (ISO 1101): characteristics that are evaluated from the measured points themselves.
 
 circular run-out   the range of the distances from the datum axis in a section, the worst section counts; of a plane the range of the
                    heights along the axis on a circle, of a cone square to its surface
@@ -29,7 +29,7 @@ COAXIAL = 1e-6  # mm by which the drawing itself may be off coaxial
 
 
 def check_pointwise(c: Characteristic, feature: Feature, datums: Sequence[Feature]) -> None:
-    """UsageError: a feature or datum that does not suit the type, or a drawing that does not."""
+    """Raise UsageError: a feature or datum that does not suit the type, or a drawing that does not."""
     if c.type in PROFILE:
         if c.type == "line_profile" and feature.kind == "plane":
             raise UsageError(
@@ -55,13 +55,13 @@ def check_pointwise(c: Characteristic, feature: Feature, datums: Sequence[Featur
 
 
 def turning_datum(datums: Iterable[Feature]) -> Feature:
-    """The datum about which a run-out turns: the first with an axis; the first of all where there is none."""
+    """Return the datum about which a run-out turns: the first with an axis; the first of all where there is none."""
     known = list(datums)
     return next((d for d in known if d.kind in AXES), known[0])
 
 
 def runout(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Array:
-    """Range (...) mm. ModelLimit where no section has two points."""
+    """Return the range (...) mm of a run-out. ModelLimit where no section has two points."""
     arm = e.points - datum.point[..., None, :]
     axis = datum.axis[..., None, :]
     height = dot(arm, np.broadcast_to(axis, arm.shape))
@@ -85,7 +85,7 @@ def runout(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Arr
 
 
 def profile(c: Characteristic, e: MeasuredElement, datums: Sequence[Feature], minimax: bool) -> Array:
-    """Width (...) mm of the zone about the nominal surface, points in the drawing frame."""
+    """Return the width (...) mm of the zone about the nominal surface, points in the drawing frame."""
     feature, first = e.feature, _first(e.points, 2)
     middle = first.mean(axis=0)
     scale = max(float(np.ptp(first, axis=0).max()), 1.0)
@@ -96,14 +96,15 @@ def profile(c: Characteristic, e: MeasuredElement, datums: Sequence[Feature], mi
 
 
 def _departures(e: MeasuredElement) -> Array:
-    """Distance (..., n) of the points from the nominal surface, + outwards; of a free-form surface along its normals where they should lie."""
+    """Return the distance (..., n) of the points from the nominal surface, + outwards; of a free-form surface along its normals at the
+    nominal places."""
     if not e.feature.free:
         return np.asarray(signed_distance(e.feature, e.points))
     return dot(e.points - e.places, np.broadcast_to(e.normals, e.points.shape))
 
 
 def _first(values: Array, tail: int = 1) -> Array:
-    """The first member of a batch (..., n) or (..., n, 3)."""
+    """Return the first member of a batch (..., n) or (..., n, 3)."""
     return values.reshape(-1, *values.shape[-tail:])[0]
 
 

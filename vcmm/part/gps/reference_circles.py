@@ -12,14 +12,14 @@ from vcmm.core.run import Array
 
 
 def least_squares_circle(angle: Array, deviation: Array) -> tuple[Array, float]:
-    """((radius, x, y), roundness) of deviations (n,) at angles (n,) rad; in the unit of the deviations."""
+    """Return ((radius, x, y), roundness) of deviations (n,) at angles (n,) rad; in the unit of the deviations."""
     columns = _columns(angle)
     found: Array = np.asarray(np.linalg.lstsq(columns, deviation, rcond=None)[0], dtype=np.float64)
     return found, float(np.ptp(deviation - columns @ found))
 
 
 def minimum_zone_circles(angle: Array, deviation: Array) -> tuple[Array, float]:
-    """((radius, x, y) of the middle of both circles, their distance): the least h with |deviation - circle| <= h / 2, a linear programme."""
+    """Return ((radius, x, y) of the middle of both circles, their distance): the least h with |deviation - circle| <= h / 2, a linear programme."""
     from scipy.optimize import linprog
 
     scale = float(np.ptp(deviation)) or 1.0

@@ -1,4 +1,4 @@
-"""Decisions of ISO 14253-1 as zones, and the risks of JCGM 106:2012 that go with them.
+"""Decisions of ISO 14253-1 as zones, and their risks by JCGM 106:2012.
 
 specific risk   of this one part: the probability that it is what the decision says it is not (JCGM 106, 9.3.2)
 global risk     of a production: parts that are out and accepted (consumer's), in and rejected (producer's) (9.5), for a
@@ -32,7 +32,7 @@ _REACH = 6.0  # standard deviations of the process that are integrated
 
 @dataclass(frozen=True)
 class Production:
-    """What the process makes: normal, mean and standard deviation of the true values, in the unit of the limits."""
+    """Process of production: normal, mean and standard deviation of the true values, in the unit of the limits."""
 
     mean: float
     u: float
@@ -55,7 +55,7 @@ class GlobalRisk:
 
 
 def zone(value: float, limits: tuple[float, float], half_width: float) -> str:
-    """In which zone of ISO 14253-1 a measured value lies; half_width: U. limits may be infinite on one side."""
+    """Return the zone of ISO 14253-1 in which a measured value lies; half_width: U. limits may be infinite on one side."""
     low, high = limits
     if low + half_width <= value <= high - half_width:
         return IN_ACCEPT
@@ -65,18 +65,18 @@ def zone(value: float, limits: tuple[float, float], half_width: float) -> str:
 
 
 def acceptance_limits(limits: tuple[float, float], guard: float) -> tuple[float, float] | None:
-    """Limits for the reading, moved inwards by a guard band (JCGM 106, 8.3.2); None where nothing is left between them."""
+    """Return the limits for the reading, moved inwards by a guard band (JCGM 106, 8.3.2); None where they leave no interval."""
     low, high = limits[0] + guard, limits[1] - guard
     return (low, high) if low <= high else None
 
 
 def specific_risk(p_conform: float, accepted: bool) -> float:
-    """Probability that the decision about this part is wrong."""
+    """Return the probability that the decision about this part is wrong."""
     return 1 - p_conform if accepted else p_conform
 
 
 def global_risk(limits: tuple[float, float], u: float, guard: float, production: Production) -> GlobalRisk:
-    """Risks of accepting what reads within the limits moved inwards by `guard` and rejecting the rest.
+    """Return the risks of accepting values that read within the limits moved inwards by `guard` and rejecting the rest.
 
     UsageError: u negative, limits exchanged.
     """
@@ -112,19 +112,20 @@ class WrongDecisions:
 
     @property
     def total(self) -> Array:
-        """Not judged rightly."""
+        """Probability of all wrong or missing decisions."""
         return self.accept_bad + self.reject_good + self.undecided
 
 
 def guard_band(rule: str, u: Array, expanded: Array) -> Array:
-    """Width of the guard band: U, or 1.645 u for a conformance probability of 95 %."""
+    """Return the width of the guard band: U, or 1.645 u for a conformance probability of 95 %."""
     return expanded if rule == GUARD_BAND else NormalDist().inv_cdf(ACCEPT) * u
 
 
 def wrong_decisions(
     u: Array, bias: Array, limits: tuple[float, float], guard: Array, process: tuple[float, float]
 ) -> WrongDecisions:
-    """For standard uncertainties u (m,), biases (m,), guard bands (m,). process: mean and standard deviation.
+    """Return the probabilities of wrong decisions for standard uncertainties u (m,), biases (m,), guard bands (m,). process: mean and
+    standard deviation.
 
     The product of two normal laws is integrated over the true value by Gauss-Legendre panels that end at the limits,
     where the integrand jumps. Limits may be infinite.
@@ -147,14 +148,14 @@ def wrong_decisions(
 
 
 def _between(low: Array, high: Array, centre: Array, size: Array) -> Array:
-    """P(low <= Y <= high) for Y normal (centre, size); 0 where low > high."""
+    """Return P(low <= Y <= high) for Y normal (centre, size); 0 where low > high."""
     from scipy.special import ndtr
 
     return np.maximum(np.asarray(ndtr((high - centre) / size) - ndtr((low - centre) / size)), 0.0)
 
 
 def _panels(cuts: list[float], parts: int = 4) -> tuple[Array, Array]:
-    """Nodes and weights between consecutive cuts."""
+    """Return the nodes and weights between consecutive cuts."""
     node, weight = np.polynomial.legendre.leggauss(NODES)
     edges = np.unique(np.concatenate([np.linspace(a, b, parts + 1) for a, b in itertools.pairwise(cuts)]))
     half = np.diff(edges)[:, None] / 2

@@ -1,4 +1,4 @@
-"""What a picture of a tolerance zone shows: where points or axes lie in it, by the same elements from which the value is evaluated."""
+"""Points for the picture of a tolerance zone: where points or axes lie in it, by the elements from which the value is evaluated."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ class RoundPoints:
 
 @dataclass(frozen=True, eq=False)
 class PlacedAxis:
-    """Where the centre, or both ends of the axis, lie (k, 2) mm about the drawn place; size_bonus: what size adds to the zone (ISO 2692)."""
+    """Place of the centre, or of both ends of the axis, (k, 2) mm about the nominal place; size_bonus: the bonus of the size for the zone
+    (ISO 2692)."""
 
     off: Array
     size_bonus: float
@@ -49,7 +50,7 @@ def zone_points(
     places: Mapping[str, Array],
     pose: Pose | None = None,
 ) -> FlatPoints | RoundPoints | PlacedAxis | None:
-    """Flatness, roundness of a circle, or position of one hole, pin or centre; None for all else.
+    """Return the points of a flatness, of the roundness of a circle, or of the position of one hole, pin or centre; None for all else.
 
     places: where every feature was touched (n, 3) mm in the drawing frame.
     """

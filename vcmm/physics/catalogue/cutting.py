@@ -103,5 +103,5 @@ class ToolRunout(_Cutting, ChoosesColumns):
 
 
 def _across(run: Run, tool: str) -> Array:
-    """(n,): how much of a change of radius of the tool shows along n; 0 in rows of other tools."""
+    """Return how much of a change of the tool's radius shows along n (n,); 0 in rows of other tools."""
     return run.label_mask("tool", tool) * run.columns.get("across_tool", 1.0)

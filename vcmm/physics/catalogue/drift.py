@@ -107,7 +107,7 @@ class SettlingDrift(_Drift):
 
 
 def _step_change_file_note(effect: StepChange) -> str:
-    return "acts from t1 on the clock of the recording; a job whose time_s begins at 0 stands before it"
+    return "acts from t1 on the clock of the recording; a job whose time_s begins at 0 is before it"
 
 
 @dataclass(frozen=True, eq=False)

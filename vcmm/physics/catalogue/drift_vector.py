@@ -1,6 +1,6 @@
 """Drift and steps that move two or three directions at one time: one event or one time constant, a vector of sizes.
 
-The second shapes of step_change, linear_drift and thermal_drift, and reported as such. What one cause moves it moves
+The second shapes of step_change, linear_drift and thermal_drift, and reported as such. One cause moves them
 together: three answers along x, y and z with three moments say less than one with one.
 """
 
@@ -49,7 +49,7 @@ class _Vector(Effect):
         return "tip"
 
     def _along(self, shape: Array) -> Array:
-        """The shape (n,) times the vector, (n, 6)."""
+        """Return the shape (n,) times the vector, (n, 6)."""
         out = np.zeros((len(shape), 6))
         for letter, amount in zip(
             self.directions, np.asarray(getattr(self, self.diagnosis.size_name), dtype=float)
@@ -59,7 +59,7 @@ class _Vector(Effect):
 
 
 def _step_vector_file_note(effect: StepVector) -> str:
-    return "acts from t1 on the clock of the recording; a job whose time_s begins at 0 stands before it"
+    return "acts from t1 on the clock of the recording; a job whose time_s begins at 0 is before it"
 
 
 @dataclass(frozen=True, eq=False)

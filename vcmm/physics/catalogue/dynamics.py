@@ -66,7 +66,7 @@ class DynamicPitch(Effect):
 
 
 def _structural_vibration_shows_in(effect: StructuralVibration, run: Run) -> bool:
-    """Some row comes after an acceleration has ended; on a circle none does, and a ringing at time zero is a step."""
+    """Return whether some row comes after an acceleration has ended; on a circle none does, and a ringing at time zero is a step."""
     after = run.columns.get("time_since_accel_s")
     return bool(effect.follows) or after is None or bool(np.any(after > 0))
 

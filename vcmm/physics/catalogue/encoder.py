@@ -13,7 +13,7 @@ from vcmm.core.run import Array, Run
 
 
 def _encoder_interpolation_remark(effect: EncoderInterpolation, run: Run) -> str:
-    """The second wave of one period is the first of half of it: a recording knows the wave only."""
+    """Return the remark that the second wave of one period is the first of half of it: a recording knows the wave only."""
     if effect.harmonic < 2:
         return ""
     wave = effect.period / effect.harmonic

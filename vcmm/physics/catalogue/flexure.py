@@ -1,6 +1,6 @@
 """Flexure: the structure yields under its own moving weight, under the part, or under a temperature gradient.
 
-`origin` is where along its axis the structure stands level: the zero of the axis, or the middle of the travel.
+`origin` is where along its axis the structure is level: the zero of the axis, or the middle of the travel.
 
 All state the tip error along one direction of the axis's frame; `direction` is "x", "y" or "z".
 """
@@ -39,7 +39,8 @@ def _check_direction(effect: Effect, direction: str) -> None:
 def _cross_axis_flexure_trials(
     effect: CrossAxisFlexure, name: str
 ) -> list[tuple[dict[str, Any], float]] | None:
-    """What reaches out droops across its way; along it a power of its own position is a change of its scale."""
+    """Return the trials of a flexure: a structure that reaches out droops across its way; along it a power of its own position is a
+    change of its scale."""
     along = name == "power" and effect.direction.upper() == effect.other
     return [({"power": 1}, 0.0)] if along else None
 

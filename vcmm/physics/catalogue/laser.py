@@ -26,7 +26,7 @@ K_T, K_P, K_H = (
 
 
 def index_change(run: Run) -> Array:
-    """Refractive index of air less that at 20 degC, 1013.25 hPa and 50 % (n,); without humidity_pct at 50 %.
+    """Return the refractive index of air less that at 20 degC, 1013.25 hPa and 50 % (n,); without humidity_pct at 50 %.
 
     First order about that state of the formula of Birch & Downs, Metrologia 30 (1993) 155, at 633 nm.
     """
@@ -40,7 +40,7 @@ STATION = ("from_x_mm", "from_y_mm", "from_z_mm")
 
 
 def way(run: Run, counted: bool = False) -> Array:
-    """The beam (n, 3) mm, workpiece axes: from its station, from the first row of the set-up (counted), or from the origin."""
+    """Return the beam (n, 3) mm, workpiece axes: from its station, from the first row of the set-up (counted), or from the origin."""
     if all(c in run.columns for c in STATION):
         return run.tip - run.vector(*STATION)
     return run.vector(*COUNTED) if counted else run.tip
@@ -61,7 +61,7 @@ class _Laser(Effect):
 
 
 def _cosine_error_report(effect: CosineError, values: Array) -> tuple[str, Array, str]:
-    """As an angle: the amplitude multiplies its square."""
+    """Report the cosine error as an angle: the amplitude multiplies its square."""
     return "theta", effect.theta * np.sqrt(np.maximum(values, 0.0)), "mrad"
 
 
@@ -82,7 +82,7 @@ class CosineError(_Laser):
     about = About(
         cites="Steinmetz, Precision Engineering 12 (1990) 12: sub-micron position measurement with laser interferometry",
         words=Words(
-            seen="the instrument stands askew ({theta})",
+            seen="the instrument is misaligned ({theta})",
             causes="beam not parallel to the travel",
             confirm="align the beam again over the whole travel",
         ),
@@ -172,7 +172,7 @@ class DeadPath(_Laser):
 
     @staticmethod
     def _beam(run: Run) -> Array:
-        """Unit vectors (n, 3) along the beam; zero at the station itself."""
+        """Return the unit vectors (n, 3) along the beam; zero at the station itself."""
         if not all(c in run.columns for c in STATION):
             return run.normal
         whole = way(run)

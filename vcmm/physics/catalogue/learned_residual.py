@@ -1,4 +1,4 @@
-"""Learned residual: what recordings showed again and again and no effect names, as a smooth curve with its own uncertainty."""
+"""Learned residual: a smooth curve with its own uncertainty, for deviations that recordings show repeatedly and no effect explains."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class LearnedResidual(Effect, WithResponse, Tabulated, ChoosesColumns):
         "residual at every node, level by level",
         shape="(levels x nodes,)",
         typical=Typical(
-            2 * UM, "usual: what is left of a component after calibration, 1-5 um, 2-20 urad", 5 * URAD
+            2 * UM, "usual: remainder of a component after calibration, 1-5 um, 2-20 urad", 5 * URAD
         ),
     )
 
@@ -123,7 +123,7 @@ class LearnedResidual(Effect, WithResponse, Tabulated, ChoosesColumns):
         return out
 
     def weights(self, run: Run) -> Array:
-        """(n, levels x nodes): k K^-1. Raises ModelLimit outside nodes and levels."""
+        """Return the weights k K^-1 (n, levels x nodes). Raises ModelLimit outside nodes and levels."""
         along = _weights(
             np.asarray(self.nodes, dtype=float), self._inside(self.link, run.q(self.link), self.nodes)
         )
@@ -135,7 +135,7 @@ class LearnedResidual(Effect, WithResponse, Tabulated, ChoosesColumns):
         return np.asarray((over[:, :, None] * along[:, None, :]).reshape(run.n, -1))
 
     def prior_shape(self) -> Array:
-        """K of all values, for a variance of one."""
+        """Return K of all values, for a variance of one."""
         nodes, levels = np.asarray(self.nodes, dtype=float), self.level_values
         return np.asarray(np.kron(_kernel(levels, levels), _kernel(nodes, nodes)), dtype=np.float64)
 
@@ -152,7 +152,7 @@ class LearnedResidual(Effect, WithResponse, Tabulated, ChoosesColumns):
 
 
 def _kernel(a: Array, nodes: Array) -> Array:
-    """(n, k) of the squared exponential; its length: SPACINGS mean distances of the nodes."""
+    """Return the squared exponential (n, k); its length: SPACINGS mean distances of the nodes."""
     length = SPACINGS * float(np.ptp(nodes)) / (len(nodes) - 1) if len(nodes) > 1 else 1.0
     return np.asarray(np.exp(-(((np.asarray(a)[:, None] - nodes) / length) ** 2) / 2.0))
 

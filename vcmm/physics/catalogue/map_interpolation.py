@@ -1,4 +1,4 @@
-"""Map interpolation: what an error table misses between its nodes, where it draws straight lines."""
+"""Map interpolation: the error that a table misses between its nodes, where it is linear."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def _map_interpolation_make_at(
 def _map_interpolation_trials(
     effect: MapInterpolation, name: str
 ) -> list[tuple[dict[str, Any], float]] | None:
-    """Heights that follow a polynomial, and a height of its own in every mesh: how a guide is bent between two nodes is
-    not known from its neighbours, for the table holds what they share.
+    """Return the trials: heights that follow a polynomial, and a separate height in every mesh, since the bend of a guide
+    between two nodes does not follow from its neighbours.
     """
     cells = len(np.asarray(effect.nodes)) - 1
     if name != "shape" or not 1 < cells <= MOST_CELLS:
@@ -95,7 +95,7 @@ class MapInterpolation(Effect):
 
     @classmethod
     def from_table(cls, table: Effect, shape: str = "smooth", orders: int = 3) -> MapInterpolation:
-        """No residual yet, on the nodes of a component table over its own axis. Raises UsageError for other effects."""
+        """Return a residual of zero on the nodes of a component table over its own axis. Raises UsageError for other effects."""
         component = str(getattr(table, "component", ""))
         grids = dict(zip(getattr(table, "arguments", ()), getattr(table, "grids", ())))
         if axis_of(component) not in grids:

@@ -13,7 +13,7 @@ from vcmm.core.run import Array, Run
 
 
 def _plate_bow_shows_in(effect: PlateBow, run: Run) -> bool:
-    """Across a plate the points lie nearer together than along it."""
+    """Return whether neighbouring points are nearer together across the plate than along it."""
     spread = np.ptp(run.part_point, axis=0)
     return bool(spread["xyz".index(effect.normal)] == spread.min())
 
@@ -57,7 +57,7 @@ class PlateBow(Effect):
         "um/m^3",
         "distance per third power of the radius",
         typical=Typical(
-            2e-10, "5 um at 300 mm: what is left of a bow of 10 mm, 200 um at its edge, corrected to 3 %"
+            2e-10, "5 um at 300 mm: remainder of a bow of 10 mm, 200 um at its edge, corrected to 3 %"
         ),
     )
 

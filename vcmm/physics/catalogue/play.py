@@ -16,7 +16,7 @@ LONGEST = 3.0  # mm or rad: of the ways that are tried
 
 
 def _backlash_ramp_shows_in(effect: BacklashRamp, run: Run) -> bool:
-    """Rows stand on the ways that are tried, and not at their ends only."""
+    """Return whether rows lie within the ways that are tried, and not at their ends only."""
     since = run.columns.get(required(effect)[1])
     return since is not None and len(np.unique(since[since < LONGEST])) > 2
 
@@ -67,12 +67,12 @@ class BacklashRamp(Effect, ChoosesColumns):
         return self.axis
 
     def required_columns(self) -> tuple[str, ...]:
-        """Rotary axes count the distance since reversal in rad."""
+        """Return the columns: rotary axes count the distance since reversal in rad."""
         columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
     def way(self, run: Run) -> Array:
-        """Distance since the last reversal (n,)."""
+        """Return the distance since the last reversal (n,)."""
         return run.column(self.required_columns()[1])
 
     def error_motion(self, run: Run) -> Array:
@@ -82,7 +82,7 @@ class BacklashRamp(Effect, ChoosesColumns):
 
 
 def _play_operator_shows_in(effect: PlayOperator, run: Run) -> bool:
-    """The axis turns round within the rows, and some of them stand on the way after it."""
+    """Return whether the axis turns round within the rows, and some rows lie on the way after it."""
     since = run.columns.get(effect.required_columns()[1])
     sense = run.columns.get(effect.required_columns()[0])
     if since is None or sense is None or not len(since):
@@ -131,12 +131,12 @@ class PlayOperator(Effect, ChoosesColumns):
         return self.axis
 
     def required_columns(self) -> tuple[str, ...]:
-        """Rotary axes count the distance since reversal in rad."""
+        """Return the columns: rotary axes count the distance since reversal in rad."""
         columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
     def way(self, run: Run) -> Array:
-        """Distance since the last reversal within the rows (n,), infinite before the first one."""
+        """Return the distance since the last reversal within the rows (n,), infinite before the first one."""
         since, turned = run.column(self.required_columns()[1]), run.columns.get(f"turned_{self.axis}")
         return since if turned is None else np.where(turned > 0, since, np.inf)
 

@@ -19,13 +19,13 @@ APART = 1.2  # ratio of speeds from which a power of them shows
 
 
 def _speeds(effect: SpeedPlay, run: Run) -> Array | None:
-    """Speeds (n,) over the reference, without a sense; None where they were not recorded."""
+    """Return the speeds (n,) over the reference, without a sense; None where they were not recorded."""
     speed = run.columns.get(effect.required_columns()[1])
     return None if speed is None else np.abs(speed) / effect.reference
 
 
 def _shows_in(effect: SpeedPlay, run: Run) -> bool:
-    """The axis came at two speeds or more."""
+    """Return whether the axis came at two speeds or more."""
     speed = _speeds(effect, run)
     moved = speed[speed > STILL] if speed is not None else np.zeros(0)
     return len(moved) > 1 and float(moved.max()) > APART * float(moved.min())
@@ -83,11 +83,11 @@ class SpeedPlay(Effect, ChoosesColumns):
 
     @property
     def reference(self) -> float:
-        """v0, mm/s or rad/s."""
+        """Reference speed v0, mm/s or rad/s."""
         return REFERENCE if self.axis in "XYZ" else REFERENCE_TURN
 
     def required_columns(self) -> tuple[str, ...]:
-        """Rotary axes have their speed in rad/s."""
+        """Return the columns: rotary axes have their speed in rad/s."""
         columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm_s", "_rad_s") for c in columns)
 

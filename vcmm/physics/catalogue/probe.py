@@ -53,7 +53,7 @@ class PreTravel(_Probe, SeenByQualification):
 
     @abstractmethod
     def reading(self, run: Run) -> Array:
-        """(n,) mm along n, for every row as if it were made with this stylus."""
+        """Return the reading (n,) mm along n, for every row as if it were made with this stylus."""
 
     def error_motion(self, run: Run) -> Array:
         out = along(run, run.normal, self.reading(run) * run.label_mask("stylus", self.stylus))

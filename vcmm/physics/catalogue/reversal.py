@@ -40,7 +40,7 @@ class _Reversal(Effect, ChoosesColumns):
         return self.axis
 
     def required_columns(self) -> tuple[str, ...]:
-        """Rotary axes count the distance since reversal in rad."""
+        """Return the columns: rotary axes count the distance since reversal in rad."""
         columns = declared_columns(self)
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
@@ -138,7 +138,7 @@ class Hysteresis(_Reversal):
         _check_distance(self, self.distance)
 
     def remaining_share(self, run: Run) -> Array:
-        """Share (n,) of the loop that is not yet gone through."""
+        """Return the share (n,) of the loop that is not yet gone through."""
         return np.exp(-self._since(run) / self.distance)
 
     def error_motion(self, run: Run) -> Array:
@@ -178,7 +178,7 @@ class ReversalSpike(_Reversal):
             raise UsageError(f'{self.id}: shape = "{self.shape}" must be "exponential" or "gamma"')
 
     def remaining_share(self, run: Run) -> Array:
-        """The pulse (n,)."""
+        """Return the pulse (n,)."""
         x = self._since(run) / self.distance
         return np.exp(-x) if self.shape == "exponential" else x * np.exp(1 - x)
 

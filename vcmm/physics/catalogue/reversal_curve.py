@@ -19,7 +19,7 @@ from vcmm.core.run import Array, Run
 def _lost_motion_curve_make_at(
     cls: type[LostMotionCurve], place: Mapping[str, Any], site: Site
 ) -> LostMotionCurve:
-    """Over the recorded travel, where that has four places at least; else a straight line says as much."""
+    """Return the curve over the recorded travel, if rows lie at four places at least; otherwise a straight line explains as much."""
     q = site.run.q(place["axis"])
     if len(np.unique(np.round(q, 6))) < 4:
         raise UsageError("a curve over the travel needs four places")
@@ -78,7 +78,7 @@ class LostMotionCurve(Effect):
         return self.axis
 
     def gap(self, q: Array) -> Array:
-        """Lost motion (n,) mm at positions q."""
+        """Return the lost motion (n,) mm at positions q."""
         nodes, c = np.asarray(self.nodes, dtype=float), np.asarray(self.curve, dtype=float)
         s = (2 * q - nodes[0] - nodes[-1]) / (nodes[-1] - nodes[0])
         return np.asarray(self.g0 + self.g1 * q + legvander(s, len(c) + 1)[:, 2:] @ c)

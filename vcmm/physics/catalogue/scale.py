@@ -24,7 +24,7 @@ def _scale_factor_remark(effect: ScaleFactor, run: Run) -> str:
 
 @dataclass(frozen=True, eq=False)
 class ScaleFactor(Effect):
-    """k q_a e_a: with k = +5 um/m an axis at 400 mm stands 2 um too far in + direction."""
+    """k q_a e_a: with k = +5 um/m an axis at 400 mm is 2 um too far in + direction."""
 
     name = "scale_factor"
     about = About(

@@ -75,7 +75,7 @@ class AxisLean(_TwoDirections):
             confirm="a square in both planes, turned by 180 degrees",
         ),
     )
-    axis: str = at("Z", "Z, the axis that stands on the other two")
+    axis: str = at("Z", "Z, the axis that is carried by the other two")
     angle: Any = param(
         lambda: np.zeros(2), "urad", "A0Z and B0Z", shape="(2,)",
         typical=Typical(10 * URAD, "as squareness", most=5e-3),

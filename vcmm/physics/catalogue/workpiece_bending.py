@@ -19,7 +19,7 @@ AXES = "xyz"
 def _workpiece_bending_make_at(
     cls: type[WorkpieceBending], place: Mapping[str, Any], site: Site
 ) -> WorkpieceBending:
-    """Of a part whose lowest recorded point stands for the foot."""
+    """Return the effect for a part whose lowest recorded point is taken as the foot of the wall."""
     along = site.run.part_point[:, AXES.index(str(place.get("over", "z")))]
     return cls(**place, foot=float(along.min()), height=float(np.ptp(along)))
 
@@ -50,7 +50,7 @@ class WorkpieceBending(Effect):
         make_at=_workpiece_bending_make_at,
     )
     direction: str = at("x", "x, y or z of the workpiece as it lies on the machine: where it gives way")
-    over: str = at("z", "coordinate along which the wall stands up, workpiece axes", quiet=True)
+    over: str = at("z", "coordinate along which the wall rises, workpiece axes", quiet=True)
     compliance: float = param(
         0.0,
         "um/N",

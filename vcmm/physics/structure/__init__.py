@@ -1,1 +1,1 @@
-"""What the program itself makes of files, certificates and calibrations: imported directly, and typed, by whoever needs it."""
+"""Effects that the program itself creates from files, certificates and calibrations; other modules import them directly, with their types."""

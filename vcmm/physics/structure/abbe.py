@@ -1,4 +1,4 @@
-"""Abbe errors of the stored tables: rotations acting on an arm that was counted twice, or is not what it was taken for.
+"""Abbe errors of the stored tables: rotations acting on an arm that was counted twice, or differs from the assumed one.
 
 Both are made from the machine's rotation tables (`from_tables`), copied at their nodes. An arm r is a place in the
 axis's own moving frame; a rotation w moves its end by w x r. Own motion of the axis, as the tables are.
@@ -39,7 +39,7 @@ class _Abbe(Effect):
         return self.axis
 
     def _interpolate(self, run: Run) -> Array:
-        """The deviation (n, 3) at the rows. Raises ModelLimit outside the table, UsageError without one."""
+        """Return the deviation (n, 3) at the rows. Raises ModelLimit outside the table, UsageError without one."""
         deviation = np.asarray(self.deviation, dtype=float)
         if not self.grids or len(deviation) != int(np.prod([len(g) for g in self.grids])):
             raise UsageError(
@@ -84,7 +84,7 @@ class AbbeCountedTwice(_Abbe):
 
     @classmethod
     def from_tables(cls, axis: str, effects: Iterable[Effect], arm: Sequence[float]) -> AbbeCountedTwice:
-        """share = 1 for the rotation tables of one axis and an arm (3,) mm, such as measured_at."""
+        """Return the effect with share = 1 for the rotation tables of one axis and an arm (3,) mm, such as measured_at."""
         argument_letters, argument_grids, rotations = rotation_tables(axis, effects)
         return cls(
             axis, argument_letters, argument_grids, np.cross(rotations, np.asarray(arm, dtype=float)), 1.0
@@ -100,7 +100,7 @@ def _abbe_offset_make_at(cls: type[AbbeOffset], place: Mapping[str, Any], site: 
 
 @dataclass(frozen=True, eq=False)
 class AbbeOffset(_Abbe):
-    """+rotation table x arm: the tip, or the reference line, stands by the vector `arm` off where it was taken to be.
+    """+rotation table x arm: the tip, or the reference line, is off its assumed place by the vector `arm`.
 
     `deviation` is the rotation (a, b, c) at the nodes, as mm at the end of an arm of 1 m (1 um = 1 urad).
     """
@@ -131,7 +131,7 @@ class AbbeOffset(_Abbe):
 
     @classmethod
     def from_tables(cls, axis: str, effects: Iterable[Effect]) -> AbbeOffset:
-        """No arm yet, for the rotation tables of one axis."""
+        """Return the effect with an arm of zero for the rotation tables of one axis."""
         argument_letters, argument_grids, rotations = rotation_tables(axis, effects)
         return cls(axis, argument_letters, argument_grids, rotations * METRE, np.zeros(3))
 
@@ -142,7 +142,7 @@ class AbbeOffset(_Abbe):
 
 
 def rotation_tables(axis: str, effects: Iterable[Effect]) -> tuple[tuple[str, ...], tuple[Array, ...], Array]:
-    """(argument_letters, argument_grids, rotations (nodes, 3) rad): the stored rotation tables of one axis, summed on common nodes.
+    """Return (argument_letters, argument_grids, rotations (nodes, 3) rad): the stored rotation tables of one axis, summed on common nodes.
 
     Exact for tables (linear between nodes); splines are sampled 8 times finer. Raises UsageError when there is none.
     """
@@ -168,7 +168,7 @@ def rotation_tables(axis: str, effects: Iterable[Effect]) -> tuple[tuple[str, ..
 
 
 def _nodes(effect: Any) -> Mapping[str, Array]:
-    """Positions of a table over its arguments, or of a spline over its own axis."""
+    """Return the positions of a table over its arguments, or of a spline over its own axis."""
     if hasattr(effect, "grids"):
         return {a: np.asarray(g, dtype=float) for a, g in zip(effect.arguments, effect.grids)}
     coarse = np.asarray(effect.nodes, dtype=float)

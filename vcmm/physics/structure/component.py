@@ -35,7 +35,7 @@ EDGE = 1e-6  # mm or rad: rounding of positions at the ends of a table
 
 @dataclass(frozen=True, eq=False)
 class _Component(Effect):
-    """Common part: `component` such as EBX names direction and axis."""
+    """Common part of the component errors: `component` such as EBX names direction and axis."""
 
     component: str = at("EXX", "component error, for example EXX, EYX, EBX")
     per = "component"
@@ -80,7 +80,7 @@ def _inside(component: str, axis: str, q: Array, grid: Array) -> Array:
 
 
 def _curve_weights(component: str, axis: str, run: Run, nodes: Array, interpolation: str) -> Array:
-    """(n, nodes); a cubic curve of a rotary axis over one whole turn repeats itself from turn to turn."""
+    """Return the weights (n, nodes); a cubic curve of a rotary axis over one whole turn repeats itself from turn to turn."""
     q = run.q(axis)
     if interpolation == "cubic" and whole_turn(axis, nodes):
         return node_weights(nodes, q, "periodic")
@@ -260,7 +260,7 @@ class ComponentPolynomial(_Component):
 
 
 def _power_series(coefficients: Any, axis: str, run: Run) -> Array:
-    """c0 + c1 s + c2 s^2 ... (n,), s = position in m or rad."""
+    """Return c0 + c1 s + c2 s^2 ... (n,), s = position in m or rad."""
     q = run.q(axis)
     s = q / 1000.0 if axis in "XYZ" else q
     return np.asarray(
@@ -272,7 +272,7 @@ def _power_series(coefficients: Any, axis: str, run: Run) -> Array:
 class ComponentWarming(_Component, ChoosesColumns):
     """(c0 + c1 s + c2 s^2 ...) (T lagged by tau - 20 degC): a component error that goes with a temperature, coefficients per kelvin.
 
-    What a regression of an error parameter on temperature sensors gives, one of these per parameter and sensor.
+    A regression of an error parameter on temperature sensors gives one such effect per parameter and sensor.
     """
 
     name = "component_warming"
@@ -308,9 +308,9 @@ class ComponentWarming(_Component, ChoosesColumns):
 
 @dataclass(frozen=True, eq=False)
 class CalibrationModes(Effect, WithResponse):
-    """How one error may depart together with all others of a joint calibration: departure = loadings @ modes.
+    """Departure of one error, correlated with all others of a joint calibration: departure = loadings @ modes.
 
-    One of these per component, squareness and location error; all share the numbers `modes`, which are 0 in the machine and
+    There is one such effect per component, squareness and location error; all share the numbers `modes`, which are 0 in the machine and
     have one Input (where = "*", unit variance). The joint covariance of the errors is loadings @ loadings.T, over all of
     them. It is made by [errors] covariance = "..." of a machine file.
     """
@@ -350,7 +350,7 @@ class CalibrationModes(Effect, WithResponse):
 
     @property
     def varies(self) -> bool:
-        """Does the error depend on a position (EXX), or is it one number (C0Y)?"""
+        """Whether the error depends on a position (EXX) or is one number (C0Y)."""
         return self.component[0] == "E"
 
     @property
@@ -386,7 +386,7 @@ class CalibrationModes(Effect, WithResponse):
         return np.asarray(self._shapes(run) * weights[:, self.column, None])
 
     def _shapes(self, run: Run) -> Array:
-        """(n, modes): the error per unit of every mode."""
+        """Return the error per unit of every mode (n, modes)."""
         loadings = np.asarray(self.loadings, dtype=float)
         if not self.varies:
             return np.broadcast_to(loadings, (run.n, loadings.shape[1]))

@@ -1,4 +1,4 @@
-"""Digits: what the rounding of written coordinates does to a point."""
+"""Digits: the error of a point from the rounding of its written coordinates."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from vcmm.core.run import Array, Run
 
 
 def signed_axes(words: str) -> tuple[tuple[float, str], ...]:
-    """ "A2 -A3" -> ((1, "A2"), (-1, "A3")). Raises UsageError for a word that is no rotary axis."""
+    """Parse the signed axes of a text: "A2 -A3" -> ((1, "A2"), (-1, "A3")). Raises UsageError for a word that is no rotary axis."""
     out = []
     for word in words.split():
         name = word.lstrip("+-")

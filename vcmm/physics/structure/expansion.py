@@ -1,4 +1,4 @@
-"""Thermal expansion of scales and part, and what compensation leaves of it.
+"""Thermal expansion of scales and part, and the error that remains after compensation.
 
 The control corrects with its own coefficient and its sensor's reading; the physics follows the true ones:
     left over = (alpha (T - 20) - corrected (T_read - 20)) L
@@ -15,7 +15,7 @@ from vcmm.core.run import T0_DEG_C, Array, Run
 
 
 def _left_over(run: Run, name: str, alpha: float, corrected: float) -> Array:
-    """Strain (n,): alpha (T - 20) - corrected (reading - 20); the reading is the temperature itself when not logged."""
+    """Return the strain (n,): alpha (T - 20) - corrected (reading - 20); the reading is the temperature itself when not logged."""
     true = run.column(f"temp_{name}_C") - T0_DEG_C
     reading = run.columns.get(f"reading_{name}_C")
     read = true if reading is None else reading - T0_DEG_C

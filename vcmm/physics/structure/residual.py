@@ -139,7 +139,7 @@ class ResidualField(Effect, WithResponse, Tabulated):
 
     @cached_property
     def gaussian(self) -> FieldProcess | None:
-        """The process, None where the nodes are interpolated. Raises UsageError for a table that states none."""
+        """The process of the field, None where the nodes are interpolated. Raises UsageError for a table that states none."""
         if self.process is None:
             return None
         numbers = (np.asarray(v, dtype=float) for v in (self.nodes, self.scatter, self.reading_u))
@@ -153,7 +153,7 @@ class ResidualField(Effect, WithResponse, Tabulated):
         )
 
     def covers(self, tip: Array) -> Booleans:
-        """(n,): whether the field is known there."""
+        """Return whether the field is known at each tip (n,)."""
         if self.gaussian is not None:
             return self.gaussian.inside(tip)
         return known_row_by_row(self._weights, tip)
@@ -196,7 +196,7 @@ class ResidualField(Effect, WithResponse, Tabulated):
         return out.reshape(run.n, -1)
 
     def _random(self, run: Run) -> Array:
-        """(n, 3, 3) mm: tip error by each of the three numbers of one approach."""
+        """Return the tip error by each of the three numbers of one approach, (n, 3, 3) mm."""
         known = self.gaussian
         if known is None:
             return np.zeros((run.n, 3, 3))
@@ -241,7 +241,7 @@ class CorrelatedField(Effect, WithResponse, Tabulated):
     """A Gaussian process over the volume: unit-variance kriging of correlated node draws, times a local deviation.
 
     tip error at x = s(x) w(x)^T values / sqrt(w^T K w), K_ij = exp(-|x_i - x_j|^2 / (2 length^2)),
-    w = K^-1 k(x); s(x) = kernel-weighted mean of the nodes' standard deviations. `values` are drawn with covariance K
+    w = K^-1 k(x); s(x) = kernel-weighted mean of the nodes' standard deviations. `values` are sampled with covariance K
     per direction (see `covariance`), so the variance between nodes is that of the nodes, not less.
     """
 
@@ -306,22 +306,22 @@ class CorrelatedField(Effect, WithResponse, Tabulated):
         return np.asarray(out.reshape(run.n, -1))
 
     def covers(self, tip: Array) -> Booleans:
-        """(n,): whether the field is known there."""
+        """Return whether the field is known at each tip (n,)."""
         nodes = np.asarray(self.nodes, dtype=float)
         inside = (tip >= nodes.min(axis=0) - 1e-6) & (tip <= nodes.max(axis=0) + 1e-6)
         return np.asarray(inside.all(axis=1), dtype=bool)
 
     def covariance(self) -> Array:
-        """Covariance (3 nodes, 3 nodes) of `values` flattened: K for each direction, directions independent."""
+        """Return the covariance (3 nodes, 3 nodes) of `values` flattened: K for each direction, directions independent."""
         return np.asarray(np.kron(self._kernel(np.asarray(self.nodes, dtype=float)), np.eye(3)))
 
     @cached_property
     def _regularised_covariance(self) -> Array:
-        """K with a jitter that keeps the factor stable."""
+        """Covariance K with a jitter that keeps the factor stable."""
         return self._kernel(np.asarray(self.nodes, dtype=float)) + 1e-10 * np.eye(len(self.nodes))
 
     def _kernel(self, points: Array, nearest: bool = False) -> Array:
-        """Correlation with the nodes; nearest: in units of that with the nearest one, which far away is below any number."""
+        """Return the correlation with the nodes; nearest: in units of the correlation with the nearest node, which underflows far away."""
         nodes = np.asarray(self.nodes, dtype=float)
         squared = ((points[:, None, :] - nodes) ** 2).sum(axis=2)
         if nearest:
@@ -342,7 +342,7 @@ class CorrelatedField(Effect, WithResponse, Tabulated):
 
 
 def _box(name: str, nodes: Any) -> tuple[KnownRange, ...]:
-    """The box of the nodes, within which a field is known."""
+    """Return the box of the nodes, within which a field is known."""
     points = np.asarray(nodes, dtype=float)
     ends = zip(points.min(axis=0), points.max(axis=0))
     return tuple(

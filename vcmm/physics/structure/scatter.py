@@ -1,4 +1,4 @@
-"""Scatter: what differs from touch to touch, and from one head re-indexing to the next.
+"""Scatter: the errors that differ from touch to touch, and from one head re-indexing to the next.
 
 The crisp value is zero; an Input with redraw = "touch" (or "event") gives the law.
 """

@@ -16,14 +16,14 @@ TOOL_AXIS = np.array([0.0, 0.0, 1.0])  # workpiece axes, rotary axes at zero
 
 @dataclass(frozen=True, eq=False)
 class WorkOffset(Effect):
-    """+shift along one direction: the work zero is set too far by `shift`, so all that is cut lies there.
+    """+shift along one direction: the work zero is set too far by `shift`, so the whole cut is shifted.
 
-    An offset is added to what X, Y and Z are told, so its directions are those of the machine: with a table turned by 90
-    deg a shift in x shows along z of the part. Where the control leads the tip over the workpiece (columns led_xx ... : what X,
-    Y and Z are told for 1 mm along x, y, z of the part) it turns with the part.
+    An offset is added to the commanded X, Y and Z, so its directions are those of the machine: with a table turned by 90
+    deg a shift in x shows along z of the part. Where the control leads the tip over the workpiece (columns led_xx ... : the commanded
+    X, Y and Z for 1 mm along x, y, z of the part) it turns with the part.
 
-    What the machine's own errors do while the zero is set is no part of it: the cutting job subtracts them. Where a program has probed
-    its zero itself nothing of it is left (columns held_x, held_y, held_z: 0).
+    The machine's own errors while the zero is set are not part of it: the cutting job subtracts them. Where a program has probed
+    its zero itself, the offset has no effect (columns held_x, held_y, held_z: 0).
     """
 
     name = "work_offset"
@@ -112,7 +112,7 @@ class ToolRadius(Effect):
         ),
         words=Words(
             seen="the tool is larger in radius than its table says ({dr})",
-            causes="set wrongly, another tool or insert, or its longest tooth stands out (on a wall run-out is the same)",
+            causes="set wrongly, another tool or insert, or its longest tooth protrudes (on a wall run-out is the same)",
             confirm="set the tool again",
             opposite=Opposite(
                 "dr",
@@ -145,7 +145,7 @@ class ToolRadius(Effect):
 
 @dataclass(frozen=True, eq=False)
 class ToolOffset(Effect):
-    """-shift along x or y of the tool frame: an insert that stands out by `shift` more than its table entry cuts deeper.
+    """-shift along x or y of the tool frame: an insert that protrudes by `shift` more than its table entry cuts deeper.
 
     x is the radius of a turned part, which the diameter has twice; y is the height of the tip, of second order there.
     """
@@ -228,8 +228,8 @@ TOOL_TABLE = (ToolLength.name, ToolRadius.name, ToolOffset.name)  # what a tool 
 
 
 def _tool_axis(run: Run) -> Array:
-    """What a cutter of larger radius moves away along (n, 3), workpiece axes: from the tip to the spindle, of a turning tool
-    set at its imaginary tip the two sides of the nose.
+    """Return the direction along which a cutter of larger radius moves away (n, 3), workpiece axes: from the tip to the spindle; of a
+    turning tool set at its imaginary tip, the two sides of the nose.
     """
     if "nose_x" in run.columns:
         return run.vector("nose_x", "nose_y", "nose_z")
@@ -239,5 +239,5 @@ def _tool_axis(run: Run) -> Array:
 
 
 def _cut(run: Run) -> Array:
-    """1 in rows that cut, 0 in those in which offset and tool were set: what setting errs by shows in the cut alone."""
+    """Return 1 in rows that cut, 0 in those in which offset and tool were set: errors of setting show in the cut alone."""
     return 1.0 - run.columns.get("setting", np.zeros(run.n))

@@ -70,7 +70,7 @@ class SpindleGrowth(Effect, ChoosesColumns):
         return motion(run, **{self.axis: self.amplitude * np.expm1(-time / self.tau)})
 
     def _speed(self, run: Run) -> Array:
-        """Speed behind the lag (n,), in 10 000 per min; the spindle is cold where its log begins."""
+        """Return the speed behind the lag (n,), in 10 000 per min; the spindle is cold where its log begins."""
         log = run.series.get("spindle_rpm")
         if log is None:
             raise ModelLimit("spindle_growth with follows = 1 needs a log of spindle_rpm over time_s; add it")

@@ -80,13 +80,13 @@ class TipForm(Effect, WithResponse):
         return out
 
     def projection(self, name: str, run: Run, weights: Array) -> Array:
-        """The harmonics once, and not twice for each of their steps: a search of places asks at hundreds of poses."""
+        """Project the harmonics directly, without a step for each of them: a search of places evaluates hundreds of poses."""
         seen = (weights[:, :3] * run.normal).sum(axis=1) * run.label_mask("stylus", self.stylus)
         return seen[:, None] * harmonics(run.normal, SIZES[len(self.coefficients)])
 
 
 def harmonics(n: Array, degree: int) -> Array:
-    """Real spherical harmonics of degree 2 to `degree` at unit vectors n (k, 3): (k, terms), mean square 1."""
+    """Return the real spherical harmonics of degree 2 to `degree` at unit vectors n (k, 3): (k, terms), mean square 1."""
     from scipy.special import lpmv
 
     azimuth, height = np.arctan2(n[:, 1], n[:, 0]), np.clip(n[:, 2], -1.0, 1.0)

@@ -50,12 +50,12 @@ class ToolDeflection(Effect):
 
     @classmethod
     def of_rod(cls, compliance: float, tool: str) -> ToolBending:
-        """Of one tool as a rod."""
+        """Return the bending of one tool as a rod."""
         return ToolBending(compliance, tool=tool)
 
     @classmethod
     def of_edge(cls, compliance: float, tool: str) -> ToolYielding:
-        """Of one turning tool, whose edge yields alike in all directions."""
+        """Return the yielding of one turning tool, whose edge yields equally in all directions."""
         return ToolYielding(compliance, tool=tool)
 
     def error_motion(self, run: Run) -> Array:
@@ -90,7 +90,7 @@ class ToolYielding(ToolBending):
 
 
 def across_tool(run: Run, force: Array) -> Array:
-    """The part (n, 3) of forces (n, 3) across the axis of the tool, workpiece axes."""
+    """Return the part (n, 3) of forces (n, 3) across the axis of the tool, workpiece axes."""
     if TOOL_AXIS_COLUMNS[0] not in run.columns:
         return force * np.array([1.0, 1.0, 0.0])
     axis = run.vector(*TOOL_AXIS_COLUMNS)

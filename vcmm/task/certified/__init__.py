@@ -1,1 +1,1 @@
-"""Machines of which only a certificate is known: drawn so that they pass the acceptance test that it states."""
+"""Machines known by a certificate only: sampled so that they pass the acceptance test that it states."""

@@ -29,7 +29,7 @@ WAYS = '"1.9 um + L/300", "1.9 + 3.3L/1000" or "1.9 um + 3.3 um/m" (L in mm give
 
 
 def parts_of(text: str, name: str, example: str) -> tuple[float, float]:
-    """(fixed mm, length in mm per um of growth, infinite where it does not grow). UsageError: what is not understood."""
+    """Parse a limit: return (fixed mm, length in mm per um of growth, infinite where it does not grow). UsageError: a text that is not understood."""
     plain = text.strip().lstrip("±").strip()
     bracket = re.fullmatch(r"\((?P<inside>.*)\)\s*(?P<unit>[uµμ]m)", plain)
     plain = bracket["inside"] if bracket else plain
@@ -47,7 +47,7 @@ _CAPPED = re.compile(r"min\((?P<grows>[^,;]+)[,;](?P<cap>[^,;]+)\)|(?P<left>.+?)
 
 
 def with_cap(text: str) -> tuple[str, str]:
-    """A limit and its cap, two texts; the cap is empty where there is none: "1.8 um + L/350 <= 4 um"."""
+    """Split a limit and its cap into two texts; the cap is empty where there is none: "1.8 um + L/350 <= 4 um"."""
     capped = _CAPPED.fullmatch(text.strip().lstrip("±").strip())
     if capped is None:
         return text, ""
@@ -94,7 +94,7 @@ class LengthLimit:
         return min(self.constant + 1e-3 * length / self.per, self.cap)
 
     def at(self, lengths: Array) -> Array:
-        """(n,) mm for lengths (n,) mm."""
+        """Return the limit (n,) mm for lengths (n,) mm."""
         return np.minimum(self.constant + 1e-3 * lengths / self.per, self.cap)
 
     @property
@@ -109,7 +109,8 @@ class LengthLimit:
 
 
 def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> LengthLimit:
-    """ "1.9 um + L/300": L in mm gives um, as on certificates of ISO 10360-2 and on data sheets (vcmm.task.certified.mpe). UsageError: what is not understood or not positive."""
+    """Parse "1.9 um + L/300": L in mm gives um, as on certificates of ISO 10360-2 and on data sheets (vcmm.task.certified.mpe).
+    UsageError: what is not understood or not positive."""
     if not isinstance(text, str):
         raise UsageError(
             f'{name} = {text} must be a text with its unit; write for example {name} = "{example}"'
@@ -126,14 +127,14 @@ def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> Le
 
 
 def smallest_limit(e0: LengthLimit, form: float | None) -> float:
-    """The limit in mm that scatter keeps where R0 is not stated: E0 of the shortest length (of 100 mm where E0 begins at
+    """Return the limit in mm for the scatter where R0 is not stated: E0 of the shortest length (of 100 mm where E0 begins at
     zero), or the form of the test sphere where that is smaller."""
     shortest = e0.constant or e0(100.0)
     return shortest if form is None else min(shortest, form)
 
 
 def short_limit(text: object, name: str) -> float:
-    """A limit that is one length, mm."""
+    """Parse a limit that is one length, mm."""
     limit = length_limit(text, name, "1.9 um")
     if limit.per != float("inf"):
         raise UsageError(
@@ -187,11 +188,11 @@ class MachineCertificate:
         return self.positioning.get((figure, axis), self.positioning.get((figure, "")))
 
     def limits_accuracy(self, axis: str) -> bool:
-        """Whether A, E or M of an axis is limited."""
+        """Return whether A, E or M of an axis is limited."""
         return any(self.positioning_limit(figure, axis) is not None for figure in "AEM")
 
     def limits(self, test: str) -> dict[str, LengthLimit]:
-        """Stated limits by the name of the figure, for a test such as "10360-2" or "230-2"."""
+        """Return the stated limits by the name of the figure, for a test such as "10360-2" or "230-2"."""
         if test == "10360-2":
             short = {"R0": self.R0, "P_Form_Sph_1x25": self.form, "P_Size_Sph_1x25": self.size}
             long = {"E0": self.E0, "E150": self.E150}
@@ -203,7 +204,7 @@ class MachineCertificate:
         return {}
 
     def words(self) -> str:
-        """What is stated, as evidence of the Input."""
+        """Describe the stated limits, as evidence of the Input."""
         parts = [f"{n} {x}" for n, x in (("E0", self.E0), ("E150", self.E150)) if x]
         parts += [
             f"{n} {x * 1e3:g} um"

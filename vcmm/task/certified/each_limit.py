@@ -1,18 +1,18 @@
-"""Machines whose geometry, tip and scatter each use all of their own limit: the far end of what a certificate allows.
+"""Machines whose geometry, tip and scatter each use all of their own limit: the largest errors that a certificate allows.
 
 A certificate is an upper bound: the machine lies anywhere between perfect and the limit, in every kind of error by itself. So
 no error may be made smaller here because another limit is wide (a wide R0 would otherwise leave little of E0 to the
 geometry, and a worse certificate would give a smaller U). Every kind of error is scaled until it alone meets each limit that
 it shows in, and every one of them grows with every limit or stays:
 
-    geometry    the largest of |error| / limit over 35 lengths (E0, E150), each drawn machine by itself, is 1; then errors of
-                position are made smaller where a limit of ISO 230-2 asks for it, and nothing takes their place
+    geometry    the largest of |error| / limit over 35 lengths (E0, E150), each sampled machine by itself, is 1; then errors of
+                position are made smaller where a limit of ISO 230-2 requires it, and nothing takes their place
     tip form    the form of 25 points on a sphere is P_Form; pairs of touches keep E0
     tip size    a diameter errs by P_Size, up or down; at most by E0 of the shortest length
     scatter     the expected range of three repeats over 35 lengths is R0; the form of the sphere keeps P_Form, lengths keep E0
 
-What was found in the test (`[certificate.measured]`) is an observation: it takes the place of the limit, and where it tells
-the size of an error by itself (scatter from R0; with it the tip form from P_Form) this error is there, no longer bounded only.
+The results of the test (`[certificate.measured]`) are observations: they replace the limit, and where one determines
+the size of an error by itself (scatter from R0; with it the tip form from P_Form), this error has that size and is no longer only bounded.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ TRIALS_TRIED = 500
 
 
 def machines_at_each_limit(machine: Machine, c: MachineCertificate, seed: int = SEED) -> CertifiedMachines:
-    """UsageError: scatter alone exceeds E0."""
+    """Return the machines that reach each limit. UsageError: scatter alone exceeds E0."""
     effects, kinds = error_tables(machine)
     bare = replace(machine, effects=(*machine.effects, *effects), inputs=())
     modes = drawn_modes(np.random.default_rng([seed, GEOMETRY]), kinds)
@@ -65,18 +65,18 @@ def machines_at_each_limit(machine: Machine, c: MachineCertificate, seed: int = 
 
 
 def _shares(c: MachineCertificate, seed: int, stream: int, count: int) -> Array:
-    """(count,): which share of a limit the machines use."""
+    """Return the share of a limit that each machine uses (count,)."""
     return shares_of(np.random.default_rng([seed, stream, 1]), c.prior, 1.0)[:count]
 
 
 def _draw_finding(finding: Finding, seed: int, stream: int, count: int) -> Array:
-    """(count,) mm: a finding with its uncertainty, never below 0."""
+    """Sample a finding with its uncertainty (count,) mm, never below 0."""
     rng = np.random.default_rng([seed, FINDING, stream])
     return np.maximum(finding.error + finding.u * rng.normal(size=count), 0.0)
 
 
 def _by_lengths(machine: Machine, c: MachineCertificate, e0: LengthLimit, modes: Array, seed: int) -> Array:
-    """(m,): by which the geometric errors are multiplied."""
+    """Return the factors (m,) of the geometric errors from the limits of lengths."""
     run, lengths = length_run(machine, seven_lines(machine))
     limits, shown = [e0.at(lengths)], [per_mode(machine, run)]
     if c.E150 is not None:
@@ -101,7 +101,7 @@ def _by_lengths(machine: Machine, c: MachineCertificate, e0: LengthLimit, modes:
 
 
 def _check_largest(largest: Finding, most: float) -> None:
-    """UsageError where it exceeds the limit of the longest length of the machine."""
+    """Raise UsageError where the largest error exceeds the limit of the longest length of the machine."""
     if abs(largest.error) > most:
         raise UsageError(
             f"measured E0_largest: {abs(largest.error) * 1e3:g} um is more than E0_MPE allows on the longest length of this machine "
@@ -110,7 +110,7 @@ def _check_largest(largest: Finding, most: float) -> None:
 
 
 def _by_found_share(worst: LimitShare, errors: Array, limits: Array, seed: int) -> Array:
-    """(m,): at which the largest share of its limit is that found. errors (m, 35) mm of the unscaled machines, limits (35,) mm."""
+    """Return the factors (m,) at which the largest share of the limit equals the measured one."""
     rng = np.random.default_rng([seed, FINDING, GEOMETRY])
     shares = np.abs(errors) / limits
     most = limits[shares.argmax(axis=1)]
@@ -121,10 +121,10 @@ def _by_found_share(worst: LimitShare, errors: Array, limits: Array, seed: int) 
 def _by_found_lengths(
     c: MachineCertificate, e0: LengthLimit, errors: Array, lengths: Array, seed: int
 ) -> Array:
-    """(m,): at which the machine shows as large a share of E0 on lengths such as were measured as was found there.
+    """Return the factors (m,) at which each machine shows, on lengths like the measured ones, the same share of E0 as the test.
 
-    errors (m, 35) mm of the unscaled machines. Where each length lay is not known: on any of the seven lines that is long
-    enough. Few lengths may so have missed what the machine can do, and leave it more.
+    errors (m, 35) mm of the unscaled machines. The place of each length is unknown: any of the seven lines that is long
+    enough. Few lengths may therefore have missed larger errors of the machine, and the factors allow for that.
     """
     rng = np.random.default_rng([seed, FINDING, GEOMETRY])
     steps = len(SHARES)
@@ -147,7 +147,7 @@ def _by_found_lengths(
 
 
 def _kept_by_axes(machine: Machine, c: MachineCertificate, modes: Array, seed: int) -> Array:
-    """Errors of the position of an axis made smaller where its limit of ISO 230-2 asks for it."""
+    """Return the errors of the position of an axis, made smaller where its limit of ISO 230-2 requires it."""
     out = modes.copy()
     for i, axis in enumerate("XYZ"):
         if axis not in machine.axes or not c.limits_accuracy(axis):
@@ -161,7 +161,7 @@ def _kept_by_axes(machine: Machine, c: MachineCertificate, modes: Array, seed: i
 
 
 def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Array, seed: int) -> Array:
-    """(m,) mm standard deviation of a touch."""
+    """Return the standard deviation of a touch (m,) mm."""
     _, lengths = length_run(machine, seven_lines(machine))
     rng = np.random.default_rng([seed, SCATTER])
     if c.findings.R0 is not None:
@@ -186,8 +186,9 @@ def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Ar
 
 
 def _scatter_as_found(finding: Finding, count: int, lengths: int, seed: int) -> Array:
-    """(count,) mm: the range found over the range of as many repeats of unit scatter, drawn for every machine: all that
-    scatters in such a range is the range itself (a pivot).
+    """Return the scatter (count,) mm from the measured range: that range over the range of as many repeats of unit scatter, sampled for
+    every machine,
+    since the range over the scatter is a pivot.
     """
     rng = np.random.default_rng([seed, SCATTER, 2])
     unit = np.array(
@@ -197,7 +198,7 @@ def _scatter_as_found(finding: Finding, count: int, lengths: int, seed: int) -> 
 
 
 def _tip(machine: Machine, c: MachineCertificate, e0: LengthLimit, scatter: Array, seed: int) -> Array:
-    """(m, 12) mm: form of the tip alone; with the scatter as found, what it leaves of the form as found."""
+    """Return the form of the tip alone (m, 12) mm; with a measured scatter, the part of the measured form that scatter does not explain."""
     rng, count = np.random.default_rng([seed, TIP]), len(scatter)
     limit = c.form if c.form is not None else e0.constant
     if c.findings.form is None:
@@ -212,7 +213,7 @@ def _tip(machine: Machine, c: MachineCertificate, e0: LengthLimit, scatter: Arra
 
 
 def _radius(machine: Machine, c: MachineCertificate, e0: LengthLimit, count: int, seed: int) -> Array:
-    """(m,) mm: radius of the tip too large."""
+    """Return how much too large the radius of the tip is (m,) mm."""
     _, lengths = length_run(machine, seven_lines(machine))
     sign = np.random.default_rng([seed, SIZE]).choice([-1.0, 1.0], count)
     if c.findings.size is not None:
@@ -222,7 +223,7 @@ def _radius(machine: Machine, c: MachineCertificate, e0: LengthLimit, count: int
 
 
 def _by_positioning(machine: Machine, c: MachineCertificate, modes: Array, seed: int) -> CertifiedMachines:
-    """Every axis until its test of ISO 230-2 finds A (or E, M) without scatter; scatter from R. Squareness by the mean."""
+    """Scale every axis until its test of ISO 230-2 finds A (or E, M) without scatter; scatter from R. Squareness by the mean."""
     letters = [a for a in "XYZ" if a in machine.axes]
     scatter, scaled = np.zeros(len(modes)), modes.copy()
     each = 6 * NODES

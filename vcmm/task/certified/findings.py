@@ -1,4 +1,4 @@
-"""What the acceptance test of a machine found: observations beside the limits of its certificate."""
+"""Results of the acceptance test of a machine: observations beside the limits of its certificate."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Finding:
 
     @property
     def highest(self) -> float:
-        """What was there at the most: the figure and two standard uncertainties."""
+        """Upper bound of the true value: the figure and two standard uncertainties."""
         return self.error + 2.0 * self.u
 
 
@@ -33,18 +33,18 @@ class LimitShare:
     u_share: float = 0.0
 
     def u_at(self, limit: Array) -> Array:
-        """(m,): of the share, where the limit (m,) mm is that of the length with the largest share."""
+        """Return the standard uncertainty of the share (m,), where the limit (m,) mm is that of the length with the largest share."""
         return np.hypot(self.u / limit, self.u_share)
 
     def highest(self, limit: Array) -> Array:
-        """(n,) mm: what was there at the most on lengths of these limits: the share and two standard uncertainties."""
+        """Return the upper bound of the errors (n,) mm on lengths of these limits: the share and two standard uncertainties."""
         return np.asarray((self.share + 2.0 * self.u_at(limit)) * limit)
 
 
 @dataclass(frozen=True)
 class Findings:
     """lengths: (length mm, error as found there); largest: largest |error| of all lengths; worst: largest |error| over its limit; None
-    where nothing is told.
+    where it is not stated.
     """
 
     lengths: tuple[tuple[float, Finding], ...] = ()
@@ -59,7 +59,7 @@ class Findings:
         return bool(self.lengths) or any(x is not None for x in single)
 
     def words(self) -> str:
-        """What was found, as evidence of an Input; empty where nothing was."""
+        """Describe the results, as evidence of an Input; empty where there are none."""
         named = {"E0_largest": self.largest, "R0": self.R0, "P_Form": self.form, "P_Size": self.size}
         parts = [f"{n} {_um(x)}" for n, x in named.items() if x is not None]
         if self.lengths:
@@ -77,7 +77,7 @@ def _um(finding: Finding) -> str:
 def over_the_limit(
     found: Findings, e0: Callable[[float], float] | None, short: Mapping[str, float | None]
 ) -> None:
-    """UsageError for a finding above the limit of the certificate, by name, and for lengths without one."""
+    """Raise UsageError for a finding above the limit of the certificate, by name, and for lengths without one."""
     if (found.lengths or found.largest or found.worst) and e0 is None:
         raise UsageError("measured E0 needs its limit E0_MPE beside it; state E0_MPE")
     problems = (

@@ -1,4 +1,4 @@
-"""What a machine file says of a machine of which only a certificate is known: effects, and Inputs with samples of their joint law."""
+"""Convert a certificate into the effects of a machine file, and Inputs with samples of their joint law."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class CertifiedKnowledge:
 def certified_knowledge(
     machine: Machine, certificate: MachineCertificate, seed: int = SEED
 ) -> CertifiedKnowledge:
-    """Effects and Inputs for a machine with its axes. UsageError: limits that no machine of the family can keep.
+    """Return the effects and Inputs for a machine with its axes. UsageError: limits that no machine of the family can keep.
 
-    Inputs are `bound` where a limit is all that is known: they are the far end of what the machine may be.
+    Inputs are `bound` where only a limit is known: they are the largest errors that the machine may have.
     """
     effects, _ = error_tables(machine)
     return _knowledge(effects, certificate, machines_at_each_limit(machine, certificate, seed))
@@ -47,7 +47,7 @@ def certified_knowledge(
 def passing_machines(
     machine: Machine, certificate: MachineCertificate, seed: int = SEED
 ) -> CertifiedKnowledge:
-    """The same of machines that pass the test with all their errors together, for what a test of such a machine would find."""
+    """Return effects and Inputs of machines that pass the test with all their errors together, to predict the test of such a machine."""
     effects, _ = error_tables(machine)
     return _knowledge(effects, certificate, drawn_machines(machine, certificate, seed))
 
@@ -55,7 +55,7 @@ def passing_machines(
 def _knowledge(
     effects: Sequence[Effect], c: MachineCertificate, drawn: CertifiedMachines
 ) -> CertifiedKnowledge:
-    """Samples as Inputs, about their mean of zero: every machine and its mirror image."""
+    """Return samples as Inputs, about their mean of zero: every machine and its mirror image."""
     evidence = c.words()
     tables = effects[0].name
     inputs = [

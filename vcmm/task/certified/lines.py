@@ -1,4 +1,4 @@
-"""The measuring lines of ISO 10360-2: where the axes stand at both ends of every length."""
+"""The measuring lines of ISO 10360-2: axis positions at both ends of every length."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def travels(machine: Machine) -> Array:
 
 
 def corners(machine: Machine) -> list[tuple[str, Array, Array]]:
-    """The four body diagonals: name such as PPP, ends (3,) in axis positions."""
+    """Return the four body diagonals: name such as PPP, ends (3,) in axis positions."""
     ends, out = travels(machine), []
     for flips in product((0, 1), repeat=2):
         side = np.array([0, *flips])
@@ -31,7 +31,7 @@ def corners(machine: Machine) -> list[tuple[str, Array, Array]]:
 
 
 def face_diagonals(machine: Machine) -> list[tuple[str, Array, Array]]:
-    """The two diagonals of the middle plane of every pair of axes: name such as PN0, ends (3,) in axis positions."""
+    """Return the two diagonals of the middle plane of every pair of axes: name such as PN0, ends (3,) in axis positions."""
     ends, out = travels(machine), []
     for still in (2, 1, 0):
         first, second = (i for i in range(3) if i != still)
@@ -46,7 +46,7 @@ def face_diagonals(machine: Machine) -> list[tuple[str, Array, Array]]:
 
 
 def seven_lines(machine: Machine) -> list[tuple[Array, Array]]:
-    """Four body diagonals and the three lines parallel to the axes through the middle (ISO 10360-2:2009, 6.3)."""
+    """Return four body diagonals and the three lines parallel to the axes through the middle (ISO 10360-2:2009, 6.3)."""
     ends = travels(machine)
     lines = [(start, end) for _, start, end in corners(machine)]
     for i in range(3):
@@ -59,7 +59,8 @@ def seven_lines(machine: Machine) -> list[tuple[Array, Array]]:
 def length_run(
     machine: Machine, lines: list[tuple[Array, Array]], offset: Array | None = None, repeats: int = 1
 ) -> tuple[Run, Array]:
-    """(run, lengths (m,) mm): five lengths on each line, each `repeats` times in turn; rows 0 .. m - 1 their first ends, the others the second.
+    """Return (run, lengths (m,) mm): five lengths on each line, each `repeats` times in turn; rows 0 .. m - 1 are the first ends, the
+    others the second.
 
     nx ny nz look out of the gauge at both ends, so that the length indicated is too long by the sum of both readings.
     """
@@ -78,7 +79,7 @@ def length_run(
 
 
 def ram_lines(machine: Machine) -> list[tuple[Array, Array]]:
-    """Two diagonals of the plane XZ, which an offset stylus along Y measures (ISO 10360-2:2009, 6.4)."""
+    """Return two diagonals of the plane XZ, which an offset stylus along Y measures (ISO 10360-2:2009, 6.4)."""
     ends = travels(machine)
     low, high = ends[:, 0].copy(), ends[:, 1].copy()
     low[1] = high[1] = ends[1].mean()

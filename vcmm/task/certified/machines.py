@@ -1,12 +1,12 @@
-"""Machines that pass the test of a certificate: errors drawn from a broad family, each scaled until its test finds the limit.
+"""Machines that pass the test of a certificate: errors sampled from a broad family, each machine scaled until its test finds the limit.
 
 A machine has the 18 component errors of three axes, smooth over their travels, three squareness errors, a tip that is not
 round and not of the size it was qualified with, and scatter. How the kinds of errors share the limit differs from machine to
 machine (lognormal factors). The acceptance test itself is simulated on every machine (105 lengths, 25 points on a sphere, with
 scatter), and the geometric errors are multiplied by the one number at which the largest error, each length against its own
-limit, uses the share of the limit that the prior says. What a machine can never do with its scatter and tip alone is left out.
+limit, uses the share of the limit that the prior states. Machines whose scatter and tip alone exceed it are left out.
 
-These are machines as they pass a test, all errors together. What a machine file says of a machine of which only the limits are
+These machines pass a test with all errors together. The knowledge of a machine file about a machine of which only the limits are
 known is wider: see `each_limit`.
 """
 
@@ -37,7 +37,7 @@ SEED = 10360
 
 
 def drawn_machines(machine: Machine, certificate: MachineCertificate, seed: int = SEED) -> CertifiedMachines:
-    """The machines themselves, each with its own geometry, tip and scatter, that pass the test with all of them together."""
+    """Return the machines, each with its own geometry, tip and scatter, that pass the test with all of them together."""
     effects, loadings = error_tables(machine)
     bare = replace(machine, effects=(*machine.effects, *effects), inputs=())
     rng = np.random.default_rng(seed)
@@ -48,7 +48,7 @@ def drawn_machines(machine: Machine, certificate: MachineCertificate, seed: int 
 
 
 def error_tables(machine: Machine) -> tuple[list[Effect], Sequence[str]]:
-    """One effect per component and squareness, all moved by one vector of modes; the kind of each mode."""
+    """Return one effect per component and squareness, all moved by one vector of modes; and the kind of each mode."""
     letters = [a for a in "XYZ" if a in machine.axes]
     names = [f"E{d}{a}" for a in letters for d in "XYZABC"]
     pairs = [
@@ -89,7 +89,7 @@ def _smooth() -> Array:
 
 
 def drawn_modes(rng: np.random.Generator, kinds: Sequence[str]) -> Array:
-    """(machines, modes): standard normal, each kind of error with a share of its own."""
+    """Sample modes (machines, modes): standard normal, each kind of error with a share of its own."""
     out = rng.normal(size=(DRAWN, len(kinds)))
     for kind in dict.fromkeys(kinds):
         out[:, [k == kind for k in kinds]] *= np.exp(KIND_SPREAD * rng.normal(size=(DRAWN, 1)))
@@ -107,7 +107,7 @@ class CertifiedMachines:
 
     @property
     def mirror(self) -> CertifiedMachines:
-        """Every machine, then its mirror image, as the Inputs have them."""
+        """Every machine, followed by its mirror image, as the Inputs have them."""
         return CertifiedMachines(
             mirrored_rows(self.modes),
             mirrored_rows(self.form),
@@ -117,7 +117,7 @@ class CertifiedMachines:
 
 
 def geometry_at_limit(machine: Machine, c: MachineCertificate, drawn: CertifiedMachines) -> CertifiedMachines:
-    """The same machines with geometry that uses all of E0 by itself; UsageError without E0."""
+    """Return the same machines with geometry that uses all of E0 by itself."""
     if c.E0 is None:
         raise UsageError("geometry has a limit of its own only where E0_MPE is stated")
     effects, _ = error_tables(machine)
@@ -128,7 +128,7 @@ def geometry_at_limit(machine: Machine, c: MachineCertificate, drawn: CertifiedM
 
 
 def shares_of(rng: np.random.Generator, prior: str, least: float) -> Array:
-    """(machines,): which share of its limit a machine uses; with the prior "limit" at least `least` of it."""
+    """Return the share of its limit that each machine uses (machines,); with the prior "limit" at least `least` of it."""
     if prior == "limit":
         return rng.uniform(least, 1.0, DRAWN)
     return rng.uniform(0.0, 1.0, DRAWN) if prior == "uniform" else rng.triangular(0.0, 0.5, 1.0, DRAWN)
@@ -177,7 +177,7 @@ def _by_lengths(
 def _kept_by_positioning(
     machine: Machine, c: MachineCertificate, modes: Array, rng: np.random.Generator
 ) -> Array:
-    """(machines, modes): what shows in the position of an axis, made smaller where its limit of ISO 230-2 asks for it; else 0."""
+    """Return the modes (machines, modes) that show in the position of an axis, made smaller where its limit of ISO 230-2 requires it; else 0."""
     kept = np.zeros_like(modes)
     for axis in (a for a in "XYZ" if a in machine.axes and c.limits_accuracy(a)):
         run, i = axis_run(machine, axis), "XYZ".index(axis)
@@ -192,9 +192,9 @@ def _kept_by_positioning(
 
 
 def _largest_scale(geometry: Array, rest: Array, limit: Array, share: Array) -> Array:
-    """(m,): by which the geometric errors (m, n) are multiplied so that the largest |error| / limit is the share (m,).
+    """Return the factors (m,) of the geometric errors (m, n) at which the largest |error| / limit is the share (m,).
 
-    rest (m, n, repeats): what scatter and tip add. Not above 0 where these alone exceed the share.
+    rest (m, n, repeats): errors of scatter and tip. Not above 0 where these alone exceed the share.
     """
     room = share[:, None] * limit - (np.sign(geometry)[..., None] * rest).max(axis=2)
     back = share[:, None] * limit - np.abs(rest).max(axis=2)
@@ -203,7 +203,7 @@ def _largest_scale(geometry: Array, rest: Array, limit: Array, share: Array) -> 
 
 
 def per_mode(machine: Machine, run: Run) -> Array:
-    """(m, k) mm: error of every length, indicated - true, per mode."""
+    """Return the error of every length, indicated - true, per mode, as (m, k) mm."""
     prepared = machine.prepare(run)
     quantity = Input(CalibrationModes.name, EVERY, "modes", Normal(1.0))
     response = influences(machine, prepared, [quantity])[0].response
@@ -213,34 +213,34 @@ def per_mode(machine: Machine, run: Run) -> Array:
 
 
 def tip_reading(run: Run, form: Array, radius: Array) -> Array:
-    """(lengths, machines) mm: what the tip adds to both ends."""
+    """Return the reading that the tip adds to both ends, (lengths, machines) mm."""
     heights = tip_harmonics(run.normal) @ form.T
     half = len(heights) // 2
     return np.asarray(heights[:half] + heights[half:] + 2.0 * radius)
 
 
 def tip_harmonics(normals: Array) -> Array:
-    """(n, 12): height of the tip along each normal per coefficient of its form."""
+    """Return the height of the tip along each normal per coefficient of its form, as (n, 12)."""
     effect = TipForm(coefficients=np.zeros(12))
     run = Run({}, np.zeros((len(normals), 3)), {f"n{c}": normals[:, i] for i, c in enumerate("xyz")})
     return np.asarray(np.einsum("nik,ni->nk", basis(effect, "coefficients", run)[:, :3], normals))
 
 
 def expected_range(rng: np.random.Generator, lengths: int) -> float:
-    """Expected largest range of the repeats over all lengths, per standard deviation of one touch (two touches a length)."""
+    """Return the expected largest range of the repeats over all lengths, per standard deviation of one touch (two touches a length)."""
     drawn = np.sqrt(2.0) * rng.normal(size=(2000, lengths, REPEATS))
     return float(np.ptp(drawn, axis=2).max(axis=1).mean())
 
 
 def expected_form() -> float:
-    """Expected form of 25 points on a perfect sphere, per standard deviation of one touch."""
+    """Return the expected form of 25 points on a perfect sphere, per standard deviation of one touch."""
     columns = np.column_stack([np.ones(25), half_sphere()])
     left = np.eye(25) - columns @ np.linalg.pinv(columns)
     return float(np.ptp(np.random.default_rng(25).normal(size=(4000, 25)) @ left, axis=1).mean())
 
 
 def tip_forms(rng: np.random.Generator, limit: float, scatter: Array, share: Array) -> Array:
-    """(machines, 12) mm: forms of the tip with which 25 points of a sphere show the share of the limit, scatter included."""
+    """Return forms of the tip (machines, 12) mm with which 25 points of a sphere show the share of the limit, scatter included."""
     normals = half_sphere()
     columns = np.column_stack([np.ones(25), normals])  # size and place of the sphere are fitted
     left = np.eye(25) - columns @ np.linalg.pinv(columns)
@@ -258,7 +258,7 @@ def tip_forms(rng: np.random.Generator, limit: float, scatter: Array, share: Arr
 
 
 def half_sphere() -> Array:
-    """The 25 points of ISO 10360-5:2020, 6.2 as unit normals (25, 3): pole, 4 at 22.5 deg, 8 at 45, 4 at 67.5, 8 on the equator."""
+    """Return the 25 points of ISO 10360-5:2020, 6.2 as unit normals (25, 3): pole, 4 at 22.5 deg, 8 at 45, 4 at 67.5, 8 on the equator."""
     out = [np.array([[0.0, 0.0, 1.0]])]
     for polar, count, start in ((22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 0.0), (90.0, 8, 22.5)):
         turn = np.radians(start + np.arange(count) * 360.0 / count)
@@ -274,7 +274,7 @@ def half_sphere() -> Array:
 def _by_positioning(
     machine: Machine, c: MachineCertificate, modes: Array, rng: np.random.Generator
 ) -> CertifiedMachines:
-    """The errors of every axis scaled until its test of ISO 230-2 finds A (or E, M); scatter from R. Squareness by the mean."""
+    """Scale the errors of every axis until its test of ISO 230-2 finds A (or E, M); scatter from R. Squareness by the mean."""
     letters = [a for a in "XYZ" if a in machine.axes]
     scatter, scaled = np.zeros(DRAWN), modes.copy()
     for i, axis in enumerate(letters):
@@ -296,7 +296,7 @@ def _by_positioning(
 
 
 def along_axis(machine: Machine, run: Run, i: int) -> Array:
-    """(n, k) mm: error of the position along axis number i, per mode."""
+    """Return the error of the position along axis number i, per mode, as (n, k) mm."""
     prepared = machine.prepare(run)
     quantity = Input(CalibrationModes.name, EVERY, "modes", Normal(1.0))
     return np.asarray(influences(machine, prepared, [quantity])[0].response[:, i])

@@ -1,4 +1,4 @@
-"""The test of ISO 230-2 simulated on drawn axes: by what their errors and their scatter are multiplied to find the limits."""
+"""Simulate the test of ISO 230-2 on sampled axes, and scale their errors and their scatter to the limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HALVINGS = 24
 
 
 def axis_run(machine: Machine, axis: str) -> Run:
-    """The axis at its targets, the others in their middle."""
+    """Return the axis at its targets, the others in their middle."""
     at = {
         a: np.full(TARGETS, (x.travel[0] + x.travel[1]) / 2 if a in "XYZ" else 0.0)
         for a, x in machine.axes.items()
@@ -33,7 +33,7 @@ def axis_scale(
     shares: tuple[Array, Array],
     alone: bool = False,
 ) -> tuple[Array, Array]:
-    """(standard deviation of one position (m,) mm, factor (m,) of the errors shape (m, targets) mm).
+    """Return (standard deviation of one position (m,) mm, factor (m,) of the errors shape (m, targets) mm).
 
     shares: of the accuracy and of the repeatability limit that every machine uses. alone: errors use all of the accuracy limit
     by themselves, without scatter. UsageError: no limit of the axis.

@@ -1,4 +1,4 @@
-"""Measuring instruments for machines: what each observes, its own errors, how its recording is written down."""
+"""Measuring instruments for machines: their observations, their own errors, and the form of their recordings."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ ALL: tuple[Instrument, ...] = (
 
 
 def find(name: str) -> Instrument:
-    """The instrument of a name. Raises UsageError with the closest one."""
+    """Return the instrument of a name. Raises UsageError with the closest one."""
     known = {i.name: i for i in ALL}
     if name not in known:
         raise UsageError(f'unknown instrument "{name}".{choose_from(name, known)}')

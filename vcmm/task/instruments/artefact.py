@@ -62,7 +62,7 @@ def plate(
     features: Sequence[str] | None = None,
     seen: str = "XYZ",
 ) -> Recording:
-    """x, y and z of balls at centres (n, 3) mm, workpiece axes; pose: label of this placement; u mm per coordinate.
+    """Lay out x, y and z of balls at centres (n, 3) mm, workpiece axes; pose: label of this placement; u mm per coordinate.
 
     seen: the directions that are read, "XY" of a hole plate that lies flat.
     """
@@ -92,7 +92,7 @@ def bar(
     u: float,
     offset: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
-    """Lengths of a ball bar in several places: (first ball, second ball), each (3,) mm, workpiece axes; u mm of one length."""
+    """Lay out the lengths of a ball bar in several places: (first ball, second ball), each (3,) mm, workpiece axes; u mm of one length."""
     ends = np.array([[p[1] for p in places], [p[0] for p in places]], dtype=float)
     n = len(places)
     tips = ends.reshape(2 * n, 3) - np.asarray(offset, dtype=float)
@@ -120,7 +120,7 @@ def sphere(
     u: float,
     offset: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
-    """Touches of a sphere along normals (n, 3), unit; u mm per touch."""
+    """Lay out touches of a sphere along normals (n, 3), unit; u mm per touch."""
     tips = np.asarray(centre, dtype=float) + diameter / 2 * normals - np.asarray(offset, dtype=float)
     position = {
         a: tips[:, "XYZ".index(a)] if a in "XYZ" else np.zeros(len(tips)) for a in machine.chain.letters
@@ -133,7 +133,7 @@ def sphere(
 def grid_of_balls(
     corner: Sequence[float], along: Sequence[float], across: Sequence[float], n: tuple[int, int] = (5, 5)
 ) -> Array:
-    """(n0 n1, 3) mm: balls from a corner along two edges (their lengths are the size of the plate)."""
+    """Return the balls of a plate (n0 n1, 3) mm, from a corner along two edges (their lengths are the size of the plate)."""
     a, b = np.meshgrid(np.linspace(0, 1, n[0]), np.linspace(0, 1, n[1]), indexing="ij")
     edge = [np.asarray(v, dtype=float) for v in (along, across)]
     return np.asarray(corner, dtype=float) + a.ravel()[:, None] * edge[0] + b.ravel()[:, None] * edge[1]

@@ -1,4 +1,4 @@
-"""Ball bar (ISO 230-4): the length from a centre cup that stands anywhere to the tip, on circles.
+"""Ball bar (ISO 230-4): the length from a centre cup at any place to the tip, on circles.
 
 The mean length is free unless the bar was calibrated (own error: length). Centre offset: three free numbers.
 """
@@ -34,7 +34,7 @@ def circle(
     sweep: tuple[float, float] = (0.0, 360.0),
     calibrated: bool = False,
 ) -> Recording:
-    """A circle (or arc, sweep in degrees) in the plane "XY", "YZ" or "ZX"; centre (3,) mm: where the tip meets the cup."""
+    """Lay out a circle (or arc, sweep in degrees) in the plane "XY", "YZ" or "ZX"; centre (3,) mm: where the tip meets the cup."""
     angle = np.radians(np.linspace(*sweep, points, endpoint=abs(sweep[1] - sweep[0]) < 360))
     way = np.zeros((points, 3))
     way[:, "XYZ".index(plane[0])] = radius * np.cos(angle)
@@ -57,7 +57,7 @@ def both_senses(
     points: int = 72,
     offset: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
-    """A full circle counter-clockwise (label run: 1), then clockwise (2)."""
+    """Lay out a full circle counter-clockwise (label run: 1), then clockwise (2)."""
     ways = [
         circle(machine, centre, radius, plane, u, points=points, offset=offset, sweep=sweep)
         for sweep in ((0.0, 360.0), (360.0, 0.0))

@@ -26,7 +26,7 @@ def grid_circle(
     points: int = 72,
     offset: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
-    """A circle in both senses (label run: 1 counter-clockwise, 2 clockwise), both directions of the plane read in every row."""
+    """Lay out a circle in both senses (label run: 1 counter-clockwise, 2 clockwise), both directions of the plane read in every row."""
     recording = both_senses(machine, centre, radius, plane, u, points=points, offset=offset)
     n, axes = recording.run.n, sorted("XYZ".index(a) for a in plane)
     columns = {k: v for k, v in recording.run.columns.items() if not k.startswith(("from_", "length_"))}

@@ -1,4 +1,4 @@
-"""A spiral or raster scan of a face: where the probe stood, and what it read above the programmed surface."""
+"""A spiral or raster scan of a face: positions of the probe, and its readings above the programmed surface."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Instrument: what it records, and its own errors as columns over the observations.
+"""Instrument: its kind of recording, and its own errors as columns over the observations.
 
-An error of the instrument is known to a standard uncertainty u (its calibration certificate) and not better known after
-the machine was measured than the readings allow: it is one more Input of the calibration. `redraw` says for which rows it
-is one and the same: all ("machine", one instrument), or those of one value of a label ("setup", "instrument"). Recordings that state the
+An error of the instrument has a standard uncertainty u (its calibration certificate), which the readings of the machine
+may reduce: it is one more Input of the calibration. `redraw` says for which rows it
+is the same: all ("machine", one instrument), or those of one value of a label ("setup", "instrument"). Recordings that state the
 same serial were made by one instrument: what of it lasts (a scale, not the places of single balls in the axes of the machine) is one
 unknown of them all.
 """
@@ -55,7 +55,7 @@ class Instrument:
         return (self.kind, *self.also)
 
     def error(self, name: str) -> OwnError:
-        """One of its errors. Raises UsageError with the closest name."""
+        """Return one of its errors. Raises UsageError with the closest name."""
         found = next((e for e in self.errors if e.name == name), None)
         if found is None:
             known = [e.name for e in self.errors]
@@ -65,7 +65,7 @@ class Instrument:
 
 @dataclass(frozen=True)
 class InstrumentCertificate:
-    """One instrument as it was used: u of its own errors (unit of `OwnError`, in mm and rad), redraw label, serial or nothing."""
+    """One instrument as it was used: u of its own errors (unit of `OwnError`, in mm and rad), redraw label, serial number or ""."""
 
     instrument: Instrument
     u: Mapping[str, float]
@@ -76,7 +76,7 @@ class InstrumentCertificate:
     def of(
         instrument: Instrument, stated: Mapping[str, str], redraw: str = "machine", serial: str = ""
     ) -> InstrumentCertificate:
-        """From texts such as {"scale": "0.3 um/m"}. Raises UsageError for names, units and signs that do not fit."""
+        """Parse texts such as {"scale": "0.3 um/m"}. Raises UsageError for names, units and signs that do not fit."""
         u = {}
         for name, text in stated.items():
             unit = instrument.error(name).unit
@@ -86,7 +86,8 @@ class InstrumentCertificate:
         return InstrumentCertificate(instrument, u, redraw, serial)
 
     def unknowns(self, recording: Recording, run: Run) -> list[tuple[str, Array]]:
-        """As `columns`, the names such as "EXX: laser linear scale", and without the recording where all of one serial share it."""
+        """Return `columns` under names such as "EXX: laser linear scale", without the recording where all recordings of one serial number
+        share it."""
         lasting = [
             f"{self.instrument.name} {e.name}" for e in self.instrument.errors if e.lasts and self.serial
         ]
@@ -96,7 +97,7 @@ class InstrumentCertificate:
         ]
 
     def columns(self, recording: Recording, run: Run) -> list[tuple[str, Array]]:
-        """(name such as "laser linear scale[setup=2]", (m, k)) scaled to unit variance; run: prepared by the machine."""
+        """Return (name such as "laser linear scale[setup=2]", (m, k)) scaled to unit variance; run: prepared by the machine."""
         out = []
         values, codes = _copies(recording, self.redraw)
         for name, u in self.u.items():
@@ -123,7 +124,7 @@ def _copies(recording: Recording, redraw: str) -> tuple[tuple[str, ...], Ints]:
 
 
 def along(recording: Recording, run: Run) -> Array:
-    """(m, 1) mm: the length of an observation: of a length itself, else how far the tip lies along the direction; none of an angle."""
+    """Return the length of an observation (m, 1) mm: of a length itself, else how far the tip lies along the direction; 0 for an angle."""
     if recording.kind == "angle":
         return np.zeros((recording.m, 1))
     if recording.kind == "length":
@@ -136,40 +137,40 @@ def along(recording: Recording, run: Run) -> Array:
 
 
 def reading(recording: Recording, run: Run) -> Array:
-    """(m, 1): the reading itself, for an error in proportion to it."""
+    """Return the reading itself, for an error in proportion to it, as (m, 1)."""
     return recording.value[:, None]
 
 
 def angle_reading(recording: Recording, run: Run) -> Array:
-    """(m, 1): the reading of an angle; nothing of a length."""
+    """Return the reading of an angle (m, 1); 0 for a length."""
     return recording.value[:, None] * float(recording.kind == "angle")
 
 
 def across_reading(recording: Recording, run: Run) -> Array:
-    """(m, 1): the reading of a displacement across the travel; nothing of one along it, or of an angle."""
+    """Return the reading of a displacement across the travel (m, 1); 0 for one along it, or for an angle."""
     way = run.tip[recording.row] - run.tip[recording.row].mean(axis=0)
     along_travel = np.abs((recording.direction * way).sum(axis=1)).max(initial=0.0) > 1e-3
     return recording.value[:, None] * float(recording.kind == "displacement" and not along_travel)
 
 
 def since_start(recording: Recording, run: Run) -> Array:
-    """(m, 1): time from the first row, s; zero without time_s."""
+    """Return the time from the first row (m, 1), s; zero without time_s."""
     time = run.columns.get("time_s", np.zeros(run.n))
     return np.asarray(time[recording.row] - time.min(initial=np.inf))[:, None]
 
 
 def constant(recording: Recording, run: Run) -> Array:
-    """(m, 1): the same in every row."""
+    """Return ones (m, 1), for an error that is the same in every row."""
     return np.ones((recording.m, 1))
 
 
 def half_along_normal(recording: Recording, run: Run) -> Array:
-    """(m, 1): half of a diameter, outwards: what a touch reads of it."""
+    """Return half of a diameter (m, 1), outwards: its share in the reading of a touch."""
     return np.full((recording.m, 1), 0.5)
 
 
 def of_features(recording: Recording, run: Run) -> Array:
-    """(m, 3 features): the place of each calibrated feature (label `feature`) along the direction. Raises UsageError."""
+    """Return the coordinate of each calibrated feature (label `feature`) along the direction, (m, 3 features). Raises UsageError."""
     if "feature" not in run.labels:
         raise UsageError("the calibration of single balls needs the label column feature; add it to the data")
     values, codes = recording.groups("feature")

@@ -50,10 +50,10 @@ def line(
     runs: int = 1,
     reflector: Array | None = None,
 ) -> Recording:
-    """Readings along one axis, there and back: component "X", "Y", "Z" (translation) or "A", "B", "C" (turn).
+    """Lay out readings along one axis, there and back: component "X", "Y", "Z" (translation) or "A", "B", "C" (turn).
 
     targets (t,) mm; at: the other axes, mm; offset (3,) mm: reflector in the frame of the last tool-side axis; u mm or rad.
-    reflector (3,) mm, workpiece axes: it stands on the table instead, and the interferometer goes with the tool.
+    reflector (3,) mm, workpiece axes: it is fixed to the table instead, and the interferometer moves with the tool.
     """
     there = np.concatenate([np.asarray(targets, dtype=float), np.asarray(targets, dtype=float)[::-1]])
     q = np.tile(there, runs)
@@ -75,7 +75,7 @@ def six_d(
     offset: Array | None,
     u: Mapping[str, float],
 ) -> list[Recording]:
-    """All six errors of an axis along one line; u: {"linear": mm, "straightness": mm, "angle": rad}.
+    """Lay out all six errors of an axis along one line; u: {"linear": mm, "straightness": mm, "angle": rad}.
 
     offset None: the line through `measured_at` of the axis, where its errors are stated (the Abbe line).
     """
@@ -89,7 +89,8 @@ def six_d(
 
 
 def offset_to_line(machine: Machine, axis: str, at: Mapping[str, float]) -> Array:
-    """Reflector (3,) mm in the frame of the last tool-side axis that is at `measured_at` of the axis when this stands at zero.
+    """Return the offset of a reflector (3,) mm in the frame of the last tool-side axis that puts it at `measured_at` of the axis when
+    this is at zero.
 
     Raises UsageError where the machine does not state it.
     """
@@ -110,7 +111,7 @@ def diagonal(
     offset: Sequence[float] = (0.0, 0.0, 0.0),
     runs: int = 2,
 ) -> Recording:
-    """Laser along a line from one place of the axes X Y Z to another, there and back (ISO 230-6), with the senses of the axes."""
+    """Lay out a laser line from one place of the axes X Y Z to another, there and back (ISO 230-6), with the senses of the axes."""
     start, end = (np.asarray(e, dtype=float) for e in ends)
     there = np.linspace(0.0, 1.0, n)
     share = np.tile(np.concatenate([there, there[::-1]]), runs)

@@ -1,4 +1,4 @@
-"""Lay out and simulate recordings: rows of a run, directions, and what an instrument on a given machine would read."""
+"""Lay out and simulate recordings: rows of a run, directions, and the readings of an instrument on a given machine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SHIFT, TURN = 0.05, 1e-4  # mm, rad: how far the set-up of a simulated recording
 def rows(
     positions: Mapping[str, Array], offset: Array, labels: Mapping[str, Sequence[str]] | None = None
 ) -> Run:
-    """A run of n rows; offset (3,) or (n, 3) mm."""
+    """Return a run of n rows; offset (3,) or (n, 3) mm."""
     n = len(next(iter(positions.values())))
     offset = np.broadcast_to(np.asarray(offset, dtype=float), (n, 3)).copy()
     texts = {k: np.array(list(v), dtype=np.str_) for k, v in (labels or {}).items()}
@@ -38,7 +38,7 @@ def layout(
     u: float,
     measuring: bool = True,
 ) -> Recording:
-    """One observation per row along direction (3,) or (n, 3), with nothing read yet; u: noise, mm or rad."""
+    """Lay out one observation per row along direction (3,) or (n, 3), without readings yet; u: noise, mm or rad."""
     direction = np.broadcast_to(np.asarray(direction, dtype=float), (run.n, 3)).copy()
     none = np.full(run.n, -1, dtype=np.intp)
     columns = {f"n{c}": direction[:, i] for i, c in enumerate("xyz")} if kind != "length" else {}
@@ -57,7 +57,7 @@ def layout(
 
 
 def join_layouts(name: str, parts: Sequence[Recording]) -> Recording:
-    """Several recordings of one kind and layout as one, row after row."""
+    """Join several recordings of one kind and layout into one, row after row."""
     first = parts[0]
     ends = np.cumsum([0, *(p.run.n for p in parts)])
     position = {a: np.concatenate([p.run.q(a) for p in parts]) for a in first.run.position}
@@ -83,9 +83,9 @@ def simulate_reading(
     certificate: InstrumentCertificate | None = None,
     drawn: dict[str, Array] | None = None,
 ) -> Recording:
-    """The recording with what would be read: the machine's errors, the set-up, the instrument, and noise.
+    """Return the recording with simulated readings: the machine's errors, the set-up, the instrument, and noise.
 
-    drawn: own errors of instruments so far, by name, in units of their u; what is drawn here is added.
+    drawn: own errors of instruments sampled so far, by name, in units of their u; errors sampled here are added.
     """
     drawn = {} if drawn is None else drawn
     observer = Observer(recording, machine)

@@ -1,4 +1,4 @@
-"""Electronic level: the turn about a horizontal direction against gravity, from any zero.
+"""Electronic level: the turn about a horizontal direction against gravity, from an arbitrary zero.
 
 A level on the table and one on the tool, read differentially, see the turn between both. Turns about the vertical do not
 move it. Own error: gain.
@@ -29,7 +29,7 @@ def readings(
     u: float,
     vertical: str = "Z",
 ) -> Recording:
-    """Differential level along an axis; about: "X" or "Y" (horizontal). Raises UsageError for a turn about the vertical."""
+    """Lay out readings of a differential level along an axis; about: "X" or "Y" (horizontal). Raises UsageError for a turn about the vertical."""
     if about == vertical:
         raise UsageError(
             f"a level does not see a turn about the vertical {vertical}; use an autocollimator or a laser (laser angle)"

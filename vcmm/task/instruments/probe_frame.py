@@ -18,7 +18,7 @@ SPINDLE = "spindle_angle_rad"
 
 
 def tool_directions(machine: Machine, run: Run) -> Array:
-    """(n, 3, 3): X, Y and Z of the last tool-side frame in workpiece axes, as rows."""
+    """Return X, Y and Z of the last tool-side frame in workpiece axes, as rows (n, 3, 3)."""
     ways = [
         tip_motion(machine.chain, machine.axes, run, [Motion("tool", "motion", np.tile(one, (run.n, 1)))])[
             :, :3
@@ -29,18 +29,18 @@ def tool_directions(machine: Machine, run: Run) -> Array:
 
 
 def head_axes(machine: Machine) -> tuple[str, ...]:
-    """Rotary axes that carry the tool: a head turns by them."""
+    """Return the rotary axes that carry the tool: a head turns by them."""
     return tuple(a for a in machine.chain.tool if is_rotary(a))
 
 
 def machine_directions(machine: Machine, run: Run) -> Array:
-    """(n, 3, 3): X, Y and Z of the machine in workpiece axes, as rows: what a head turns by does not count."""
+    """Return X, Y and Z of the machine in workpiece axes, as rows (n, 3, 3); turns of a head do not count."""
     still = {a: np.zeros(run.n) for a in head_axes(machine)}
     return tool_directions(machine, replace(run, position={**run.position, **still}))
 
 
 def with_probe_frame(run: Run, machine: Machine) -> Run:
-    """The run with the outward normals in the frame of the probe; unchanged where it has no normals."""
+    """Return the run with the outward normals in the frame of the probe; unchanged where it has no normals."""
     if not all(f"n{c}" in run.columns for c in "xyz") or IN_PROBE[0] in run.columns:
         return run
     n = np.einsum("nij,nj->ni", tool_directions(machine, run), run.normal)
@@ -51,7 +51,7 @@ def with_probe_frame(run: Run, machine: Machine) -> Run:
 
 
 def normals_in_probe(recording: Recording, run: Run) -> Array:
-    """(m, 3): outward normals in the frame of the probe. Raises UsageError where the run was not made ready for a probe."""
+    """Return the outward normals in the frame of the probe, as (m, 3). Raises UsageError where the run was not made ready for a probe."""
     if not all(name in run.columns for name in IN_PROBE):
         raise UsageError(
             f'{recording.name}: the own errors of a "touch probe" need the outward normals nx ny nz of its touches'

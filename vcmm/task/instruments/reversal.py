@@ -1,4 +1,4 @@
-"""Reversals of a turning axis: what several set-ups of one artefact tell of the axis and of the artefact, order by order.
+"""Reversals of a turning axis: separate the errors of axis and artefact by several set-ups, order by order.
 
     reading(set-up, probe, q) = sense * (axial(q) + arm . tilt(q))  +  artefact(q - index)  +  mounting  +  noise
 
@@ -63,13 +63,13 @@ class ReversalTest:
                 )
 
     def on_axis(self, probe: str) -> bool:
-        """Whether a probe stands where the face does not pass under it."""
+        """Return whether a probe is on the axis, where the face does not pass under it."""
         arms = self.arms or {}
         return abs(arms[probe]) <= ON_AXIS * max(abs(a) for a in arms.values())
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Errors of the axis, then the artefact."""
+        """Names of the unknowns: errors of the axis, then the artefact."""
         axis = (self.error, self.tilt) if self.test == "face" else (self.error,)
         return axis if self.test == "direct" else (*axis, ARTEFACT)
 
@@ -90,19 +90,19 @@ class SeparationResult:
     condition: float = 1.0
 
     def curve(self, name: str, angle: Array, orders: Sequence[int] | None = None) -> Array:
-        """(n,) of one unknown at angles (n,) rad; of some orders only (default: all)."""
+        """Return the curve of one unknown (n,) at angles (n,) rad; of some orders only (default: all)."""
         kept = self.value[self.names.index(name)].copy()
         if orders is not None:
             kept[[k for k in range(len(kept)) if k + 1 not in orders]] = 0.0
         return np.real(np.exp(1j * np.outer(angle, np.arange(1, len(kept) + 1))) @ kept)
 
     def u(self, name: str) -> float:
-        """Standard uncertainty of the curve, the same at every angle: what is identified of it."""
+        """Return the standard uncertainty of the curve, the same at every angle: that of its identified part."""
         i = self.names.index(name)
         return float(np.sqrt(self.covariance[self.identified[i], i, i].sum()))
 
     def draw(self, rng: np.random.Generator, trials: int) -> Complex:
-        """(trials, u, K): coefficients drawn about the estimate, t-distributed with dof."""
+        """Sample coefficients (trials, u, K) about the estimate, t-distributed with dof."""
         k, u = self.covariance.shape[:2]
         size, ways = np.linalg.eigh(self.covariance)
         factor = ways * np.sqrt(np.maximum(size, 0.0))[:, None, :]
@@ -112,12 +112,12 @@ class SeparationResult:
         return np.asarray(self.value + (moved[:, 0] + 1j * moved[:, 1]) * scale * self.identified)
 
     def blind(self, name: str) -> list[int]:
-        """Orders of an unknown that are not identified."""
+        """Return the orders of an unknown that are not identified."""
         return [int(k) + 1 for k in np.flatnonzero(~self.identified[self.names.index(name)])]
 
 
 def separate_errors(test: ReversalTest, groups: Sequence[TurnGroup]) -> SeparationResult:
-    """Least squares, order by order, weighted by the scatter of the turns of each probe.
+    """Separate the errors by least squares, order by order, weighted by the scatter of the turns of each probe.
 
     Raises UsageError where set-ups or probes are missing or unknown to the test.
     """
@@ -149,7 +149,7 @@ def separate_errors(test: ReversalTest, groups: Sequence[TurnGroup]) -> Separati
 
 
 def design_of(test: ReversalTest, groups: Sequence[TurnGroup], order: int) -> Complex:
-    """(groups, unknowns + mountings) of one order; the last columns are how the artefact lies in each set-up."""
+    """Return the design matrix (groups, unknowns + mountings) of one order; the last columns are the position of the artefact in each set-up."""
     setups = list(dict.fromkeys(g.setup for g in groups))
     outer = list(dict.fromkeys(g.probe for g in groups if test.test == "face" and not test.on_axis(g.probe)))
     rows = np.zeros((len(groups), len(test.unknowns)), dtype=complex)
@@ -172,20 +172,20 @@ def design_of(test: ReversalTest, groups: Sequence[TurnGroup], order: int) -> Co
 
 
 def _lies_anywhere(test: ReversalTest) -> bool:
-    """Whether once per turn is how the artefact lies: not of an angle about the axis (ECC), nor of what is read on the axis itself."""
+    """Return whether once per turn is the position of the artefact: not of an angle about the axis (ECC), nor of a reading on the axis itself."""
     about = test.error[1] == test.error[2]
     return not about and not (test.test == "direct" and test.error[1] == "Z")
 
 
 def _tilt_of_face(test: ReversalTest, groups: Sequence[TurnGroup]) -> float:
-    """Largest once-per-turn slope of the face (rad) that an outer probe sees."""
+    """Return the largest once-per-turn slope of the face (rad) that an outer probe sees."""
     arms = test.arms or {}
     slopes = [abs(g.coefficients[:, 0].mean() / arms[g.probe]) for g in groups if not test.on_axis(g.probe)]
     return float(max(slopes))
 
 
 def variances(groups: Sequence[TurnGroup]) -> tuple[Array, float]:
-    """((groups, K) variance of the mean cosine coefficient, dof): scatter of the turns, pooled over the set-ups of a probe.
+    """Return ((groups, K) variance of the mean cosine coefficient, dof): scatter of the turns, pooled over the set-ups of a probe.
 
     A stated noise (TurnGroup.noise_variance) is taken where there is only one turn.
     """

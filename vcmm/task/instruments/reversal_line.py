@@ -55,11 +55,11 @@ class StraightnessReversal:
 
     @property
     def u(self) -> Array:
-        """(k,) mm."""
+        """Standard uncertainty at the nodes (k,) mm."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     def draw(self, rng: np.random.Generator, trials: int) -> Array:
-        """(trials, k) mm: machine curves about the estimate, t-distributed with dof."""
+        """Sample machine curves (trials, k) mm about the estimate, t-distributed with dof."""
         size, ways = np.linalg.eigh(self.covariance)
         factor = ways * np.sqrt(np.maximum(size, 0.0))
         scale = np.sqrt(self.dof / rng.chisquare(self.dof, size=trials))[:, None]
@@ -121,7 +121,7 @@ def straightness_reversal(
 def squareness_reversal(
     scans: Sequence[LineScan], sense: float = 1.0, u: float | None = None, tilt: float = 0.0
 ) -> SquarenessReversal:
-    """Squareness from the slopes at both ends of a half turn; tilt: mean of the axis's tilt motion (EBC) at both angles, rad.
+    """Compute squareness from the slopes at both ends of a half turn; tilt: mean of the axis's tilt motion (EBC) at both angles, rad.
 
     Raises UsageError for missing set-ups and no scatter to judge by.
     """
@@ -164,7 +164,7 @@ def _check(scans: Sequence[LineScan], what: str) -> None:
 
 
 def _nodes(scans: Sequence[LineScan]) -> Array:
-    """Targets that all scans have, where they are few; else even nodes over the length that all scans share."""
+    """Return the targets that all scans have, where they are few; else even nodes over the length that all scans share."""
     sets = [np.unique(np.round(s.place / PLACE)) for s in scans]
     common = sets[0]
     for one in sets[1:]:
@@ -179,7 +179,7 @@ def _nodes(scans: Sequence[LineScan]) -> Array:
 
 
 def _on_nodes(nodes: Array, scan: LineScan) -> Array:
-    """(k,) least squares of a broken line through the nodes; readings beyond the nodes are left out."""
+    """Fit a broken line through the nodes (k,) by least squares; readings beyond the nodes are left out."""
     from scipy.linalg import solveh_banded
 
     inside = (scan.place >= nodes[0] - PLACE) & (scan.place <= nodes[-1] + PLACE)
@@ -200,7 +200,7 @@ def _on_nodes(nodes: Array, scan: LineScan) -> Array:
 
 
 def _line(nodes: Array) -> Array:
-    """(k, k) projection on straight lines."""
+    """Return the projection on straight lines (k, k)."""
     q, _ = np.linalg.qr(np.stack([np.ones(len(nodes)), nodes - nodes.mean()], axis=1))
     return np.asarray(q @ q.T)
 
@@ -210,7 +210,7 @@ def _without_line(nodes: Array, values: Array) -> Array:
 
 
 def _stationary(left: Array, dof: float) -> Array:
-    """(k, k) covariance of one scan by lag; (k - 2) / k of a scan are free beside its line."""
+    """Return the covariance of one scan by lag (k, k); (k - 2) / k of a scan are free beside its line."""
     k = left.shape[1]
     lags = np.array([(left[:, : k - lag] * left[:, lag:]).sum() for lag in range(k)]) / (dof * max(k - 2, 1))
     where = np.abs(np.arange(k)[:, None] - np.arange(k))

@@ -1,6 +1,6 @@
-"""Simulators of the reversals: what the probes of a test read on a given machine with a given artefact.
+"""Simulate the reversals: readings of the probes of a test on a given machine with a given artefact.
 
-The machine's own kinematics make the readings, so that errors that a test does not ask for (another tilt, an Abbe arm, an
+The machine's own kinematics make the readings, so that errors that a test does not determine (another tilt, an Abbe arm, an
 offset of the axis) are in them as on a real machine.
 """
 
@@ -23,7 +23,7 @@ Form = Callable[[Array], Array]  # angle (n,) rad or place (n,) mm -> (n,) mm
 
 @dataclass(frozen=True)
 class Sampling:
-    """turns of per_turn readings each; u: noise of a reading, mm; mounting: once per turn, rad (face) or mm, drawn per set-up."""
+    """turns of per_turn readings each; u: noise of a reading, mm; mounting: once per turn, rad (face) or mm, sampled per set-up."""
 
     turns: int = 20
     per_turn: int = 360
@@ -38,9 +38,9 @@ def axis_motion(
     place: Sequence[float],
     others: Mapping[str, float] | None = None,
 ) -> Array:
-    """(n, 3) mm: how the turning part moves at a fixed place (3,) mm, in fixed directions, its own motion, at angles (n,) rad.
+    """Return the motion of the turning part (n, 3) mm at a fixed place (3,) mm, in fixed directions, as its own motion, at angles (n,) rad.
 
-    place: from the centre line of the axis. others: where the other axes stand, mm and rad; default zero. Exact kinematics.
+    place: from the centre line of the axis. others: positions of the other axes, mm and rad; default zero. Exact kinematics.
     """
     run = fixed_places(machine, axis, angle, place, others)
     return own_motion(machine, axis, angle, machine.tip_error(run, exact=True))
@@ -53,7 +53,7 @@ def fixed_places(
     place: Sequence[float],
     others: Mapping[str, float] | None = None,
 ) -> Run:
-    """The rows of `axis_motion`. Raises UsageError for an axis that the machine lacks or that does not turn about Z."""
+    """Return the rows of `axis_motion`. Raises UsageError for an axis that the machine lacks or that does not turn about Z."""
     if axis not in machine.axes or axis[0] != "C":
         raise UsageError(
             f'the axis "{axis}" does not turn about Z here; the machine has {" ".join(machine.axes)}'
@@ -69,12 +69,12 @@ def fixed_places(
 
 
 def own_motion(machine: Machine, axis: str, angle: Array, moved: Array) -> Array:
-    """Tip errors (..., n, 3) mm in workpiece axes as the axis's own motion in fixed directions."""
+    """Return the tip errors (..., n, 3) mm in workpiece axes as the axis's own motion in fixed directions."""
     return -_turn_vectors(moved, -angle) if axis in machine.chain.work else moved
 
 
 def _turn_vectors(vectors: Array, angle: Array) -> Array:
-    """Vectors (..., n, 3) turned about z by angles (n,)."""
+    """Turn vectors (..., n, 3) about z by angles (n,)."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
@@ -90,7 +90,7 @@ def simulated_turns(
     rng: np.random.Generator,
     axis: str = "C",
 ) -> list[TurnGroup]:
-    """The groups of a whole test. artefact: its form under the outer (or only) probe, mm over its own angle."""
+    """Simulate the groups of a whole test. artefact: its form under the outer (or only) probe, mm over its own angle."""
     read = simulated_values(test, machine, artefact, setups, sampling, rng=rng, axis=axis)
     return [turn_group(setup, probe, angle, value, orders) for setup, probe, angle, value in read]
 
@@ -104,7 +104,7 @@ def simulated_values(
     rng: np.random.Generator,
     axis: str = "C",
 ) -> Iterator[tuple[str, str, Array, Array]]:
-    """(set-up, probe, angles (n,) rad, readings (n,) mm) of a whole test."""
+    """Yield (set-up, probe, angles (n,) rad, readings (n,) mm) of a whole test."""
     angle = np.arange(sampling.turns * sampling.per_turn) * TURN / sampling.per_turn
     for setup in setups:
         lies = sampling.mounting * (rng.standard_normal(2) if sampling.mounting else np.zeros(2))
@@ -126,7 +126,7 @@ def reading(
     angle: Array,
     axis: str = "C",
 ) -> Array:
-    """(n,) mm: what one probe reads in one set-up at angles (n,) rad, without noise and mounting."""
+    """Return the reading (n,) mm of one probe in one set-up at angles (n,) rad, without noise and mounting."""
     turned = setup == REVERSED
     if test.test == "face":
         arm = (test.arms or {})[probe] * (-1.0 if turned else 1.0)
@@ -154,7 +154,7 @@ def simulated_straightness(
     at: Mapping[str, float] | None = None,
     height: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> list[LineScan]:
-    """Scans along a linear axis, `scans` in either set-up; the straightedge lies along it within `lying` rad in every scan.
+    """Simulate scans along a linear axis, `scans` in either set-up; the straightedge lies along it within `lying` rad in every scan.
 
     height (3,) mm: the place of the probe from the axis frame (a carried probe) or of the tip offset. The straightness is the
     axis's own motion: that of the table for an axis that carries the workpiece.
@@ -185,7 +185,7 @@ def simulated_half_turn(
     turning: str = "C",
     at: Mapping[str, float] | None = None,
 ) -> list[LineScan]:
-    """Scans of a flat on the turning axis, at 0 and 180 deg; flat: its height (n,) mm over its own x (n,) mm, tilt included."""
+    """Simulate scans of a flat on the turning axis, at 0 and 180 deg; flat: its height (n,) mm over its own x (n,) mm, tilt included."""
     out = []
     for setup, angle in (("normal", 0.0), ("reversed", np.pi)):
         position = {a: np.full(len(places), (at or {}).get(a, 0.0)) for a in machine.chain.letters}

@@ -36,7 +36,7 @@ class TurnGroup:
 def turn_group(
     setup: str, probe: str, angle: Array, value: Array, orders: int, u: float | None = None
 ) -> TurnGroup:
-    """angle (n,) rad, going on over the turns; value (n,) mm or rad; u: stated noise of one reading.
+    """Convert readings into turns. angle (n,) rad, going on over the turns; value (n,) mm or rad; u: stated noise of one reading.
 
     Turns are counted from the first angle; a slow drift (a line through the means of the turns) is taken off. Raises UsageError
     where no turn is complete, readings are too few for the orders, or there is one turn and no stated noise.
@@ -74,7 +74,7 @@ def _largest_gap(angle: Array) -> float:
 
 
 def _drift(angle: Array, value: Array, whole: list[npt.NDArray[np.intp]]) -> Array:
-    """(n,) the line through the means of whole turns, over the angle that has gone by."""
+    """Return the line through the means of whole turns (n,), over the angle."""
     at = np.array([angle[rows].mean() for rows in whole])
     mean = np.array([value[rows].mean() for rows in whole])
     if len(whole) < 2:
@@ -84,7 +84,7 @@ def _drift(angle: Array, value: Array, whole: list[npt.NDArray[np.intp]]) -> Arr
 
 
 def _orders(angle: Array, value: Array, orders: int) -> Complex:
-    """(K,) least squares of a constant and K orders."""
+    """Fit a constant and K orders by least squares (K,)."""
     k = np.arange(1, orders + 1)
     waves = np.outer(angle, k)
     columns = np.concatenate([np.ones((len(angle), 1)), np.cos(waves), np.sin(waves)], axis=1)

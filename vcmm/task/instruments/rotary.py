@@ -1,8 +1,8 @@
 """Instruments for rotary axes: R-test, ball bar held in one direction, indexed angle.
 
 R-test          x y z of a ball that the machine holds at one place of the workpiece while the axis turns; the linear axes follow.
-                Nest on the table, ball in the spindle, read in workpiece axes; where it stands is free (rigid). Own error: gain
-ball bar        the same, read in one direction only, from a cup that stands anywhere (centre, and radius unless calibrated)
+                Nest on the table, ball in the spindle, read in workpiece axes; its place is free (rigid). Own error: gain
+ball bar        the same, read in one direction only, from a cup at any place (centre, and radius unless calibrated)
 rotary indexer  turn about the axis against a polygon with autocollimator, or an encoder; from any zero. Own errors: gain, faces
 """
 
@@ -39,7 +39,8 @@ INDEXER = Instrument("rotary indexer", "angle", (GAIN, FACES), ("zero",), "ISO 2
 def hold_tip(
     machine: Machine, axis: str, angles: Array, ball: Sequence[float], offset: Sequence[float]
 ) -> Run:
-    """Rows in which the tip (offset (3,) mm from the last tool-side axis) stays at ball (3,), workpiece axes, while axis goes through angles (n,) rad.
+    """Return rows in which the tip (offset (3,) mm from the last tool-side axis) stays at ball (3,), workpiece axes, while axis goes
+    through angles (n,) rad.
 
     Raises ModelLimit where the linear axes cannot follow.
     """
@@ -58,7 +59,7 @@ def r_test(
     u: float,
     offset: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
-    """x, y and z of a ball held at one place of the workpiece; u mm per coordinate."""
+    """Lay out x, y and z of a ball held at one place of the workpiece; u mm per coordinate."""
     run = hold_tip(machine, axis, angles, ball, offset)
     recording = layout(f"R-test {axis}", "displacement", run, np.eye(3)[0], {"rigid": ""}, u)
     plain = {k: v for k, v in recording.run.columns.items() if k not in ("nx", "ny", "nz")}
@@ -82,7 +83,7 @@ def held_bar(
     u: float,
     offset: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
-    """Ball bar (ISO 10791-6) from a cup (3,) to the held ball (3,), workpiece axes: axial, radial or tangential by where the cup is."""
+    """Lay out a ball bar (ISO 10791-6) from a cup (3,) to the held ball (3,), workpiece axes: axial, radial or tangential by the place of the cup."""
     run = hold_tip(machine, axis, angles, ball, offset)
     recording = layout(f"ball bar about {axis}", "length", run, np.eye(3)[0], {"centre": "", "radius": ""}, u)
     return at_station(recording, machine, np.tile(np.asarray(cup, dtype=float), (run.n, 1)))

@@ -1,4 +1,4 @@
-"""What a probe reads against an artefact of straight lines: straightedge, square; capacitance and optical probes.
+"""Readings of a probe against an artefact of straight lines: straightedge, square; capacitance and optical probes.
 
 straightedge       d across the travel, from a line that lies anywhere (zero, slope)   own errors: form at its places, gain of the probe
 square             d across both travels, the square lying anywhere (alignment)        own errors: angle, gain of the probe
@@ -25,7 +25,7 @@ ARMS = ("first", "second")
 
 
 def arm_angle(recording: Recording, run: Run) -> Array:
-    """(m, 1): what the second arm (label feature) reads when it is turned by 1 rad against the first, in their plane.
+    """Return the reading of the second arm (label feature) when it is turned by 1 rad against the first, in their plane, (m, 1).
 
     Right-hand about first x second. Raises UsageError without the labels "first" and "second".
     """
@@ -45,7 +45,7 @@ def arm_angle(recording: Recording, run: Run) -> Array:
 
 
 def _way(tips: Array) -> Array:
-    """Unit vector (3,) from the first of the places (n, 3) to the furthest from it."""
+    """Return the unit vector (3,) from the first of the places (n, 3) to the furthest from it."""
     away = tips - tips[0]
     way = away[np.linalg.norm(away, axis=1).argmax()]
     return np.asarray(way / np.linalg.norm(way))
@@ -79,7 +79,7 @@ def edge(
     component: str,
     u: float,
 ) -> Recording:
-    """A straightedge along an axis, read across it in component "X", "Y" or "Z", there and back; label feature: the place on it."""
+    """Lay out a straightedge along an axis, read across it in component "X", "Y" or "Z", there and back; label feature: the place on it."""
     if component == axis or component not in "XYZ":
         raise UsageError(
             f"a straightedge along {axis} is read across it: component = one of X Y Z other than {axis}"
@@ -97,7 +97,7 @@ def square(
     offset: Array,
     u: float,
 ) -> Recording:
-    """A square along two axes, each arm read in the direction of the other axis; at: where the axes stand while they do not move."""
+    """Lay out a square along two axes, each arm read in the direction of the other axis; at: positions of the axes while they do not move."""
     arms = []
     for i, (axis, other) in enumerate((axes, axes[::-1])):
         one = line(machine, axis, targets[i], at, offset, component=other, u=u)

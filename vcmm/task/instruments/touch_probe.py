@@ -1,16 +1,17 @@
 """Touch-trigger probe in the spindle: spheres, faces of a block and rings on the table, touched at several rotary positions.
 
-A touch reads where the surface is along its outward normal (indicated - true). Where each feature stands on the table is free
+A touch reads where the surface is along its outward normal (indicated - true). The place of each feature on the table is free
 (nuisance `offset` of a sphere or a ring, `rigid` of a face, by the label feature), its size and the mean pre-travel too (nuisance `radius`):
 a ball that is 1 um larger and a probe that triggers 0.5 um earlier all round read the same. Own errors of the probe:
 
-    offset    the ball stands beside the axis of the spindle, and the length is wrong: (x, y, z) in the frame of the probe
+    offset    the ball is beside the axis of the spindle, and the length is wrong: (x, y, z) in the frame of the probe
     lobing    pre-travel over the direction across the stylus: cos and sin of 2 and 3 times the angle, by the lateral share
     axial     pre-travel along the stylus less that across it, with the square of the axial share
     diameter  of the calibrated sphere, block or ring, outwards; of use where `radius` is not free
 
 The frame of the probe is that of the last tool-side axis, turned by spindle_angle (right-hand about +Z of that frame). With touches
-in the four directions of the axes alone a three-lobed pre-travel is one with the offset; touches between them, or a turned spindle, part them.
+in the four directions of the axes alone a three-lobed pre-travel cannot be told from the offset; touches between them, or a turned
+spindle, separate the two.
 
 Sources: Ibaraki, Iritani & Matsushita, Int. J. Mach. Tools Manuf. 58 (2012) 48 (location errors by on-the-machine probing);
 ISO 230-10:2016, 6.2 (probing errors); Estler et al., Precision Engineering 19 (1996) 85 (pre-travel variation, three lobes).
@@ -43,12 +44,13 @@ ORDERS = (2, 3)  # lobes
 
 
 def ball_beside_axis(recording: Recording, run: Run) -> Array:
-    """(m, 3): a ball that stands +1 in x of the probe meets a surface that faces +x one earlier: indicated - true = -n."""
+    """Return the reading per offset of the ball (m, 3): a ball displaced by +1 in x of the probe meets a surface that faces +x one
+    earlier: indicated - true = -n."""
     return -normals_in_probe(recording, run)
 
 
 def lobes(recording: Recording, run: Run) -> Array:
-    """(m, 4): cos 2t, sin 2t, cos 3t, sin 3t times the lateral share; t: angle of the normal about the stylus."""
+    """Return cos 2t, sin 2t, cos 3t, sin 3t times the lateral share (m, 4); t: angle of the normal about the stylus."""
     n = normals_in_probe(recording, run)
     lateral, angle = np.hypot(n[:, 0], n[:, 1]), np.arctan2(n[:, 1], n[:, 0])
     waves = [wave(k * angle) * lateral for k in ORDERS for wave in (np.cos, np.sin)]
@@ -56,7 +58,7 @@ def lobes(recording: Recording, run: Run) -> Array:
 
 
 def axial_share(recording: Recording, run: Run) -> Array:
-    """(m, 1): square of the share of the normal along the stylus."""
+    """Return the square of the share of the normal along the stylus, as (m, 1)."""
     return normals_in_probe(recording, run)[:, 2:] ** 2
 
 
@@ -86,7 +88,7 @@ def touches(
     spindle: Sequence[float] = (0.0,),
     tilt: float = np.radians(120.0),
 ) -> Recording:
-    """Touches of spheres (place (3,) mm, workpiece axes, rotary axes at zero) at rotary positions (rad), spindle at angles (rad).
+    """Lay out touches of spheres (place (3,) mm, workpiece axes, rotary axes at zero) at rotary positions (rad), spindle at angles (rad).
 
     directions (k, 3): outward normals in the axes of the machine, along which a control touches however its head is turned. A touch whose normal is more than
     `tilt` from +Z of the table, where the stem of the sphere is, is left out, and with a head that is turned one at which the stylus would lean over the sphere. radius mm of the surface on which the middle of the ball lies; u mm per touch.

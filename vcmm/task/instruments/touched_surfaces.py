@@ -1,4 +1,4 @@
-"""Touches with their full position to a recording: how far the ball lay beside the surface where it should be.
+"""Convert touches with their full position into a recording: the distance of the ball from its nominal place beside the surface.
 
 A touch of a sphere is no touch along its axis of motion: 0.2 mm beside the middle of a ball of 12.5 mm the surface is 1.6 um lower.
 So for every feature and rotary position k the middle c_k is found from its touches first (least squares, nearest to where the
@@ -36,7 +36,7 @@ LEAST = 3  # touches that find the middle of a sphere; fewer move it along their
 class TouchedSurface:
     """kind: sphere, plane or ring; point (3,) mm in workpiece axes, rotary axes at zero; axis (3,): normal of a plane, axis of a ring; radius mm.
 
-    part: faces of one block have the same; they stand to one another as stated. Nothing: the feature is a part by itself.
+    part: faces of one block have the same; their relative places are as stated. "": the feature is a part by itself.
     """
 
     kind: str
@@ -47,7 +47,7 @@ class TouchedSurface:
 
     @property
     def across(self) -> Array:
-        """(3, 3): projector on the directions in which a round surface is round."""
+        """Projector (3, 3) on the directions in which a round surface is round."""
         axis = np.array(self.axis)
         return np.eye(3) - np.outer(axis, axis) if self.kind == RING else np.eye(3)
 
@@ -55,9 +55,9 @@ class TouchedSurface:
 def recording_of_touches(
     machine: Machine, run: Run, surfaces: Mapping[str, TouchedSurface], ball: float, lines: Ints
 ) -> Recording:
-    """A recording of kind probe of touches with full positions; run: labels feature, positions of all axes, offset of the ball.
+    """Return a recording of kind probe from touches with full positions; run: labels feature, positions of all axes, offset of the ball.
 
-    ball: radius of the ball of the stylus, mm. Raises UsageError for a feature that nobody states, and for touches far from theirs.
+    ball: radius of the ball of the stylus, mm. Raises UsageError for a feature that is not stated, and for touches far from their feature.
     """
     tip = nominal_tip(machine.chain, machine.axes, run)
     normal, gap = np.zeros((run.n, 3)), np.zeros(run.n)
@@ -99,14 +99,14 @@ def recording_of_touches(
 
 
 def usual_nuisance(surfaces: Mapping[str, TouchedSurface], features: np.ndarray) -> dict[str, str]:
-    """What nobody knows of touched features: where they stand, and their size with the mean pre-travel."""
+    """Return the unknowns of touched features: their places, and their size with the mean pre-travel."""
     planes = any(surfaces[str(f)].kind == PLANE for f in features)
     where = {"rigid": "part"} if planes else {"offset": "feature"}
     return {**where, "radius": ""}
 
 
 def _poses(run: Run) -> Ints:
-    """(n,): number of the rotary position of each row, in the order in which they came."""
+    """Return the number of the rotary position of each row, in the order in which they came, as (n,)."""
     turned = [np.round(q, ANGLE_DIGITS) for a, q in run.position.items() if a[0] in "ABC"]
     if not turned:
         return np.zeros(run.n, dtype=np.intp)
@@ -116,7 +116,7 @@ def _poses(run: Run) -> Ints:
 
 
 def _beside(surface: TouchedSurface, tip: Array, pose: Ints, ball: float) -> tuple[Array, Array]:
-    """Outward normals (n, 3) and d (n,) of the touches of one feature."""
+    """Return outward normals (n, 3) and d (n,) of the touches of one feature."""
     point = np.array(surface.point)
     if surface.kind == PLANE:
         axis = np.array(surface.axis)
@@ -133,7 +133,7 @@ def _beside(surface: TouchedSurface, tip: Array, pose: Ints, ball: float) -> tup
 
 
 def _middle(tip: Array, start: Array, across: Array, reach: float) -> Array:
-    """(3,): middle of a ball of radius `reach` through touches (n, 3), nearest to `start` where they leave it open."""
+    """Return the middle (3,) of a ball of radius `reach` through touches (n, 3), nearest to `start` where they leave it undetermined."""
     middle = start.copy()
     for _ in range(ROUNDS):
         way = (tip - middle) @ across

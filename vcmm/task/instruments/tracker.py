@@ -3,7 +3,7 @@
     tracker       absolute lengths, stations anywhere                     nuisance station
     LaserTracer   changes of length: stations and dead paths anywhere     nuisance station and zero
 
-Stations need only be known roughly: `settle_stations` finds them from the lengths themselves (multilateration), and what is left
+Stations need only be known roughly: `settle_stations` finds them from the lengths themselves (multilateration), and the remaining problem
 is linear. Own error: scale.
 """
 
@@ -46,7 +46,7 @@ def lengths_to(
     u: float,
     label: str = "",
 ) -> Recording:
-    """Lengths from one station (workpiece axes, mm) to tips (n, 3), reached with a tip offset (3,); linear axes only."""
+    """Lay out lengths from one station (workpiece axes, mm) to tips (n, 3), reached with a tip offset (3,); linear axes only."""
     tips = np.asarray(tips, dtype=float)
     shifted = tips - np.asarray(offset, dtype=float)
     position = {
@@ -59,7 +59,7 @@ def lengths_to(
 
 
 def at_station(recording: Recording, machine: Machine, station: Array) -> Recording:
-    """The same rows with stations (n, 3) in from_x_mm ..., the directions and lengths that follow."""
+    """Return the same rows with stations (n, 3) in from_x_mm ..., the directions and lengths that follow."""
     run, station = recording.run, np.asarray(station, dtype=float)
     way = _tip(machine, run) - station
     length = np.linalg.norm(way, axis=1)
@@ -72,14 +72,14 @@ def _tip(machine: Machine, run: Run) -> Array:
 
 
 def move_stations(recording: Recording, machine: Machine, station: Array) -> Recording:
-    """The same measured lengths, counted from other stations (n, 3): values, directions and lengths change together."""
+    """Return the same measured lengths, counted from other stations (n, 3): values, directions and lengths change together."""
     new = at_station(recording, machine, station)
     change = (new.run.column("length_mm") - recording.run.column("length_mm"))[recording.row]
     return replace(new, value=recording.value - recording.sign * change)
 
 
 def settle_stations(recording: Recording, machine: Machine) -> tuple[Recording, dict[str, float]]:
-    """The recording with every station where the lengths say it is; label -> how far it was moved, mm.
+    """Return the recording with every station where the lengths put it; label -> how far it was moved, mm.
 
     Only lengths with a nuisance `station` or `centre` and columns from_x_mm ... are changed. Least squares over station
     and, with `zero` or `radius` or `dead_path`, a constant. Raises ModelLimit for too few points or points in one plane or
@@ -99,7 +99,7 @@ def settle_stations(recording: Recording, machine: Machine) -> tuple[Recording, 
         start = station[at[0]]
         if np.abs(station[at] - start).max() > 1e-6:
             raise ModelLimit(
-                f'{recording.name}: {word} "{value}" stands at different places in from_x_mm ...; one place per value'
+                f'{recording.name}: {word} "{value}" has different places in from_x_mm ...; give one place per value'
             )
         length = np.linalg.norm(tip[at] - start, axis=1) + recording.sign * recording.value[mine]
         found = _resect(tip[at], length, start, free, f'{recording.name}: {word} "{value}"')
@@ -109,9 +109,9 @@ def settle_stations(recording: Recording, machine: Machine) -> tuple[Recording, 
 
 
 def _resect(tip: Array, length: Array, start: Array, free: bool, what: str) -> Array:
-    """Station (3,) from lengths (n,) to points (n, 3), with a free constant or not; Gauss-Newton with steps held short.
+    """Solve for the station (3,) from lengths (n,) to points (n, 3), with a free constant or not; Gauss-Newton with limited steps.
 
-    A direction that the points hardly determine is left where it is: there the linear nuisance decides.
+    A direction that the points hardly determine keeps its value: there the linear nuisance decides.
     """
     need = 4 if free else 3
     if len(tip) < need:

@@ -1,4 +1,4 @@
-"""Where a probing tip touches a surface when the machine is not where it believes to be.
+"""Compute where a probing tip touches a surface when the machine has errors.
 
 The tip, a ball of radius r, is commanded along start + t direction (a unit vector into the surface) and is
 displaced by an error e: actual = commanded + e. Contact is the first t at which the ball meets the surface:
@@ -34,7 +34,7 @@ def touch(
     displacement: npt.ArrayLike | None = None,
     search: float = 100.0,
 ) -> Array:
-    """Travel (..., n) mm to the first contact, to rounding (about 1e-13 mm), in the frame of the surface.
+    """Return the travel (..., n) mm to the first contact, to rounding (about 1e-13 mm), in the frame of the surface.
 
     start (n, 3), direction (n, 3) or (3,) unit, displacement (..., n, 3) mm. Nominal surfaces are unbounded
     (part.signed_distance); a mesh ends where it ends and is touched on faces, edges and corners.
@@ -69,7 +69,7 @@ def _check_start(start: npt.ArrayLike, direction: npt.ArrayLike) -> tuple[Array,
 
 
 def _travel(surface: Feature | Mesh, actual: Array, way: Array, radius: float, search: float) -> Array:
-    """Travel; inf where there is no contact, -inf where the ball starts in the material."""
+    """Return the travel; inf where there is no contact, -inf where the ball starts in the material."""
     if isinstance(surface, Mesh):
         return _on_mesh(surface, actual, way, radius, search)
     if surface.kind in ("circle", "cylinder", "sphere"):
@@ -91,7 +91,7 @@ def _on_plane(surface: Feature, actual: Array, way: Array, radius: float) -> Arr
 
 
 def _on_round(surface: Feature, actual: Array, way: Array, radius: float) -> Array:
-    """Circle, cylinder, sphere: the tip centre meets the surface of radius R + r, in a bore R - r."""
+    """Return the travel to a circle, cylinder or sphere: the tip centre meets the surface of radius R + r, in a bore R - r."""
     reach = surface.sizes[0] + (-radius if surface.inside else radius)
     if reach <= 0.0:
         raise ModelLimit(_too_large(surface, radius, surface.sizes[0]))
@@ -110,7 +110,7 @@ def _on_round(surface: Feature, actual: Array, way: Array, radius: float) -> Arr
 
 
 def _on_cone(surface: Feature, actual: Array, way: Array, radius: float) -> Array:
-    """Quadratic: the tip centre meets the cone of a radius larger (bore: smaller) by r / cos(half angle)."""
+    """Return the travel to a cone, by a quadratic: the tip centre meets the cone of a radius larger (bore: smaller) by r / cos(half angle)."""
     slope = float(np.tan(surface.sizes[1]))
     grown = surface.sizes[0] + (-radius if surface.inside else radius) * np.hypot(1.0, slope)
     arm = actual - surface.point
@@ -128,7 +128,7 @@ def _on_cone(surface: Feature, actual: Array, way: Array, radius: float) -> Arra
 
 
 def _on_torus(surface: Feature, actual: Array, way: Array, radius: float) -> Array:
-    """Quartic: the tip centre meets the torus whose tube is larger (bore: smaller) by r.
+    """Return the travel to a torus, by a quartic: the tip centre meets the torus whose tube is larger (bore: smaller) by r.
 
     With p = o + t d, o square to d and s = |o|^2 + R^2 - q^2:  (t^2 + s)^2 = 4 R^2 |p square to the axis|^2.
     """
@@ -153,7 +153,7 @@ def _on_torus(surface: Feature, actual: Array, way: Array, radius: float) -> Arr
 
 
 def _first(surface: Feature, actual: Array, way: Array, radius: float, candidates: Array) -> Array:
-    """Smallest true root among candidates (..., n, k), after Newton steps that remove their rounding."""
+    """Return the smallest true root among candidates (..., n, k), after Newton steps that remove their rounding."""
     travel = np.where(np.isfinite(candidates), candidates, 0.0)
     for _ in range(3):
         place = actual[..., None, :] + travel[..., None] * way[..., None, :]

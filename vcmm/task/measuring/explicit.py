@@ -1,4 +1,4 @@
-"""Points that are given one by one, in a file or a list: checked against the nominal surface."""
+"""Check points that are given one by one, in a file or a list, against the nominal surface."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def on_surface(
     mesh: Mesh | None = None,
     tolerance: float = 0.01,
 ) -> tuple[Array, Array]:
-    """Checked explicit points (n, 3) and their unit normals (n, 3), computed where not given.
+    """Return checked explicit points (n, 3) and their unit normals (n, 3), computed where not given.
 
     UsageError: a point lies further than `tolerance` mm from the nominal surface (kind mesh: from the mesh),
     a normal points into the material, a number is not finite, or there are too few points.

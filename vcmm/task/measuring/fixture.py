@@ -1,4 +1,4 @@
-"""Fixture and goal of a placement: which poses the fixture allows, and what makes one pose better than another.
+"""Fixture and goal of a placement: the poses that the fixture allows, and the measure by which poses are compared.
 
 A pose is six numbers: shift x y z (mm) of the part's origin and turns about the fixed x, then y, then z (rad), as in
 [pose]. Each of them is fixed, free within a range, or one of a list; slots and faces tie several together.
@@ -54,7 +54,7 @@ class Fixture:
     """What may move. Degrees of freedom that are not named stay as in the present pose.
 
     slots: allowed shifts (mm), one of them is taken. faces: directions in the drawing (unit vectors by name), one of
-    which points down; they set turn_x and turn_y. UsageError when two of these speak about the same freedom.
+    which points down; they set turn_x and turn_y. UsageError when two entries set the same freedom.
     """
 
     freedoms: tuple[Freedom, ...] = ()
@@ -78,7 +78,7 @@ class Fixture:
         return next((f for f in self.freedoms if f.name == name), None)
 
     def orientations(self, present: Array) -> list[tuple[str, Array]]:
-        """(label, six numbers) of every combination of the discrete choices; free ranges at the present value."""
+        """Yield (label, six numbers) of every combination of the discrete choices; free ranges at the present value."""
         choices: list[tuple[str, Array]] = [("", np.array(present, dtype=float))]
         if self.slots:
             choices = [
@@ -109,7 +109,7 @@ class Fixture:
 
 
 def format_freedom(name: str, value: float) -> str:
-    """A value of a degree of freedom with its unit."""
+    """Return a value of a degree of freedom with its unit."""
     return f"{np.degrees(value):.6g} deg" if name.startswith("turn") else f"{value:.6g} mm"
 
 
@@ -136,18 +136,18 @@ def turned_down(direction: tuple[float, float, float]) -> tuple[float, float]:
 
 
 def six_of(pose: Pose) -> Array:
-    """(6,) or (m, 6): shift mm and turns rad of a pose."""
+    """Return the six numbers of a pose, (6,) or (m, 6): shift mm and turns rad."""
     return np.concatenate([pose.shift, pose.turns()], axis=-1)
 
 
 def pose_of(six: Array) -> Pose:
-    """The pose of six numbers (6,) or a batch (m, 6)."""
+    """Return the pose of six numbers (6,) or a batch (m, 6)."""
     six = np.asarray(six, dtype=float)
     return Pose.from_turns(six[..., :3], six[..., 3:])
 
 
 def off_fixture(fixture: Fixture, poses: Array) -> tuple[Array, Array]:
-    """Largest departure of poses (m, 6) from what the fixture allows: mm (m,) and rad (m,), 0 where it is met."""
+    """Return the largest departure of poses (m, 6) from what the fixture allows: mm (m,) and rad (m,), 0 where it is met."""
     shift, turn = np.zeros(len(poses)), np.zeros(len(poses))
     for freedom in fixture.freedoms:
         at = DOFS.index(freedom.name)

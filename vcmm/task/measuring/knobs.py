@@ -1,4 +1,4 @@
-"""Knobs of a measuring task: what a hand would turn, its range, and the scenario with the knobs turned."""
+"""Knobs of a measuring task: the quantities that a user varies, their ranges, and the scenario with the knobs changed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SPREADS = ("u", "scale", "half_width")  # the number of a law that says how wide
 
 @dataclass(frozen=True)
 class Knob:
-    """name, words, unit, range, step and where it stands without being touched."""
+    """name, words, unit, range, step and initial value."""
 
     name: str
     words: str
@@ -37,7 +37,7 @@ class Knob:
 
 
 def knobs_of(scenario: Scenario) -> tuple[Knob, ...]:
-    """Pose within the travels, turn about the vertical, temperature, length of styli, touches per place, scatter."""
+    """Return the knobs: pose within the travels, turn about the vertical, temperature, length of styli, touches per place, scatter."""
     axes = scenario.machine.axes
     shift = scenario.pose.shift
     turn = math.degrees(float(scenario.pose.turns()[2]))
@@ -60,7 +60,7 @@ def knobs_of(scenario: Scenario) -> tuple[Knob, ...]:
 
 
 def with_knobs(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """The scenario with the knobs at `values`; knobs that are not named stay. Raises UsageError: no such knob, beyond its range."""
+    """Return the scenario with the knobs at `values`; knobs that are not named stay. Raises UsageError: no such knob, beyond its range."""
     known = {k.name: k for k in knobs_of(scenario)}
     at = {name: _check_knob(known, name, value) for name, value in values.items()}
     pose = scenario.pose
@@ -85,7 +85,7 @@ def _check_knob(known: Mapping[str, Knob], name: str, value: Any) -> float:
         raise UsageError(f'there is no knob "{name[:40]}".{choose_from(name, known)}')
     knob = known[name]
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise UsageError(f"{name}: a finite number is due")
+        raise UsageError(f"{name}: expected a finite number")
     low, high = knob.reach
     if not low - 1e-9 <= value <= high + 1e-9:
         raise UsageError(f"{name} = {value:g}: the knob goes from {low:g} to {high:g} {knob.unit}".rstrip())
@@ -101,7 +101,7 @@ def _is_temperature(column: str) -> bool:
 
 
 def _plan_with(plan: Plan, longer: float, times: int) -> Plan:
-    """Styli `longer` times as long, every place touched `times` times in a row."""
+    """Return the plan with styli `longer` times as long, and every place touched `times` times in a row."""
     styli = {n: replace(s, offset=s.offset * longer, length=s.length * longer) for n, s in plan.styli.items()}
     return replace(plan, styli=styli, steps=tuple(_repeat_step(s, times) for s in plan.steps))
 
@@ -117,7 +117,7 @@ def _repeat_step(step: Step, times: int) -> Step:
 
 
 def _wider(quantity: Input, factor: float) -> Input:
-    """What is drawn anew at every touch, `factor` times as wide."""
+    """Return an Input that is sampled anew at every touch, `factor` times as wide."""
     if quantity.redraw != "touch" or factor == 1.0 or quantity.members:
         return quantity
     law: Any = quantity.law

@@ -1,4 +1,4 @@
-"""What stands around the part and carries the stylus: head, quill, clamps, table; and the distances to be kept.
+"""Obstacles around the part: head, quill, clamps, table; and the distances to be kept.
 
 The head hangs on the last tool-side frame: its underside is where `Stylus.offset` counts from, `up` leads away from the
 tip. From the underside to the root of the shaft runs an extension. Default sizes are those of a common motorised
@@ -46,7 +46,7 @@ class Clamp:
     on: str = "table"
 
     def corners(self) -> Array:
-        """(8, 3) in its frame."""
+        """Return the corners of the clamp (8, 3) in its frame."""
         signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
         return self.pose.apply(0.5 * signs * np.array(self.size))
 

@@ -1,7 +1,7 @@
-"""Plan: which points are touched, with which stylus, in which order; and the Run that a machine makes of it.
+"""Plan: the points to touch, their styli and order; and the Run that a machine makes of it.
 
 `touches` places the planned points in the machine (pose), finds the axis positions that bring the tip there, and
-fills the columns that effects ask for: approach, sense, speed, time, probe angle, temperatures, labels.
+fills the columns that effects need: approach, sense, speed, time, probe angle, temperatures, labels.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def touches(
 
 
 def axis_positions(chain: Chain, axes: Mapping[str, Axis], tip: Array, offset: Array) -> dict[str, Array]:
-    """Positions of the linear axes that bring the tip to `tip` (n, 3) in workpiece axes; rotary axes stay at zero.
+    """Return the positions of the linear axes that bring the tip to `tip` (n, 3) in workpiece axes; rotary axes stay at zero.
 
     At zero angles the tip is the sum of the axis positions along their directions and the offset.
     Raises ModelLimit when a direction of travel is missing (a lathe without Y).
@@ -164,7 +164,7 @@ def _check_approach(feature: Array, normals: Array, approach: Array) -> None:
 
 
 def _within_reach(machine: Machine, run: Run, feature: Array) -> Run:
-    """The run prepared by the machine. ModelLimit, with the feature of the point, for a touch outside the travels."""
+    """Return the run prepared by the machine. ModelLimit, with the feature of the point, for a touch outside the travels."""
     try:
         return machine.prepare(run)
     except ModelLimit as error:
@@ -183,14 +183,14 @@ def _labels(plan: Plan, feature: Words, stylus: Words) -> dict[str, Words]:
 
 
 def probe_columns(plan: Plan, stylus: Words, normal: Array) -> dict[str, Array]:
-    """probe_angle about the stylus axis (0 along the machine axis nearest to +X), lateral share of n, stylus length."""
+    """Return probe_angle about the stylus axis (0 along the machine axis nearest to +X), lateral share of n, stylus length."""
     direction = np.array([plan.styli[s].direction for s in stylus])
     length = np.array([plan.styli[s].length for s in stylus])
     return probe_angles(direction, length, normal)
 
 
 def probe_angles(direction: Array, length: Array, normal: Array) -> dict[str, Array]:
-    """The same from the direction (n, 3) and the length (n,) of the stylus of every row."""
+    """Return the columns of `probe_columns` from the direction (n, 3) and the length (n,) of the stylus of every row."""
     along = (normal * direction).sum(axis=1)
     reference = np.where(np.abs(direction[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     first = reference - (reference * direction).sum(axis=1)[:, None] * direction
@@ -204,7 +204,7 @@ def probe_angles(direction: Array, length: Array, normal: Array) -> dict[str, Ar
 def _history(
     touch: Touch, machine: Machine, position: Mapping[str, Array], tip: Array, normal: Array, direction: Array
 ) -> dict[str, Array]:
-    """time, speed and sense of every axis: positioning to the start of the approach, then the approach itself."""
+    """Return time, speed and sense of every axis: positioning to the start of the approach, then the approach itself."""
     begin, away = -touch.approach * direction, touch.approach * normal
     start, left = tip + begin, tip + away  # of the approach, of the retract
     lift = np.array([0.0, 0.0, touch.clearance])

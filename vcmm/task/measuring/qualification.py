@@ -1,4 +1,4 @@
-"""Simulated stylus qualification: 25 touches on a reference sphere, a sphere fit, and what it leaves wrong.
+"""Simulate stylus qualification: 25 touches on a reference sphere, a sphere fit, and its remaining errors.
 
 The fit's error is (centre, radius) = S delta with S the sensitivity of the Gaussian sphere and delta the reading of
 each touch. What is systematic (lobing, trigger delay, bending) is qualified away as far as it looks like a radius or
@@ -50,7 +50,7 @@ class Qualification:
 def qualified_machine(
     machine: Machine, plan: Plan, how: Mapping[str, Qualification]
 ) -> tuple[Machine, tuple[Input, ...]]:
-    """The machine with every named stylus qualified, and what remains uncertain of offsets and radii.
+    """Return the machine with every named stylus qualified, and the remaining uncertainty of offsets and radii.
 
     One Input per stylus and cause (covariance 4 x 4 of offset and radius from the scatter, from the form of the sphere and
     from its diameter), and one for the diameter of every sphere on which several styli were qualified, which they share.
@@ -80,7 +80,7 @@ def qualified_machine(
 
 
 def _spheres(how: Mapping[str, Qualification]) -> list[list[str]]:
-    """Names of the styli that were qualified on one sphere: the same diameter, uncertainty and form."""
+    """Return the names of the styli that were qualified on one sphere: the same diameter, uncertainty and form."""
     groups: dict[Qualification, list[str]] = {}
     for name, one in how.items():
         groups.setdefault(one, []).append(name)
@@ -90,7 +90,7 @@ def _spheres(how: Mapping[str, Qualification]) -> list[list[str]]:
 def _remaining(
     left: str, machine: Machine, name: str, how: Qualification, fitted: Sphere, common: bool
 ) -> list[Input]:
-    """What qualification leaves, one Input per physical cause."""
+    """Return the uncertainty that remains after qualification, one Input per physical cause."""
     touches = fitted.matrix @ fitted.matrix.T
     diameter = np.zeros((4, 4))
     diameter[3, 3] = 0.0 if common else (how.u_diameter / 2) ** 2
@@ -115,7 +115,7 @@ def _shared_sphere(left: str, names: str, how: Qualification) -> Input:
 
 
 def sphere(plan: Plan, stylus: Stylus, how: Qualification) -> Sphere:
-    """The 25 touches of one stylus on its sphere. Pole towards the head."""
+    """Return the 25 touches of one stylus on its sphere, with the pole towards the head. Pole towards the head."""
     points, normals, matrix = _sphere(stylus, how)
     step = Step("reference sphere", stylus.name, points, normals)
     single = Plan((step,), {stylus.name: stylus}, plan.touch)
@@ -126,7 +126,8 @@ def sphere(plan: Plan, stylus: Stylus, how: Qualification) -> Sphere:
 
 
 def _sphere(stylus: Stylus, how: Qualification) -> tuple[Array, Array, Array]:
-    """Points, normals (25, 3) and S (4, 25): centre and radius per reading along the normal. Pole towards the head."""
+    """Return points, normals (25, 3) and S (4, 25): centre and radius per reading along the normal, with the pole towards the head. Pole
+    towards the head."""
     pole = -stylus.direction
     ball = Feature("reference sphere", "sphere", np.zeros(3), np.zeros(3), np.array([how.diameter / 2]))
     points, normals = plan_points(ball, Iso10360(pole=(float(pole[0]), float(pole[1]), float(pole[2]))))
@@ -135,7 +136,7 @@ def _sphere(stylus: Stylus, how: Qualification) -> tuple[Array, Array, Array]:
 
 
 def _scatter_u(machine: Machine) -> float:
-    """Standard deviation of one touch from the machine's repeatability."""
+    """Return the standard deviation of one touch from the machine's repeatability."""
     scatter = [i for i in machine.inputs if i.effect == Scatter.name]
     spreads = [(np.max(i.law.u), np.max(i.spread(1)[1])) for i in scatter]
     u = float(np.sqrt(sum((u * factor) ** 2 for u, factor in spreads)))

@@ -54,7 +54,7 @@ class Scenario:
         return f"<Scenario {self.name}: {touched} points on {self.machine.name}; {asked}>"
 
     def with_(self, **changes: Any) -> Scenario:
-        """The same scenario with other fields: `scenario.with_(pose=..., constants=...)`. UsageError for a field that it has not."""
+        """Return the same scenario with other fields: `scenario.with_(pose=..., constants=...)`. UsageError for a field that it has not."""
         unknown = [name for name in changes if name not in self.__dataclass_fields__]
         if unknown:
             raise UsageError(
@@ -63,12 +63,12 @@ class Scenario:
         return replace(self, **changes)
 
     def plot(self, ax: Any = None) -> Axes:
-        """Touches of the plan with their outward normals, in workpiece axes of the machine."""
+        """Plot the touches of the plan with their outward normals, in workpiece axes of the machine."""
         drawn: Axes = draw(self, ax)
         return drawn
 
     def at(self, pose: Pose) -> Scenario:
-        """The same job with the part elsewhere in the machine. UsageError for what is no pose."""
+        """Return the same job with the part elsewhere in the machine. UsageError for what is no pose."""
         if not isinstance(pose, Pose):
             raise UsageError(
                 f"scenario.at(pose) takes a pose, not {type(pose).__name__}; write for example "
@@ -77,12 +77,12 @@ class Scenario:
         return replace(self, pose=pose)
 
     def informed_machine(self) -> Machine:
-        """The machine with its styli qualified and every Input of the job. Raises UsageError for what is said twice."""
+        """Return the machine with its styli qualified and every Input of the job. Raises UsageError for a quantity that is stated twice."""
         machine, remaining = qualified_machine(self.machine, self.plan, self.qualifications)
         return add_knowledge(machine, inputs=(*self.inputs, *remaining))
 
     def task(self) -> Task:
-        """The plan placed in the machine, with all Inputs; made once, since nothing here changes. Raises ModelLimit for points
+        """Return the plan placed in the machine, with all Inputs; made once, since nothing here changes. Raises ModelLimit for points
         out of reach.
         """
         return self._task

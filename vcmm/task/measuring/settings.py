@@ -1,4 +1,4 @@
-"""How an uncertainty is evaluated: seed, trials, coverage probability, engine, decision rule."""
+"""Settings of an uncertainty evaluation: seed, trials, coverage probability, engine, decision rule."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Settings:
             )
 
     def with_changes(self, **changes: Any) -> Settings:
-        """These settings with those that a call states in their place; None: not stated. OptionError for what cannot be."""
+        """Return these settings with the arguments of a call in their place; None: not given. OptionError for an impossible value."""
         try:
             return replace(self, **{name: value for name, value in changes.items() if value is not None})
         except UsageError as error:

@@ -1,4 +1,4 @@
-"""Where to touch a feature: named point patterns on the nominal surface, drawing frame.
+"""Named point patterns for touching a feature, on the nominal surface, in the drawing frame.
 
     points, normals = plan_points(top, Grid(n=(3, 3), margin=5.0))
     points, normals = plan_points(bore, choose("cylinder", "levels")(at=(5.0, 15.0), n=8))
@@ -193,7 +193,7 @@ PATTERNS: Mapping[str, Mapping[str, type]] = MappingProxyType(
 
 
 def choose(kind: str, strategy: str) -> type:
-    """The pattern class called `strategy` for a kind of feature; UsageError with the allowed names else."""
+    """Return the pattern class called `strategy` for a kind of feature; raises UsageError with the allowed names for another word."""
     allowed = PATTERNS[kind]
     if strategy in allowed:
         return allowed[strategy]
@@ -205,7 +205,7 @@ def choose(kind: str, strategy: str) -> type:
 
 
 def plan_points(feature: Feature, pattern: Pattern) -> tuple[Array, Array]:
-    """Points (n, 3) on the nominal surface, in measuring order, and normals (n, 3) out of the material, mm.
+    """Return the points (n, 3) on the nominal surface, in measuring order, and normals (n, 3) out of the material, mm.
 
     UsageError when the pattern does not suit the feature, leaves it, or has too few points for its fit.
     """
@@ -222,12 +222,12 @@ def plan_points(feature: Feature, pattern: Pattern) -> tuple[Array, Array]:
 
 
 def feature_text(feature: Feature) -> str:
-    """As messages call it."""
+    """Return the feature as messages name it."""
     return f'Feature "{feature.name}"'
 
 
 def check_enough(feature: Feature, n: int) -> None:
-    """UsageError: fewer points than a fit needs."""
+    """Raise UsageError for fewer points than a fit needs."""
     least = MINIMUM_POINTS.get(feature.kind, 1)
     if n < least:
         raise UsageError(
@@ -251,7 +251,7 @@ def _check_counts(feature: Feature, pattern: Pattern) -> None:
 
 
 def _inner(feature: Feature, size: float, margin: float) -> float:
-    """What is left of a size between two margins."""
+    """Return the size that remains between two margins."""
     if margin < 0.0 or 2.0 * margin >= size:
         raise UsageError(
             f"{feature_text(feature)}: a margin of {margin:g} mm leaves nothing of {size:g} mm; reduce it."
@@ -260,12 +260,12 @@ def _inner(feature: Feature, size: float, margin: float) -> float:
 
 
 def _space(size: float, n: int) -> Array:
-    """n places from -size/2 to size/2; one place is the middle."""
+    """Return n places from -size/2 to size/2; one place is the middle."""
     return np.linspace(-0.5 * size, 0.5 * size, n) if n > 1 else np.zeros(1)
 
 
 def _angles(n: int, start: float, sweep: float) -> Array:
-    """n angles over an arc: both ends of an arc, but a full turn only once."""
+    """Return n angles over an arc: both ends of an arc, but a full turn only once."""
     closed = abs(sweep) >= FULL * (1.0 - 1e-12)
     return np.asarray(start + sweep * np.arange(n) / (n if closed else max(n - 1, 1)))
 
@@ -334,7 +334,7 @@ def _birdcage(f: Feature, p: Birdcage) -> Array:
 
 
 def _about_pole(f: Feature, pole: tuple[float, float, float], longitude: Array, latitude: Array) -> Array:
-    """Sphere points whose latitude counts from the equator of `pole`."""
+    """Return the sphere points whose latitude counts from the equator of `pole`."""
     turned = Pose(triad(pole).T, np.zeros(3))
     at_origin = Feature(f.name, f.kind, np.zeros(3), f.axis, f.sizes, f.inside)
     return np.asarray(f.point + turned.apply(surface_point(at_origin, longitude, latitude)))

@@ -1,4 +1,4 @@
-"""Task: a plan placed in a machine, and the way from errors of the machine to measured characteristics.
+"""Task: a plan placed in a machine, with the steps from errors of the machine to measured characteristics.
 
     indicated - true of each touch -> measured points (contact) -> fitted elements -> characteristics
 
@@ -50,15 +50,15 @@ class Task:
 
     @cached_property
     def without_errors(self) -> Array:
-        """Characteristics (C,) of what a perfect machine would touch, mm or rad."""
+        """Characteristics (C,) that a perfect machine would measure, mm or rad."""
         still = np.zeros((self.touches.run.n, 3))
         return evaluate_all(self, fit_features(self, measured_points(self, still)))
 
 
 def measured_points(task: Task, indication_error: Array) -> Array:
-    """Measured points (..., n, 3) in the drawing frame for errors indicated - true (..., n, 3) in workpiece axes.
+    """Return the measured points (..., n, 3) in the drawing frame for errors indicated - true (..., n, 3) in workpiece axes.
 
-    The tip runs along its approach, displaced by -error, until it touches the nominal surface; what is indicated
+    The tip runs along its approach, displaced by -error, until it touches the nominal surface; the indication
     there, less the qualified tip radius along the nominal normal, is the measured point.
     """
     t = task.touches
@@ -71,7 +71,7 @@ def measured_points(task: Task, indication_error: Array) -> Array:
 
 
 def per_normal(t: Touches) -> Array:
-    """(n, 3): how a measured point moves along its approach per mm that the surface lies further out."""
+    """Return how far a measured point moves along its approach per mm that the surface lies further out, (n, 3)."""
     return np.asarray(t.approach / (t.normals * t.approach).sum(axis=1)[:, None])
 
 
@@ -104,16 +104,15 @@ def _touch(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
 
 
 def _onto_tangent_plane(t: Touches, rows: Ints, start: Array) -> Array:
-    """Travel (..., m) of a tip of no size from start (..., m, 3) to the plane of the nominal point and normal: what e beside it a
-    surface of curvature 1/R lies off that plane is e^2 / 2R, 4 nm for 10 um and 12 mm.
+    """Return the travel (..., m) of a tip of no size from start (..., m, 3) to the plane of the nominal point and normal: an error e beside it on a
+    surface of curvature 1/R lies off that plane by e^2 / 2R, 4 nm for 10 um and 12 mm.
     """
     n = t.normals[rows]
     return np.asarray(((t.points[rows] - start) * n).sum(axis=-1) / (t.approach[rows] * n).sum(axis=-1))
 
 
 def fit_features(task: Task, points: Array) -> dict[str, FittedElement]:
-    """Gauss elements of all measured features, with those by other criteria that the characteristics ask for;
-    points (..., n, 3) in the drawing frame.
+    """Return the Gauss elements of all measured features, with those by other criteria that the characteristics require.
     """
     out, read = {}, criteria_needed(task.part.characteristics, task.part.features)
     for name, rows in task.touches.rows.items():
@@ -138,14 +137,14 @@ def fit_features(task: Task, points: Array) -> dict[str, FittedElement]:
 
 
 def _nominal_places(task: Task, name: str) -> FittedElement:
-    """Of points on a free-form surface, which have no associated element: where they lie in the drawing, and the normals there."""
+    """Return the nominal places and normals of points on a free-form surface, which have no associated element."""
     t, none = task.touches, np.zeros(0)
     rows = t.rows[name]
     return FittedElement("mesh", np.zeros(3), np.zeros(3), none, none, t.normals[rows], points=t.points[rows])
 
 
 def _sign_residuals(fitted: FittedElement, feature: Feature, points: Array) -> FittedElement:
-    """A line's residuals counted along the outward normal of the surface it lies on: straightness in that plane."""
+    """Return a line with its residuals counted along the outward normal of the surface it lies on: straightness in that plane."""
     apart = points - fitted.point[..., None, :]
     along = (apart * fitted.axis[..., None, :]).sum(axis=-1, keepdims=True)
     outward = frame(feature)[0]
@@ -154,7 +153,7 @@ def _sign_residuals(fitted: FittedElement, feature: Feature, points: Array) -> F
 
 
 def nominal_element(feature: Feature) -> FittedElement:
-    """The nominal feature as the start of a fit."""
+    """Return the nominal feature as the start of a fit."""
     return FittedElement(
         feature.kind,
         feature.point,
@@ -166,7 +165,7 @@ def nominal_element(feature: Feature) -> FittedElement:
 
 
 def evaluate_all(task: Task, fitted: Mapping[str, FittedElement]) -> Array:
-    """Characteristics (..., C) of fitted elements; the alignment is made anew from them."""
+    """Evaluate characteristics (..., C) of fitted elements; the alignment is computed anew from them."""
     scheme, features = task.plan.alignment, task.part.features
     pose = None if scheme is None else align(scheme, features, fitted, Pose.identity())
     if not task.part.characteristics:
@@ -176,7 +175,7 @@ def evaluate_all(task: Task, fitted: Mapping[str, FittedElement]) -> Array:
 
 
 def check_densities(task: Task) -> None:
-    """UsageError where the touches of a filtered profile are too few for its cut-off, or not spaced as its filter needs."""
+    """Raise UsageError where the touches of a filtered profile are too few for its cut-off, or not spaced as its filter needs."""
     for c in task.part.characteristics:
         if c.filter is not None and c.of[0] in task.touches.rows:
             check_density(c, task.part.features[c.of[0]], task.touches.points[task.touches.rows[c.of[0]]])

@@ -1,1 +1,1 @@
-"""The columns of G: what every error does to every observation of a run, a recording or a task."""
+"""The columns of G: the response of every observation of a run, a recording or a task to every error."""

@@ -1,8 +1,8 @@
-"""Carrier: how the error motion of an effect is carried to the tip and seen along a direction. One home of the columns of G.
+"""Carrier: carry the error motion of an effect to the tip and project it on a direction. All columns of G are computed here.
 
     seen = s d . t + r d . g        t translation of the tip (of a sight that turns: its rotation w), g reading
 
-s = -1 and r = +1 give indicated - true along d; observations of a recording have s and r of their own (see
+s = -1 and r = +1 give indicated - true along d; observations of a recording have their own s and r (see
 `vcmm.task.response.observe`). First order is linear in the six numbers of a link, so that its way to the sight is worked out
 once, as the transpose of `tip_motion`; thousands of effects then cost one small product each.
 
@@ -33,10 +33,10 @@ STEP = {"_C": 0.5, "_mm": 1e-3, "_rad": 1e-5}  # for run columns, by the unit in
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """Along what is looked: direction (m, 3) in workpiece axes, one per observation; zero where nothing is seen.
+    """The sensitive directions: direction (m, 3) in workpiece axes, one per observation; zero where nothing is seen.
 
-    rows (m,): the row of the run of each observation, None = row by row. motion, reading: the signs s and r of the head of
-    this file. turning: rotations of the tip (rad) are seen, not translations (mm).
+    rows (m,): the row of the run of each observation, None = row by row. motion, reading: the signs s and r of the
+    docstring of this module. turning: rotations of the tip (rad) are seen, not translations (mm).
     """
 
     direction: Array
@@ -49,11 +49,11 @@ class Sight:
     )
 
     def of_rows(self, values: Array) -> Array:
-        """What belongs to the rows of the run (n, ...), one per observation (m, ...)."""
+        """Return values of the rows of the run (n, ...), one per observation (m, ...)."""
         return values if self.rows is None else values[self.rows]
 
     def of(self, motion: Array, reading: Array) -> Array:
-        """(m, k) by tip motions (n, 6, k) mm and rad, and readings (n, 3, k) mm, of all rows of the run."""
+        """Return observations (m, k) from tip motions (n, 6, k) mm and rad, and readings (n, 3, k) mm, of all rows of the run."""
         moved = motion[:, 3:] if self.turning else motion[:, :3]
         return np.einsum(
             "mi,mik->mk", self.direction, self.of_rows(self.motion * moved + self.reading * reading)
@@ -74,19 +74,19 @@ class Carrier:
 
     @cached_property
     def _where(self) -> tuple[Run, LinkFrames]:
-        """Where the axes stand in each observation, and the frames of the links there."""
+        """Run of the axis positions at each observation, and the frames of the links there."""
         position = {a: self.sight.of_rows(q) for a, q in self.run.position.items()}
         run = Run(position, self.sight.of_rows(self.run.offset))
         return run, link_frames(self.machine.chain, self.machine.axes, run)
 
     def along(self, direction: Array) -> Carrier:
-        """The same machine and run seen along another direction (m, 3); the frames of the links are shared."""
+        """Return the carrier for the same machine and run along another direction (m, 3); the frames of the links are shared."""
         other = Carrier(self.machine, self.run, replace(self.sight, direction=direction))
         other.__dict__["_where"] = self._where
         return other
 
     def weights(self, effect: Effect) -> Array:
-        """(m, 6): what is seen per unit of each of the six numbers of the effect's link."""
+        """Return the observed value per unit of each of the six numbers of the effect's link (m, 6)."""
         key = (effect.link, "" if effect.link == "reading" else effect.place)
         if key not in self._ways:
             self._ways[key] = self._way(key)
@@ -105,18 +105,18 @@ class Carrier:
         return sight.motion * along(frames, self.machine.axes, run, link, sight.direction)
 
     def through(self, effect: Effect, six: Array) -> Array:
-        """(m,) or (m, k) by error motions (n, 6) or (n, 6, k) of the effect's link."""
+        """Return observations (m,) or (m, k) from error motions (n, 6) or (n, 6, k) of the effect's link."""
         return np.einsum("mj,mj...->m...", self.weights(effect), self.sight.of_rows(six))
 
     def parameter(self, effect: Effect, name: str, run: Run | None = None) -> Array:
-        """(m, k) per unit of each element of a parameter of an effect. run: another run of the same rows."""
+        """Return the columns (m, k) per unit of each element of a parameter of an effect. run: another run of the same rows."""
         run = self.run if run is None else run
         if self.sight.rows is None:
             return projected_basis(effect, name, run, self.weights(effect))
         return self.through(effect, basis(effect, name, run))
 
     def of_input(self, one: Input, effects: Sequence[Effect]) -> Array:
-        """(m, k) per unit of each element of an Input, through the effects on which it acts (a column: those that read it)."""
+        """Return the columns (m, k) per unit of each element of an Input, through the effects on which it acts (a column: those that read it)."""
         if one.members:
             nothing, parts = len(self.sight.direction), []
             for member, width in zip(one.members, one.member_widths):
@@ -130,20 +130,20 @@ class Carrier:
         return np.asarray(sum(parts)) if parts else np.zeros((len(self.sight.direction), 1))
 
     def unit_motion(self, one: Input, effect: Effect) -> Array:
-        """(n, 6, k): the error motion of an effect per unit of an Input; of a column by central difference."""
+        """Return the error motion (n, 6, k) of an effect per unit of an Input; of a column by central difference."""
         if not one.is_channel:
             return basis(effect, one.parameter, self.run)
         high, low, step = self.beside(one.parameter)
         return ((effect.error_motion(high) - effect.error_motion(low)) / (2 * step))[:, :, None]
 
     def beside(self, column: str) -> tuple[Run, Run, float]:
-        """`beside` of the run, kept: many effects read one temperature."""
+        """Return `beside` of the run, cached: many effects read one temperature."""
         if column not in self._beside:
             self._beside[column] = beside(self.run, column)
         return self._beside[column]
 
     def product(self, one: Input, other: Input) -> Array:
-        """(m,) per product of the departures of two scalar Inputs; zero where they do not meet."""
+        """Return the observed value (m,) per product of the departures of two scalar Inputs; zero where they do not meet."""
         total = np.zeros(len(self.sight.direction))
         for a, share in one.scalars:
             for b, other_share in other.scalars:
@@ -153,7 +153,7 @@ class Carrier:
         return total
 
     def _product(self, one: Input, other: Input, effects: Sequence[Effect]) -> Array:
-        """(m,): the response to one with the other to both sides."""
+        """Return the response (m,) to one Input with the other changed to both sides."""
         if one.is_channel:
             one, other = other, one  # the first is a parameter: temperatures do not meet one another
         total = np.zeros((len(self.sight.direction), 1))
@@ -172,12 +172,12 @@ class Carrier:
 
 
 def meet(machine: Machine, one: Input, other: Input) -> bool:
-    """Whether two scalar Inputs are multiplied in an effect."""
+    """Return whether two scalar Inputs are multiplied in an effect."""
     return any(shared_effects(machine, a, b) for a, _ in one.scalars for b, _ in other.scalars)
 
 
 def shared_effects(machine: Machine, one: Input, other: Input) -> list[Effect]:
-    """Effects in which two single quantities meet as a product."""
+    """Return the effects in which two single quantities meet as a product."""
     if one.is_channel and other.is_channel:
         return []  # an effect is linear in each temperature
     if one.is_channel or other.is_channel:
@@ -189,7 +189,7 @@ def shared_effects(machine: Machine, one: Input, other: Input) -> list[Effect]:
 
 
 def responses(carriers: Sequence[Carrier], one: Input, effects: Sequence[Effect]) -> list[Array]:
-    """(m, k) of each of several carriers of one run, per unit of an Input; the unit motions are worked out once for all.
+    """Return the columns (m, k) of each of several carriers of one run, per unit of an Input; the unit motions are computed once for all.
 
     Raises UsageError for an Input on several effects (where = "*") whose parameters differ in size.
     """
@@ -217,7 +217,7 @@ def _of_member(carriers: Sequence[Carrier], joint: Input, quantity: Input, width
 
 
 def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
-    """Columns that an effect needs and the run has neither as a column nor as a log."""
+    """Return the columns that an effect needs and the run has neither as a column nor as a log."""
     return tuple(
         c
         for c in required(effect)
@@ -226,7 +226,7 @@ def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
 
 
 def beside(run: Run, column: str) -> tuple[Run, Run, float]:
-    """The run with a column a step higher and a step lower, and the step, for central differences."""
+    """Return the run with a column a step higher and a step lower, and the step, for central differences."""
     step = next((s for ending, s in STEP.items() if column.endswith(ending)), 1e-3)
     return (
         shift_channel(run, column, np.full(run.n, step)),
@@ -236,7 +236,7 @@ def beside(run: Run, column: str) -> tuple[Run, Run, float]:
 
 
 def shift_channel(run: Run, channel: str, amount: Array) -> Run:
-    """A run whose column (and the log behind it) is raised by amount (n,)."""
+    """Return a run whose column (and the log behind it) is raised by amount (n,)."""
     if channel not in run.columns:
         raise UsageError(
             f'channel = "{channel}" is not a column of this run.{choose_from(channel, sorted(run.columns))}'

@@ -1,4 +1,4 @@
-"""Folds of a recording: rows where the conditions go beyond those of the others. One home for whoever holds rows out.
+"""Folds of a recording: rows where the conditions go beyond those of the others, for every job that holds rows out.
 
 Another recording of the machine, another pose, the later time, the warmer rows, a higher speed, the far end of an axis.
 """
@@ -18,7 +18,7 @@ MOST_POSES = 4
 
 
 def fold_masks(run: Run, row: Ints) -> list[tuple[str, Mask]]:
-    """(name, rows held out (m,)) of every fold that the columns allow; row (m,): run row of each observation."""
+    """Yield (name, rows held out (m,)) of every fold that the columns allow; row (m,): run row of each observation."""
     out: list[tuple[str, Mask]] = []
     if SOURCE_LABEL in run.labels:
         of = run.labels[SOURCE_LABEL][row]

@@ -1,7 +1,7 @@
 """Indexing: large offsets of counters (nuisance `index`) are taken out on the exact chain before anything is linearised.
 
 A first-order method errs by half the square of an angle: 5 deg leave 4 mrad. The index of every axis is therefore
-fitted by Gauss-Newton: the nuisance is fitted to the residual, the readings move by what was found, and the nominal
+fitted by Gauss-Newton: the nuisance is fitted to the residual, the readings move by the result, and the nominal
 positions, directions and observations are worked out anew by multiplying the transforms, until nothing moves. What is
 left is small; the nuisance keeps its column, so the index stays free in every later fit.
 """
@@ -28,7 +28,7 @@ SMALL = 1e-3  # rad or mm up to which first order will do, where nothing better 
 
 
 def settle_index(recording: Recording, machine: Machine) -> Recording:
-    """The recording about the indices that fit it best (`recording.index`); unchanged without the nuisance `index`.
+    """Return the recording about the indices that fit it best (`recording.index`); unchanged without the nuisance `index`.
 
     Raises ModelLimit where the fit does not settle, where the moved axes leave their travel, or where an angle or a length
     is known about one axis only and the index is not small.
@@ -63,13 +63,13 @@ def _step(recording: Recording, machine: Machine) -> dict[str, float]:
 
 
 def _place(name: str) -> str:
-    """index[setup=2].C -> C[setup=2]"""
+    """Convert a nuisance to a place: index[setup=2].C -> C[setup=2]."""
     label, axis = name.removeprefix("index").rsplit(".", 1)
     return axis + label
 
 
 def move_readings(recording: Recording, machine: Machine, step: dict[str, float]) -> Recording:
-    """The same observations with the readings moved, exactly: nominal tip, direction and value anew."""
+    """Return the same observations with the readings moved, exactly: nominal tip, direction and value are computed anew."""
     run, label = recording.run, recording.nuisance["index"]
     position = {a: np.array(q, dtype=float) for a, q in run.position.items()}
     for name, d in step.items():
@@ -115,5 +115,5 @@ def _text(index: dict[str, float]) -> str:
 
 
 def index_text(recording: Recording) -> str:
-    """'C -5.226 deg, B -0.955 deg', what was added to the readings; '' for nothing."""
+    """Return what was added to the readings as text, 'C -5.226 deg, B -0.955 deg'; '' for nothing."""
     return _text(dict(recording.index)) if recording.index else ""

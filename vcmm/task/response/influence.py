@@ -1,4 +1,4 @@
-"""Influence: how one Input moves every observation. The columns of G before any fit.
+"""Influence: the change of every observation by one Input. These are the columns of G before any fit.
 
 For an Input on `effect[where].parameter` the unit response of the effect is carried to the tip and seen along x, y and z
 (`vcmm.task.response.carrier`); for an Input on a run column the whole machine is evaluated a little to either side. Both give
@@ -37,7 +37,7 @@ class Influence:
 
 
 def influences(machine: Machine, run: Run, inputs: Sequence[Input]) -> tuple[Influence, ...]:
-    """One Influence per Input. `run` is prepared. Raises UsageError for a target that does not exist."""
+    """Return one Influence per Input. `run` is prepared. Raises UsageError for a target that does not exist."""
     along, out = _carriers(machine, run), []
     for one in inputs:
         response = _response(machine, run, one, along)
@@ -61,7 +61,7 @@ def _response(machine: Machine, run: Run, quantity: Input, along: Sequence[Carri
 
 
 def _check_size(quantity: Input, k: int) -> None:
-    """The law fits the number of elements of the parameter."""
+    """Check that the law fits the number of elements of the parameter."""
     law, scale = quantity.law, quantity.scale
     given = None if scale is None or np.size(scale) == 1 else np.size(scale)
     if isinstance(law, MultivariateNormal):
@@ -75,19 +75,19 @@ def _check_size(quantity: Input, k: int) -> None:
 
 
 def _carriers(machine: Machine, run: Run) -> tuple[Carrier, ...]:
-    """indicated - true along x, y and z of every row."""
+    """Return carriers of indicated - true along x, y and z of every row."""
     first = Carrier(machine, run, Sight(np.tile([1.0, 0.0, 0.0], (run.n, 1))))
     return (first, *(first.along(np.tile(axis, (run.n, 1))) for axis in np.eye(3)[1:]))
 
 
 def _of_column(machine: Machine, run: Run, column: str) -> Array:
-    """(n, 3, 1): the whole machine with the column a little to either side."""
+    """Return the response to a column (n, 3, 1): the whole machine with the column a little to either side."""
     high, low, step = beside(run, column)
     return ((machine.indication_error(high) - machine.indication_error(low)) / (2 * step))[:, :, None]
 
 
 def _of_parameter(machine: Machine, run: Run, quantity: Input, along: Sequence[Carrier]) -> Array:
-    """(n, 3, k): unit motions of the effects, carried to the tip."""
+    """Return the response to a parameter (n, 3, k): unit motions of the effects, carried to the tip."""
     effects = targets(machine, quantity)
     for effect in effects:
         machine.check_columns(effect, run)
@@ -98,7 +98,7 @@ def _of_parameter(machine: Machine, run: Run, quantity: Input, along: Sequence[C
 class Product:
     """Second-order term of two scalar Inputs: response (n, 3) per product of their departures at each row.
 
-    first, second: numbers of the Influences. Which copies meet in a row is told by their codes.
+    first, second: numbers of the Influences. Their codes say which copies meet in a row.
     """
 
     first: int
@@ -107,7 +107,7 @@ class Product:
 
 
 def products(machine: Machine, run: Run, known: Sequence[Influence]) -> tuple[Product, ...]:
-    """Mixed terms d2(indicated - true) / dx_i dx_j for pairs of scalar Inputs that meet in one effect.
+    """Return the mixed terms d2(indicated - true) / dx_i dx_j for pairs of scalar Inputs that meet in one effect.
 
     GUM H.1: alpha_s dTheta + theta dAlpha; the product of the two departures remains where an estimate is zero.
     """

@@ -1,4 +1,4 @@
-"""Several recordings of one machine as one: what the machine does is common, what placed and logged them is each one's own.
+"""Join several recordings of one machine: the machine is common to all, set-ups and logs belong to each recording.
 
 nuisance   one copy per recording (and per value of its own label)
 labels     pose, setup, run, event, clamp and repeat are those of a recording; stylus, tool, part ... are things, and the
@@ -43,7 +43,7 @@ class JoinedRecordings:
 
 
 def join_recordings(recordings: Sequence[Recording], machine: Machine) -> JoinedRecordings:
-    """Recordings of one machine as one. Raises UsageError where they differ in kind or sense, or share a name."""
+    """Return recordings of one machine as one. Raises UsageError where they differ in kind or sense, or share a name."""
     _check(recordings)
     shifted = [_on_common_clock(r, by) for r, by in zip(recordings, _shifts(recordings))]
     runs = [_label_own(r) for r in shifted]
@@ -77,7 +77,7 @@ def join_recordings(recordings: Sequence[Recording], machine: Machine) -> Joined
 
 
 def joined_record(records: Iterable[Mapping[str, str]]) -> dict[str, str]:
-    """One record of several: what differs between them stands side by side, dates as the first and the last."""
+    """Join several records into one: entries that differ are listed side by side, dates as the first and the last."""
     values: dict[str, list[str]] = {}
     for record in records:
         for key, text in record.items():
@@ -89,13 +89,13 @@ def joined_record(records: Iterable[Mapping[str, str]]) -> dict[str, str]:
 
 
 def _chosen_from(recordings: Sequence[Recording]) -> int:
-    """Of how many observations those of all recordings were chosen; 0 where none was thinned."""
+    """Return the number of observations from which those of all recordings were chosen; 0 where none was thinned."""
     thinned = any(r.chosen_from for r in recordings)
     return sum(r.chosen_from or r.m for r in recordings) if thinned else 0
 
 
 def _join_knowledge(recordings: Sequence[Recording], machine: Machine) -> tuple[tuple[str, Array], ...]:
-    """What is known of numbers of the machine acts on all rows together; what is known of one recording alone on its own rows."""
+    """Join the knowledge of recordings: knowledge of numbers of the machine acts on all rows together, knowledge of one recording on its own rows."""
     m, own = (
         [r.m for r in recordings],
         {i.id for i in machine.inputs if i.effect != Scatter.name},
@@ -136,7 +136,7 @@ def _check(recordings: Sequence[Recording]) -> None:
 
 
 def _shifts(recordings: Sequence[Recording]) -> list[float]:
-    """What is added to the time of each (s): nothing while they follow one another on one clock."""
+    """Return the shift of time of each recording (s): zero while they follow one another on one clock."""
     ends = [_span(r.run) for r in recordings]
     if all(e is None for e in ends):
         return [0.0] * len(recordings)
@@ -170,7 +170,7 @@ def _copy_label(word: str) -> str:
 
 
 def _label_own(recording: Recording) -> Run:
-    """The run with the labels of its own made different from those of other recordings."""
+    """Return the run with its own labels made different from those of other recordings."""
     run, name = recording.run, recording.name
     labels = dict(run.labels) | {SOURCE_LABEL: np.full(run.n, name)}
     for label in OWN_LABELS:
@@ -198,12 +198,12 @@ def _one_run(runs: Sequence[Run], names: Sequence[str]) -> tuple[Run, dict[str, 
 
 
 def _words(run: Run, label: str) -> np.ndarray:
-    """The label of every row; where a recording lacks it no copy of a nuisance, and for other labels one value."""
+    """Return the label of every row; where a recording lacks it no copy of a nuisance, and for other labels one value."""
     return run.labels.get(label, np.full(run.n, NO_COPY if label.endswith(f" of {SOURCE_LABEL}") else ""))
 
 
 def _one_log(runs: Sequence[Run]) -> dict[str, Series]:
-    """Logs that all runs have, one after another; between two clocks a log jumps at once to where the next one begins."""
+    """Return the logs that all runs have, one after another; between two clocks a log jumps at once to where the next one begins."""
     shared = set(runs[0].series).intersection(*(r.series for r in runs[1:]))
     out = {}
     for name in sorted(shared):

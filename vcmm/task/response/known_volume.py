@@ -1,4 +1,4 @@
-"""Where all errors of a machine are known, and how well: grids within the nodes of a residual field, standard uncertainty of the tip error."""
+"""Find where all errors of a machine are known, and how well: grids within the nodes of a residual field, standard uncertainty of the tip error."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BLOCK = 200  # rows at a time: a field of hundreds of nodes fills memory otherwi
 
 
 def known_rows(machine: Machine, run: Run) -> npt.NDArray[np.bool_]:
-    """(n,): rows whose tip lies where every effect is known."""
+    """Return the rows whose tip lies where every effect is known, as (n,)."""
     tip = nominal_tip(machine.chain, machine.axes, run)
     out = np.ones(run.n, dtype=bool)
     for effect in machine.effects:
@@ -32,9 +32,9 @@ def known_rows(machine: Machine, run: Run) -> npt.NDArray[np.bool_]:
 
 
 def known_box(machine: Machine, letters: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Range of each linear axis, mm, that travels and the boxes of the effects leave, rotary axes at zero and no stylus.
+    """Return the range of each linear axis, mm, that is common to travels and boxes of the effects, rotary axes at zero and no stylus.
 
-    Raises ModelLimit where they leave nothing.
+    Raises ModelLimit where there is no common range.
     """
     start = {a: np.zeros(len(letters) + 1) for a in machine.axes}
     for i, letter in enumerate(letters):
@@ -60,7 +60,7 @@ def known_box(machine: Machine, letters: Sequence[str]) -> dict[str, tuple[float
 
 
 def tip_uncertainty(machine: Machine, run: Run) -> tuple[Array, tuple[str, ...]]:
-    """(u (n, 3) mm of one positioning in x, y, z; the Inputs that are not in it: of readings, and of columns that a map lacks)."""
+    """Return (u (n, 3) mm of one positioning in x, y, z; the Inputs that are not in it: those of readings, and of columns that a map lacks)."""
     left = tuple(i.id for i in machine.inputs if not _shows(machine, i))
     kept = [i for i in machine.inputs if _shows(machine, i)]
     run = machine.prepare(run)
@@ -86,7 +86,7 @@ def _variance(gain: Array, u: Array, quantity: Input) -> Array:
 
 
 def _shows(machine: Machine, quantity: Input) -> bool:
-    """Whether an Input moves the tip at a bare position; a column of the run has no value there."""
+    """Return whether an Input moves the tip at a bare position; a column of the run has no value there."""
     return not quantity.is_channel and any(e.link != "reading" for e in _effects(machine, quantity))
 
 
@@ -95,7 +95,7 @@ def _effects(machine: Machine, quantity: Input) -> tuple[Effect, ...]:
 
 
 def without_unknown(machine: Machine, run: Run) -> Run:
-    """The rows where all is known. Raises ModelLimit where there is none."""
+    """Return the rows where every effect is known. Raises ModelLimit where there is none."""
     kept = known_rows(machine, run)
     if not kept.any():
         raise ModelLimit(

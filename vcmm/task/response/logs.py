@@ -1,4 +1,4 @@
-"""Logs that the rows of a recording hold by themselves: a column of a quantity that changes with time is its log.
+"""Build logs from the rows of a recording: a column of a quantity that changes with time is its log.
 
 Lags and ringing follow the past of a quantity. Where no log is given, the values of the rows in the order of time serve.
 """
@@ -16,7 +16,7 @@ TRACE = 0.05  # s between rows, from which on a structure of 10 Hz and more is n
 
 @dataclass(frozen=True, eq=False)
 class RememberingRun(Run):
-    """A run that works out every lagged temperature once: hundreds of candidates ask for the same ones."""
+    """A run that caches every lagged temperature: hundreds of candidates need the same ones."""
 
     memory: dict[tuple[int, int, float], tuple[Series, Array, Array]] = field(default_factory=dict)
 
@@ -31,17 +31,17 @@ class RememberingRun(Run):
 
 
 def with_logs(run: Run) -> Run:
-    """The run with the logs of its rows where no other log is known: temperatures, so that lags can be followed, the speed of
-    the spindle, and the accelerations of a trace, so that what they leave ringing can.
+    """Return the run with the logs of its rows where no other log is known: temperatures, so that lags can be followed, the speed of
+    the spindle, and the accelerations of a trace, so that the vibration after them can.
 
-    Rows that share a time are averaged. A clock that goes back tells no past: then there are none.
+    Rows that share a time are averaged. A clock that goes back defines no past: then there are no logs.
     """
     own = {k: v for k, v in row_logs(run).items() if k not in run.series}
     return RememberingRun(run.position, run.offset, run.columns, run.labels, {**run.series, **own})
 
 
 def row_logs(run: Run) -> dict[str, Series]:
-    """Sensor or column -> log on the clock of the rows."""
+    """Return the sensor or column -> log on the clock of the rows."""
     if "time_s" not in run.columns or np.any(np.diff(run.column("time_s")) < 0):
         return {}
     time, codes = np.unique(run.column("time_s"), return_inverse=True)
@@ -63,5 +63,5 @@ def _is_temperature(name: str) -> bool:
 
 
 def sensor_of(column: str) -> str:
-    """temp_air_C -> air, the name under which a run keeps the log."""
+    """Return the name under which a run keeps the log: temp_air_C -> air."""
     return column.removeprefix("temp_").removesuffix("_C") if _is_temperature(column) else column

@@ -1,19 +1,19 @@
-"""Nuisance: free parameters of a recording that are nobody's fault, as columns over its observations.
+"""Nuisance: free parameters of a recording that are no errors of the machine, as columns over its observations.
 
     rigid, alignment  6 per value   where the artefact (part) lies: shift, and turn about the centroid of its points
-    offset            3 per value   tip offset of a stylus; of an angle: how the tool stands in its head
+    offset            3 per value   tip offset of a stylus; of an angle: orientation of the tool in its head
     tool              3 per value   where the target of a tracker sits on the tool, in the axes of the last joint
-    index             1 per axis    and value: where the counter is zero, the axis stands at reading + index
+    index             1 per axis    and value: where the counter is zero, the axis is at reading + index
     radius            1 per value   tip radius, along the outward normal; of a length: a constant (both ends)
     zero              1 per value   the instrument was set to zero anywhere
     slope             1 per value   in proportion to the distance along the line of the points (reference line of a
                                     straightness, gain of a laser); to the length, for a length; to the time, where all
                                     points are one place
-    centre, station   3 per value   where the centre cup of a ball bar, the tracker or another fixed end stands
+    centre, station   3 per value   where the centre cup of a ball bar, the tracker or another fixed end is
     dead_path         1 per value   change of the air's index times an unknown dead path; with dead_path_mm times an
                                     unknown share of it; with dead_path_mm alone in proportion to it
     profile           1 per place   what the reference itself has at every place, the same from both sides: scale of a sensor, shape of
-                                    a surface. What is left are reversals, time and temperature
+                                    a surface. Reversals, time and temperature remain
 
 One set of columns per value of the label. Columns that change no observation (the artefact's shift, for a length on it)
 are left out. Coefficients are in mm and rad; for slope mm/mm or mm/s.
@@ -63,7 +63,7 @@ class _LabelGroup:
         return self.recording.direction[self.which]
 
     def across_ends(self, field: Array) -> Array:
-        """n . field (n rows, 3, k) at the first end, less the same at the second end of a length: (g, k)."""
+        """Return n . field (n rows, 3, k) at the first end, less the same at the second end of a length: (g, k)."""
         out = np.asarray(np.einsum("gi,gik->gk", self.direction, field[self.row]))
         other = self.recording.other[self.which]
         two = other >= 0
@@ -78,7 +78,7 @@ Columns = list[tuple[str, Array]]
 
 
 def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tuple[str, ...]]:
-    """Columns (m, p) of the recording's nuisance, and their names such as rigid[pose=2].turn_z.
+    """Return the columns (m, p) of the recording's nuisance, and their names such as rigid[pose=2].turn_z.
 
     Raises ModelLimit when a nuisance needs columns that the run lacks.
     """
@@ -88,7 +88,7 @@ def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tup
 
 
 def named_nuisance(recording: Recording, machine: Machine) -> Iterator[tuple[str, Array]]:
-    """The same, one name and column (m,) after the other."""
+    """Yield the nuisance one name and column (m,) after the other."""
     run = machine.prepare(recording.run)
     for word, label in recording.nuisance.items():
         values, codes = recording.groups(label)
@@ -110,7 +110,7 @@ def named_nuisance(recording: Recording, machine: Machine) -> Iterator[tuple[str
 
 
 def _columns(word: str, group: _LabelGroup) -> Columns:
-    """(name ending, (g,)) of one nuisance for one group."""
+    """Return (name ending, (g,)) of one nuisance for one group."""
     if word in ("rigid", "alignment"):
         return _rigid(group)
     if word == "profile":
@@ -139,7 +139,7 @@ def _shift(group: _LabelGroup) -> Columns:
 
 
 def _link_columns(group: _LabelGroup, links: Mapping[str, tuple[str, int]]) -> Columns:
-    """What the observations do when a link moves by one unit of one of its six error motions; what does nothing is left out."""
+    """Return the change of the observations when a link moves by one unit of one of its six error motions; columns of zeros are left out."""
     out = []
     chain, axes, sign = group.machine.chain, group.machine.axes, group.recording.sign
     for name, (link, j) in links.items():
@@ -167,7 +167,7 @@ def _rigid(group: _LabelGroup) -> Columns:
 
 
 def _profile(group: _LabelGroup) -> Columns:
-    """A free value per place of the tip and direction, of those that were visited twice; a place of its own tells nothing.
+    """Return one free value per place of the tip and direction, for places that were visited twice; a place visited once carries no information.
 
     Places nearer than SAME_PLACE are one. Raises ModelLimit where no place was visited twice.
     """
@@ -192,7 +192,8 @@ def _radius(group: _LabelGroup) -> Array:
 
 
 def _slope(group: _LabelGroup) -> Array:
-    """Distance (g,) from the centroid along the line of the points, seen from the workpiece or else from the tool; the length; or the time from its mean."""
+    """Return the distance (g,) from the centroid along the line of the points, seen from the workpiece or else from the tool; the length;
+    or the time from its mean."""
     place = group.run.tip[group.row]
     other = group.recording.other[group.which]
     if group.recording.kind == "length" and (other >= 0).all():
@@ -202,7 +203,7 @@ def _slope(group: _LabelGroup) -> Array:
     for points in (
         place,
         group.run.offset[group.row],
-    ):  # a reflector on the table stands still in the workpiece
+    ):  # a reflector on the table does not move in the workpiece
         from_centre = points - points.mean(axis=0)
         if np.abs(from_centre).max(initial=0.0) > 1e-6:
             line = np.linalg.svd(from_centre, full_matrices=False)[2][0]

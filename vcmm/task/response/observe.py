@@ -1,4 +1,4 @@
-"""Observe: from motions of the tip to what a recording holds. The one home of its signs.
+"""Convert motions of the tip into the observations of a recording. All its signs are defined here.
 
     probe, displacement, path     value = s n . t + r n . g      t translation of the tip, g reading, n direction
     length                        the same at the first end less the same at the second
@@ -50,7 +50,8 @@ def observe(recording: Recording, motion: Array, reading: Array) -> Array:
 
 
 def sights(recording: Recording) -> tuple[Sight, ...]:
-    """Of the first end of every observation, and of the second where some have one: with s, r and n of the head of this file."""
+    """Return the sights of the first end of every observation, and of the second where some have one: with s, r and n of the docstring of
+    this module."""
     angle = recording.kind == "angle"
     # readings are lengths, so an angle has none
     r = 0.0 if angle else -recording.sign if recording.kind in INSTRUMENT_KINDS else 1.0
@@ -63,7 +64,7 @@ def sights(recording: Recording) -> tuple[Sight, ...]:
 
 
 class Observer:
-    """A recording seen through a machine's kinematics: any effect to its observations.
+    """A recording seen through a machine's kinematics, which converts any effect to its observations.
 
     run: the recording's run, prepared by the machine.   ends: a carrier for the first end of the observations, and for the
     second where there is one.   Raises ModelLimit for rows outside the travels.
@@ -76,7 +77,7 @@ class Observer:
         self.ends = tuple(Carrier(machine, self.run, sight) for sight in sights(recording))
 
     def of_parameter(self, effect: Effect, name: str) -> Array:
-        """Derivative (m, k) of the observations with respect to each element of a parameter of an effect."""
+        """Return the derivative (m, k) of the observations with respect to each element of a parameter of an effect."""
         self.machine.check_columns(effect, self.run)
         return self.through(effect, basis(effect, name, self.run))
 
@@ -91,16 +92,16 @@ class Observer:
         return replace(self.machine, effects=kept)
 
     def baseline(self) -> Array:
-        """Observations (m,) predicted from the machine's own effects, by the engine that their size asks for."""
+        """Return the observations (m,) predicted from the machine's own effects, by the engine that their size requires."""
         return self.predict[0]
 
     @cached_property
     def predict(self) -> tuple[Array, bool]:
-        """`baseline`, and whether the transforms were multiplied: rotations above 1 mrad, translations above 1 mm."""
+        """The result of `baseline`, and whether the transforms were multiplied: rotations above 1 mrad, translations above 1 mm."""
         return self._predicted(self.usable)
 
     def of_effects(self, effects: tuple[Effect, ...]) -> Array:
-        """Observations (m,) that the machine would have with other effects in place of its own."""
+        """Return the observations (m,) that the machine would have with other effects in place of its own."""
         return self._predicted(replace(self.machine, effects=effects, inputs=()))[0]
 
     def _predicted(self, machine: Machine) -> tuple[Array, bool]:
@@ -109,7 +110,7 @@ class Observer:
         return observe(self.recording, motion[:, :, None], reading[:, :, None])[:, 0], exact
 
     def readings(self, machine: Machine) -> Array:
-        """(n, 3) mm of the rows; those that a cut part shows the other way with their sign turned."""
+        """Return the readings of the rows (n, 3) mm; those that a cut part shows the other way have their sign turned."""
         whole = machine.reading(self.run)
         if not self.recording.of_cut_part:
             return whole
@@ -130,7 +131,7 @@ class Observer:
         return out
 
     def of_input(self, one: Input) -> tuple[tuple[Effect, ...], Array]:
-        """The effects through which an Input shows, and its columns (m, r) per draw of unit variance, drawn once for all rows."""
+        """Return the effects through which an Input shows, and its columns (m, r) per draw of unit variance, sampled once for all rows."""
         effects = self._acted_on(one)
         if not effects:
             return (), np.zeros((self.recording.m, 0))
@@ -139,7 +140,7 @@ class Observer:
         return effects, _less_second([end @ factor for end in ends])
 
     def _acted_on(self, quantity: Input) -> tuple[Effect, ...]:
-        """The effects through which an Input shows; none where the recording lacks its columns."""
+        """Return the effects through which an Input shows; none where the recording lacks its columns."""
         if quantity.members:
             found = [self._acted_on(m) for m in quantity.members]
             some = all(found) or bool(
@@ -151,7 +152,7 @@ class Observer:
         return tuple(e for e in targets(self.machine, quantity) if not lacking(e, self.run))
 
     def _code(self, quantity: Input, ends: Sequence[Array]) -> Array:
-        """Columns (m, r): the response (m, k) of each end times the factor of the law, one block per independent copy."""
+        """Return columns (m, r): the response (m, k) of each end times the factor of the law, one block per independent copy."""
         factor = _unit_factor(quantity, ends[0].shape[1])
         labels, codes = self._copies(quantity.redraw)
         ends = [end @ factor for end in ends]
@@ -165,19 +166,19 @@ class Observer:
         return np.concatenate(blocks, axis=1)
 
     def _copies(self, label: str) -> tuple[list[str], npt.NDArray[np.intp]]:
-        """Values of a redraw label and the code (n,) of each run row; one value where the recording lacks the label."""
+        """Return the values of a redraw label and the code (n,) of each run row; one value where the recording lacks the label."""
         if label in ("machine", "setup", "run", "touch") or label in self.run.labels:
             return self.run.copies(label)
         return [""], np.zeros(self.run.n, dtype=np.intp)
 
 
 def _less_second(ends: Sequence[Array]) -> Array:
-    """The first end of every observation, less the second where there is one."""
+    """Return the first end of every observation, less the second where there is one."""
     return ends[0] if len(ends) == 1 else ends[0] - ends[1]
 
 
 def _count_from_first(recording: Recording, run: Run) -> Run:
-    """Of displacements: the tip from the first row of its set-up, where the counter was zeroed: first by the clock, where one
+    """Return the run of displacements: the tip from the first row of its set-up, where the counter was zeroed: first by the clock, where one
     is recorded.
     """
     if recording.kind != "displacement" or "counted_x_mm" in run.columns:
@@ -190,7 +191,7 @@ def _count_from_first(recording: Recording, run: Run) -> Run:
 
 
 def _shorten(block: Array) -> Array:
-    """The same covariance block @ block.T with no more columns than there are rows in use."""
+    """Return the same covariance block @ block.T with no more columns than there are rows in use."""
     rows = np.flatnonzero(np.abs(block).max(axis=1, initial=0.0) > 0)
     if len(rows) >= block.shape[1]:
         return block
@@ -201,7 +202,7 @@ def _shorten(block: Array) -> Array:
 
 
 def _unit_factor(quantity: Input, k: int) -> Array:
-    """(k, r): departure of the k elements per draw of unit variance. Raises ModelLimit for a law without variance."""
+    """Return the departure (k, r) of the k elements per draw of unit variance. Raises ModelLimit for a law without variance."""
     law, factor = quantity.spread(k)
     if isinstance(law, MultivariateSamples):
         return MultivariateNormal(law.covariance).factor
@@ -213,14 +214,14 @@ def _unit_factor(quantity: Input, k: int) -> Array:
 
 
 def left_out(recording: Recording, machine: Machine) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """(effect id, missing columns) of the machine's own effects that the recording cannot show; `baseline` is without them."""
+    """Return (effect id, missing columns) of the machine's own effects that the recording cannot show; `baseline` is without them."""
     run = machine.prepare(recording.run)
     needs = ((e.id, lacking(e, run)) for e in machine.effects if not e.about.is_random)
     return tuple((name, columns) for name, columns in needs if columns)
 
 
 def baseline(recording: Recording, machine: Machine) -> Array:
-    """Observations (m,) predicted from the machine's own effects, mm or rad.
+    """Return the observations (m,) predicted from the machine's own effects, mm or rad.
 
     Effects whose columns the recording lacks are left out; `left_out` names them. Raises ModelLimit for rows outside
     the travels or the tables.
@@ -229,7 +230,7 @@ def baseline(recording: Recording, machine: Machine) -> Array:
 
 
 def calibration_columns(recording: Recording, machine: Machine) -> list[tuple[str, Array]]:
-    """(Input id, columns (m, r)) for every Input of the machine but the scatter, which is the noise.
+    """Return (Input id, columns (m, r)) for every Input of the machine but the scatter, which is the noise.
 
     Columns are scaled so that the prior of their coefficients is unit normal: covariance = columns @ columns.T (laws
     enter by their standard uncertainty). Every copy of a redrawn Input has columns of its own, shortened to the rows
@@ -239,8 +240,8 @@ def calibration_columns(recording: Recording, machine: Machine) -> list[tuple[st
 
 
 def known_here(recording: Recording, machine: Machine) -> Array:
-    """Columns (m, r), mm or rad per unit variance, of what the recording states to be uncertain and no number of the machine is:
-    setting, scatter of a pass. Drawn for this recording alone, like noise.
+    """Return columns (m, r), mm or rad per unit variance, of uncertainties that the recording states and that belong to no number of the machine:
+    setting, scatter of a pass. They are independent for each recording, like noise.
     """
     own = {i.id for i in machine.inputs if i.effect != Scatter.name}
     columns = [c for name, c in recording.known if name not in own]
@@ -248,7 +249,7 @@ def known_here(recording: Recording, machine: Machine) -> Array:
 
 
 def noise_u(recording: Recording, machine: Machine) -> Array:
-    """Standard uncertainty (m,) of the noise, mm or rad: [noise], else the column u, else the machine's repeatability.
+    """Return the standard uncertainty (m,) of the noise, mm or rad: [noise], else the column u, else the machine's repeatability.
 
     Raises ModelLimit when none of them is known.
     """

@@ -1,4 +1,4 @@
-"""Pointing: the observed direction of a tool against the direction that its axes say, as small rotations.
+"""Pointing: the observed direction of a tool against the direction computed from its axes, as small rotations.
 
 A turn about the tool itself is not seen, so every direction gives two observations, about two axes across it:
 
@@ -23,7 +23,7 @@ ALONG = 1e-3  # share of an axis across the tool below which it says nothing
 
 
 def nominal_direction(run: Run, machine: Machine) -> Array:
-    """(n, 3) unit, workpiece axes: where the tool (its offset) points when the axes stand where they say."""
+    """Return the unit direction (n, 3), workpiece axes, in which the tool (its offset) points at the nominal axis positions."""
     if not (np.linalg.norm(run.offset, axis=1) > 0).all():
         raise UsageError(
             "a pointed direction needs the tool's own direction: give offset_x_mm, offset_y_mm, offset_z_mm, the vector along "
@@ -36,7 +36,7 @@ def nominal_direction(run: Run, machine: Machine) -> Array:
 
 
 def pointing_observations(run: Run, machine: Machine, sign: float) -> tuple[Array, Array]:
-    """value (2 n,) rad and direction (2 n, 3) of the pointed directions of a run. Raises ModelLimit beyond 90 deg."""
+    """Return value (2 n,) rad and direction (2 n, 3) of the pointed directions of a run. Raises ModelLimit beyond 90 deg."""
     nominal, observed = nominal_direction(run, machine), run.vector(*POINTING_COLUMNS)
     observed = observed / np.linalg.norm(observed, axis=1)[:, None]
     cross, cosine = np.cross(nominal, observed), (nominal * observed).sum(axis=1)
@@ -55,7 +55,7 @@ def pointing_observations(run: Run, machine: Machine, sign: float) -> tuple[Arra
 
 
 def _across(run: Run, machine: Machine, nominal: Array) -> Array:
-    """(n, 2, 3) two unit axes across the nominal direction."""
+    """Return two unit axes across the nominal direction (n, 2, 3)."""
     rotary = [a for a in machine.chain.tool if is_rotary(a)] or [
         a for a in machine.chain.work if is_rotary(a)
     ]
@@ -73,7 +73,7 @@ def _across(run: Run, machine: Machine, nominal: Array) -> Array:
 
 
 def with_down(run: Run, machine: Machine, down: Array) -> Run:
-    """down_x, down_y, down_z: gravity in the frame of the last tool-side axis. down (3,): its direction in the machine frame."""
+    """Return the run with down_x, down_y, down_z: gravity in the frame of the last tool-side axis. down (3,): its direction in the machine frame."""
     size = float(np.linalg.norm(down))
     if not size > 0:
         raise UsageError("down is no direction; write for example down = [0, 0, -1]")

@@ -2,8 +2,8 @@
 
     position = B (t + R o),   orientation = B_R R Q
 
-R, t: frame of the last axis by the machine, its errors included. B: where the tracker stands (6 numbers); o, Q: where on the tool the
-target sits (3, with orientations 6). B, o and Q are nobody's fault; they are found from the poses themselves.
+R, t: frame of the last axis by the machine, its errors included. B: place of the tracker (6 numbers); o, Q: where on the tool the
+target sits (3, with orientations 6). B, o and Q are no errors of the machine; they are estimated from the poses themselves.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vcmm.task.response.recording import Ints, Recording
 LEVER = 1000.0  # mm: tips that far out tell the turn of a frame
 STEPS, STILL = 60, 1e-10  # of Gauss-Newton; step, mm and rad, below which it has come to rest
 FIRST_U = (0.1, 1e-4)  # mm, rad: weights of position and orientation before their scatter is known
-STARTS = (0.0, 150.0, -150.0)  # mm along every axis of the tool: where the target may sit when nobody says
+STARTS = (0.0, 150.0, -150.0)  # mm along every axis of the tool: places of the target that are tried
 FAR_STARTS = (1.0, -1.0, 2.0, -2.0)  # in rms radii of the positions, where near starts lead nowhere
 NOWHERE = 0.01  # of the spread of the positions: rms of a coordinate beyond which a start led to no placement
 
@@ -31,7 +31,7 @@ NOWHERE = 0.01  # of the spread of the positions: rms of a coordinate beyond whi
 @dataclass(frozen=True, eq=False)
 class PoseReadings:
     """n poses. position (n, 3) mm; orientation (n, 3, 3) of the target, or None. u: standard uncertainties of both, mm and rad; 0 = not
-    stated. lines (n,) of the data file. The offset of `run` is where the target is thought to sit on the tool.
+    stated. lines (n,) of the data file. The offset of `run` is the assumed place of the target on the tool.
     """
 
     name: str
@@ -46,7 +46,7 @@ class PoseReadings:
         return len(self.position)
 
     def take(self, rows: Ints | Sequence[int]) -> PoseReadings:
-        """Some of the poses."""
+        """Return some of the poses."""
         which = np.asarray(rows)
         return replace(
             self,
@@ -67,13 +67,13 @@ class TrackerPlacement:
     target: Array
 
     def predict(self, frames: Frame) -> tuple[Array, Array]:
-        """Positions (n, 3) and orientations (n, 3, 3) that the tracker would read."""
+        """Return positions (n, 3) and orientations (n, 3, 3) that the tracker would read."""
         assert frames.rotation is not None
         points = frames.shift + frames.rotation @ self.offset
         return points @ self.turn.T + self.shift, self.turn @ frames.rotation @ self.target
 
     def after_step(self, step: Array) -> TrackerPlacement:
-        """After a step of `nuisance_columns`: shift, turn about the points' own origin, offset, and turn of the target."""
+        """Return the placement after a step of `nuisance_columns`: shift, turn about the points' own origin, offset, and turn of the target."""
         turn = rotation_from_vector(step[None, 3:6])[0]
         target = rotation_from_vector(step[None, 9:12])[0] if len(step) > 9 else np.eye(3)
         return TrackerPlacement(
@@ -82,7 +82,7 @@ class TrackerPlacement:
 
 
 def tool_frames(machine: Machine, run: Run) -> Frame:
-    """Frame of the last axis in workpiece axes, errors of the machine included, transforms multiplied: (n, 3, 3) and (n, 3)."""
+    """Return the frame of the last axis in workpiece axes, errors of the machine included, transforms multiplied: (n, 3, 3) and (n, 3)."""
 
     def tip(offset: Array) -> Array:
         there = Run(
@@ -101,7 +101,7 @@ def tool_frames(machine: Machine, run: Run) -> Frame:
 
 
 def departures(poses: PoseReadings, frames: Frame, place: TrackerPlacement) -> tuple[Array, Array | None]:
-    """Measured less predicted: positions (n, 3) mm; orientations (n, 3), the rotation vector from predicted to measured, or None."""
+    """Return measured less predicted: positions (n, 3) mm; orientations (n, 3), the rotation vector from predicted to measured, or None."""
     from scipy.spatial.transform import Rotation
 
     position, orientation = place.predict(frames)
@@ -112,7 +112,7 @@ def departures(poses: PoseReadings, frames: Frame, place: TrackerPlacement) -> t
 
 
 def stack_rows(position: Array, orientation: Array | None, u: tuple[float, float]) -> Array:
-    """(3 n,) or (6 n,): departures, or columns (n, 3, k) of them, each over its standard uncertainty."""
+    """Stack departures, or columns (n, 3, k) of them, each over its standard uncertainty: (3 n,) or (6 n,)."""
     parts = [position / u[0]] + ([] if orientation is None else [orientation / u[1]])
     return np.concatenate([p.reshape((-1, *p.shape[2:])) for p in parts])
 
@@ -120,7 +120,7 @@ def stack_rows(position: Array, orientation: Array | None, u: tuple[float, float
 def nuisance_columns(
     poses: PoseReadings, frames: Frame, place: TrackerPlacement
 ) -> tuple[Array, Array | None]:
-    """What position (n, 3, k) and orientation do per unit of shift, turn (tracker), offset and turn of the target; k = 9, or 12."""
+    """Return the change of position (n, 3, k) and orientation per unit of shift, turn (tracker), offset and turn of the target; k = 9, or 12."""
     assert frames.rotation is not None
     n, eye = poses.n, np.eye(3)
     predicted, orientation = place.predict(frames)
@@ -138,8 +138,8 @@ def nuisance_columns(
 def settle_placement(
     poses: PoseReadings, frames: Frame, start: TrackerPlacement | None = None
 ) -> TrackerPlacement:
-    """Tracker and target by least squares (Gauss-Newton), whatever they were thought to be. Raises ModelLimit where poses are too few or
-    too alike to tell.
+    """Fit the placement of tracker and target by least squares (Gauss-Newton), from any start. Raises ModelLimit where poses are too few or
+    too similar to determine it.
     """
     if poses.n < 3:
         raise ModelLimit(f"{poses.name}: {poses.n} poses; three or more tell where the tracker stands")
@@ -157,13 +157,14 @@ def settle_placement(
 
 
 def _best_of(poses: PoseReadings, frames: Frame, offsets: Sequence[Array]) -> tuple[TrackerPlacement, float]:
-    """The best placement of those that start with the target at these offsets, and its sum of squares."""
+    """Return the best placement of those that start with the target at these offsets, and its sum of squares."""
     ends = (_refine(poses, frames, placement_at(poses, frames, o)) for o in offsets)
     return min(ends, key=lambda end: end[1])
 
 
 def placement_at(poses: PoseReadings, frames: Frame, offset: Array) -> TrackerPlacement:
-    """Tracker by the positions alone, for a target at that offset (Kabsch, Acta Cryst. A32 (1976) 922); then the turn of the target."""
+    """Return the placement from the positions alone, for a target at that offset (Kabsch, Acta Cryst. A32 (1976) 922); then the turn of
+    the target."""
     assert frames.rotation is not None
     points = frames.shift + frames.rotation @ offset
     turn = best_turn(points - points.mean(axis=0), poses.position - poses.position.mean(axis=0))
@@ -188,13 +189,13 @@ def _turn_by_orientations(own: Array, seen: Array) -> Array:
 
 
 def best_turn(points: Array, seen: Array) -> Array:
-    """The rotation (3, 3) that takes points (n, 3) nearest to those seen, both about their origin."""
+    """Return the rotation (3, 3) that takes points (n, 3) nearest to those seen, both about their origin."""
     left, _, right = np.linalg.svd(seen.T @ points)
     return np.asarray(left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right)
 
 
 def _refine(poses: PoseReadings, frames: Frame, place: TrackerPlacement) -> tuple[TrackerPlacement, float]:
-    """The best placement near `place`, and the sum of squares that it leaves."""
+    """Return the best placement near `place`, and the sum of squares that it leaves."""
     u = weights(poses)
     cost = np.inf
     for _ in range(STEPS):
@@ -219,7 +220,7 @@ def _shorter(
     cost: float,
     u: tuple[float, float],
 ) -> TrackerPlacement:
-    """The placement after the step, halved until it is no worse."""
+    """Return the placement after the step, halved until it is no worse."""
     for _ in range(12):
         there = place.after_step(step)
         rest = stack_rows(*departures(poses, frames, there), u)
@@ -230,13 +231,13 @@ def _shorter(
 
 
 def weights(poses: PoseReadings) -> tuple[float, float]:
-    """Standard uncertainties of position and orientation as stated, else usual ones."""
+    """Return the standard uncertainties of position and orientation as stated, else usual ones."""
     return poses.u[0] or FIRST_U[0], poses.u[1] or FIRST_U[1]
 
 
 def as_recording(poses: PoseReadings, machine: Machine) -> Recording:
-    """The positions as a recording of displacements, actual - commanded, in workpiece axes: the tracker's axes laid on the machine's, the
-    target where the poses put it. What is left of both is nuisance (`rigid`, `tool`). Orientations are left to a calibration.
+    """Return the positions as a recording of displacements, actual - commanded, in workpiece axes: the tracker's axes laid on the machine's, the
+    target at its estimated place. The remaining freedom of both is nuisance (`rigid`, `tool`). Only a calibration uses orientations.
     """
     frames = tool_frames(machine, poses.run)
     place = settle_placement(replace(poses, orientation=None), frames)

@@ -1,6 +1,6 @@
-"""Recording: what was observed on a machine, against the Run in which it was observed.
+"""Recording: the observations on a machine, with the Run in which they were made.
 
-    value = actual error seen along `direction`, plus nuisance that is nobody's fault, plus noise
+    value = actual error seen along `direction`, plus nuisance, plus noise
 
     probe         touches of a surface, along its outward normal or as x y z          mm
     displacement  an instrument (laser, indicator) along a fixed direction            mm
@@ -9,7 +9,7 @@
     path          the path of the tool, or the part that it left                      mm
 
 `measuring` says in which sense: True is indicated - true, False is actual - commanded (vcmm.task.response.observe has the signs).
-Several observations may belong to one row of the run (x, y and z of one point); `row` tells which.
+Several observations may belong to one row of the run (x, y and z of one point); `row` says which.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ NUISANCES = (
     "rigid", "offset", "radius", "zero", "slope", "centre", "station", "dead_path", "alignment", "index",
     "profile", "tool",
 )  # fmt: skip
-UNKNOWN = "unknown "  # begins the name of a known covariance that stands for physics without a name
+UNKNOWN = "unknown "  # begins the name of a known covariance that represents physics without a name
 SOURCE_LABEL = "recording"  # the label that says of several which recording a row is of
 ALL_ROWS = ("", "run")  # label words for one value in all rows
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """m observations in a run of n rows; see the head of this file.
+    """m observations in a run of n rows; see the docstring of this module.
 
     value (m,) mm, rad for kind angle.   row (m,) run row of each.   direction (m, 3) unit, workpiece axes: sensitive
     direction, for length from the second end to the first, for angle the axis of rotation.
@@ -55,7 +55,7 @@ class Recording:
     machine's Input of that id, and of the errors of setting that no machine file states.
     chosen_from: of how many observations these were chosen evenly (see vcmm.learn.diagnosis.thinning); 0: they are all.
     notes: what was set aside when the file was read, in words: rows or columns with gaps of a sensor.
-    unread: (column, rows (n,)): run rows in which a sensor has no reading; the number that stands there is held, and says nothing.
+    unread: (column, rows (n,)): run rows in which a sensor has no reading; the number there is held from another row and is not used.
     record: who, when, serial numbers, in words for reports.
     Raises UsageError for shapes, words and numbers that do not fit.
     """
@@ -101,7 +101,7 @@ class Recording:
             shapes["u"] = (self.u.shape, (m,))
         for name, (given, due) in shapes.items():
             if given != due:
-                raise UsageError(f"recording {self.name}: {name} has shape {given}, {due} is due")
+                raise UsageError(f"recording {self.name}: {name} has shape {given}, expected {due}")
 
     def _check_numbers(self) -> None:
         finite = np.isfinite(self.value).all() and np.isfinite(self.direction).all()
@@ -125,7 +125,7 @@ class Recording:
                 )
 
     def plot(self, ax: Any = None) -> Axes:
-        """What was observed over the axis that moves furthest, by its sense of motion where that was recorded."""
+        """Plot the observations over the axis that moves furthest, by its sense of motion where that was recorded."""
         drawn: Axes = draw(self, ax)
         return drawn
 
@@ -136,7 +136,7 @@ class Recording:
 
     @property
     def sign(self) -> float:
-        """Of the tip motion in the value: -1 for indicated - true, +1 for actual - commanded."""
+        """Sign of the tip motion in the value: -1 for indicated - true, +1 for actual - commanded."""
         return -1.0 if self.measuring else 1.0
 
     @property
@@ -145,7 +145,7 @@ class Recording:
         return self.kind == "path" and not self.measuring and {"feature", "clamp"} <= self.run.labels.keys()
 
     def groups(self, label: str) -> tuple[tuple[str, ...], Ints]:
-        """Values of a label column and the code (m,) of each observation.
+        """Return the values of a label column and the code (m,) of each observation.
 
         "" means all rows, and so does a label that the run does not have (`missing` names it).
         """
@@ -155,7 +155,7 @@ class Recording:
         return tuple(str(v) for v in values), codes.astype(np.intp)
 
     def places(self, observations: Ints | npt.NDArray[np.bool_], most: int = 6) -> str:
-        """'lines 12, 17 and 30 more', where the observations stand in the data file; rows (from 1) without a file."""
+        """Name the places of observations, 'lines 12, 17 and 30 more', in the data file; rows (from 1) without a file."""
         rows = np.unique(self.row[observations])
         known = self.lines is not None and bool((rows < len(self.lines)).all())
         numbers = self.lines[rows] if self.lines is not None and known else rows + 1
@@ -166,11 +166,11 @@ class Recording:
         return f"{word} {' and '.join([', '.join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)}"
 
     def touching(self, rows: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Observations (m,) with an end in some of the run rows (n,)."""
+        """Return the observations (m,) with an end in some of the run rows (n,)."""
         return np.asarray(rows[self.row] | np.where(self.other >= 0, rows[np.maximum(self.other, 0)], False))
 
     def take(self, observations: Ints | npt.NDArray[np.bool_] | slice) -> Recording:
-        """A copy with some of the observations (hold-out folds); the run stays whole."""
+        """Return a copy with some of the observations (hold-out folds); the run stays whole."""
         return replace(
             self,
             value=self.value[observations],
@@ -183,5 +183,5 @@ class Recording:
 
 
 def _length(vectors: Array) -> Array:
-    """(n,) of vectors (n, 3), without a copy of them."""
+    """Return the lengths (n,) of vectors (n, 3), without a copy of them."""
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

@@ -1,4 +1,4 @@
-"""Exact trials: the errors of one machine with drawn Inputs put into its effects and the transforms multiplied."""
+"""Compute exact errors of trials: the machine with sampled Inputs put into its effects and the transforms multiplied."""
 
 from __future__ import annotations
 
@@ -30,24 +30,24 @@ class Draws:
     departures: Array
 
     def head(self, count: int) -> Draws:
-        """The first trials."""
+        """Return the first trials."""
         return self.part(0, count)
 
     def part(self, first: int, last: int) -> Draws:
-        """Trials first .. last - 1."""
+        """Return the trials first .. last - 1."""
         return Draws(self.influence, self.raw[first:last], self.departures[first:last])
 
     def moves(self) -> Array:
-        """(m, n, 3): what the draws move every row by, first order."""
+        """Return the motion of every row by the draws (m, n, 3), first order."""
         return np.einsum("nik,mnk->mni", self.influence.response, self.departures[:, self.influence.codes])
 
     def on_rows(self, trial: int) -> Array:
-        """(n, k): the departure that acts on each row."""
+        """Return the departure that acts on each row (n, k)."""
         return np.asarray(self.departures[trial][self.influence.codes])
 
 
 def exact_errors(machine: Machine, run: Run, drawn: Sequence[Draws]) -> Array:
-    """indicated - true (m, n, 3) of every row of a prepared run in every trial, workpiece axes, transforms multiplied.
+    """Return indicated - true (m, n, 3) of every row of a prepared run in every trial, workpiece axes, transforms multiplied.
 
     Parameters are put into their effects; those of many elements or of several copies act by their unit response, which
     is exact for all but scanned ones (a time constant redrawn per touch stays linearised).
@@ -61,7 +61,7 @@ def exact_errors(machine: Machine, run: Run, drawn: Sequence[Draws]) -> Array:
 
 
 def _block_errors(machine: Machine, run: Run, drawn: Sequence[Draws], count: int, bases: _Bases) -> Array:
-    """(m, n, 3) of one block of trials: motions effect by effect, the transforms of all trials multiplied at once."""
+    """Return the errors (m, n, 3) of one block of trials: motions effect by effect, the transforms of all trials multiplied at once."""
     trials = range(len(drawn[0].raw) if drawn else count)
     channels = [d for d in drawn if d.influence.input.is_channel]
     runs = [_with_channels(run, channels, t) for t in trials] if channels else [run] * len(trials)
@@ -80,7 +80,7 @@ def _block_errors(machine: Machine, run: Run, drawn: Sequence[Draws], count: int
 
 
 def _with_channels(run: Run, channels: Sequence[Draws], trial: int) -> Run:
-    """The run of one trial: drawn channels moved; the run itself where none is drawn."""
+    """Return the run of one trial, with its sampled channels moved; the run itself where no channel is sampled."""
     plain: dict[str, Array] = {}
     for one in channels:
         name, amount = one.influence.input.parameter, one.on_rows(trial)[:, 0]
@@ -92,7 +92,7 @@ def _with_channels(run: Run, channels: Sequence[Draws], trial: int) -> Run:
 
 
 def _singles(draws: Draws) -> list[Draws]:
-    """The draws of every single quantity that is known together with others."""
+    """Return the draws of every single quantity that is known together with others."""
     joint = draws.influence.input
     if not joint.members:
         return [draws]
@@ -105,9 +105,9 @@ def _singles(draws: Draws) -> list[Draws]:
 
 
 class _Bases:
-    """What does not depend on the draws, made once: motions at the estimates, responses of parameters of many elements.
+    """Quantities that do not depend on the draws, computed once: motions at the estimates, responses of parameters of many elements.
 
-    Kept per effect object, not per name. Channels may be read by any effect, so that nothing is kept of a trial that
+    Kept per effect object, not per name. Any effect may read channels, so that nothing is kept of a trial that
     moves one.
     """
 
@@ -117,13 +117,13 @@ class _Bases:
         self.plain: dict[int, bool] = {}  # whether an effect answers in proportion
 
     def tip(self, machine: Machine) -> Array:
-        """Nominal tip (n, 3) mm of the run."""
+        """Return the nominal tip (n, 3) mm of the run."""
         if (0, "tip") not in self.known:
             self.known[0, "tip"] = nominal_tip(machine.chain, machine.axes, self.run)
         return self.known[0, "tip"]
 
     def motion(self, effect: Effect, run: Run) -> Array:
-        """The effect's motion at its estimates."""
+        """Return the effect's motion at its estimates."""
         if run is not self.run:
             return effect.error_motion(run)
         key = (id(effect), "")
@@ -132,7 +132,7 @@ class _Bases:
         return self.known[key]
 
     def of(self, effect: Effect, name: str, run: Run) -> Array:
-        """Unit responses (n, 6, k)."""
+        """Return unit responses (n, 6, k)."""
         if run is not self.run and np.size(getattr(effect, parameter(effect, name).name)) <= DIRECT:
             return basis(effect, name, run)
         key = (id(effect), name)
@@ -147,9 +147,9 @@ def _acts(draws: Draws, effect: Effect) -> bool:
 
 
 def _drawn_motions(effect: Effect, runs: Sequence[Run], drawn: Sequence[Draws], bases: _Bases) -> Array:
-    """(m, n, 6) of one effect in all trials of a block, each with its run.
+    """Return the motions (m, n, 6) of one effect in all trials of a block, each with its run.
 
-    Where the first trials show that the motion depends on its drawn parameters only, and in proportion, all trials are
+    Where the first trials show that the motion depends on its sampled parameters only, and in proportion, all trials are
     the estimates plus unit responses; else every trial is put into the effect by itself.
     """
     if id(effect) not in bases.plain:
@@ -174,7 +174,7 @@ def _answers_in_proportion(
 
 
 def _in_proportion(effect: Effect, count: int, drawn: Sequence[Draws], bases: _Bases) -> Array:
-    """(m, n, 6): the motion at the estimates of the unmoved run, and departures times unit responses."""
+    """Return the motions (m, n, 6): the motion at the estimates of the unmoved run, and departures times unit responses."""
     total = np.broadcast_to(bases.motion(effect, bases.run), (count, bases.run.n, 6))
     for one in drawn:
         unit = bases.of(effect, one.influence.input.parameter, bases.run)

@@ -59,13 +59,13 @@ class ErrorField(Readable):
         return np.linalg.norm(self.tip_error, axis=1)
 
     def plot(self, ax: Any = None) -> Axes:
-        """Tip errors (actual - nominal) as arrows in the volume."""
+        """Plot tip errors (actual - nominal) as arrows in the volume."""
         drawn: Axes = draw(self, ax)
         return drawn
 
 
 def field(machine: Machine, run: Run | None = None, exact: bool = False, nodes: int = 5) -> ErrorField:
-    """Tip errors at the rows of a run, or on a grid of nodes^3 over the travels (rotary axes at zero), as far as every effect is known."""
+    """Return tip errors at the rows of a run, or on a grid of nodes^3 over the travels (rotary axes at zero), as far as every effect is known."""
     exact = exact or machine.large_errors
     within: tuple[tuple[str, float, float], ...] = ()
     if run is None:
@@ -95,7 +95,7 @@ def linear_axes(machine: Machine) -> list[str]:
 
 
 def grid(machine: Machine, nodes: int, box: Mapping[str, tuple[float, float]] | None = None) -> Run:
-    """A grid over the travels of the linear axes, or over ranges of them, tip at the end of no stylus."""
+    """Return a grid over the travels of the linear axes, or over ranges of them, for the tip without a stylus."""
     if nodes < 2:
         raise UsageError(f"a grid of {nodes} nodes per axis has no extent; use at least 2")
     letters = linear_axes(machine)
@@ -124,7 +124,7 @@ def with_defaults(machine: Machine, run: Run) -> Run:
 
 
 def missing_columns(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """(effect id, columns) of what a map at these positions cannot show, since it needs more than a position.
+    """Return (effect id, columns) of effects that a map at these positions cannot show, since they need more than a position.
 
     A backlash needs the sense of the last motion, a drift the time; such columns are zero on a bare grid, and 20 degC.
     """
@@ -142,7 +142,7 @@ def missing_columns(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, .
 
 
 def diagonals(machine: Machine, exact: bool = False) -> tuple[Diagonal, ...]:
-    """Length errors of the four body diagonals (ISO 230-6): (e(end) - e(start)) . direction, tip-error sense."""
+    """Return the length errors of the four body diagonals (ISO 230-6): (e(end) - e(start)) . direction, tip-error sense."""
     letters = linear_axes(machine)
     if len(letters) < 3:
         return ()
