@@ -106,7 +106,13 @@ def test_rots_turns_by_solid_angles():
     # X20 Y10: the new X = (cos 10, 0, -sin 10) = (0.984808, 0, -0.173648), beside it (0, cos 20, sin 20) = (0, 0.939693, 0.342020);
     # normal (0.163176, -0.336824, 0.925417) / 0.998235 = (0.163464, -0.337420, 0.927053); new Y = normal x new X = (0.058592, 0.941354, 0.332294)
     text = "G17 G90 G0 X0 Y0 Z0 F100\nROTS X20 Y10\nG1 X10\nG1 X0 Y10\nG1 Y0 Z10\nROTS\nG1 X5 Z0\nM30\n"
-    expected = [(0, 0, 0), (9.848078, 0, -1.736482), (0.58592, 9.41354, 3.32294), (1.63464, -3.3742, 9.27053), (5, -3.3742, 0)]
+    expected = [
+        (0, 0, 0),
+        (9.848078, 0, -1.736482),
+        (0.58592, 9.41354, 3.32294),
+        (1.63464, -3.3742, 9.27053),
+        (5, -3.3742, 0),
+    ]
     for end, right in zip(ends(text, "sinumerik"), expected, strict=True):
         assert end == pytest.approx(right, abs=2e-5)
     # Z90 X0, first axis Z: the new Z = (0, sin 0, cos 0); X turned about Z by 90 deg is Y: then X' = Y Z-wise in turn, as ROT Z90

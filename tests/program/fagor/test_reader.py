@@ -111,3 +111,28 @@ def test_a_word_without_its_number_is_refused_on_both_levels(text: str):
     for setup in (SETUP, Setup(strict=False)):
         with pytest.raises(DataError, match=r":5:.*has no number"):
             read(text + "M30\n", setup)
+
+
+def tips(text: str, setup: Setup) -> list[tuple[int, float, float]]:
+    """Tool, X and Z of the ends."""
+    return [(m.tool, m.end[0], m.end[2]) for m in interpret(text, "fagor", setup).moves]
+
+
+def test_the_number_behind_the_point_of_t_is_the_tool_offset():
+    """8025 M, "T2.2": the tool, and its place in the table of offsets; without M6 in the program T itself changes. Axes at 50 + 80 = 130 with
+    T1.1; with the length 60 of offset 12 the tip is at 130 - 60 = 70 and the radius 2: X10 - 2 = 8 on the left."""
+    tools = {1: Tool(1, 80.0, 10.0), 2: Tool(2, 70.0, 6.0), 12: Tool(12, 60.0, 4.0)}
+    setup = Setup(strict=True, tools=tools)
+    text = "%00229\nN10 G90 G71 G17\nN20 T1.1\nN30 G43\nN40 G0 X0 Y0 Z50\nN50 T2.12\nN60 G0 Y-5\nN70 G1 G41 X10 Y0 F100\nN80 Y30\nN90 G0 G40 X0\nN100 M30\n"
+    made = tips(text, setup)
+    assert made[0] == (1, 0, 50) and made[1] == (2, 0, 70)
+    assert made[3] == (2, 8, 70)
+    without = interpret(text, "fagor", Setup(strict=False, tools={1: tools[1], 2: tools[2]}))
+    assert any("12" in a.what for a in without.assumed) or any("12" in w.text for w in without.warnings)
+
+
+def test_d_beside_t_is_the_tool_offset():
+    """8055, "T1 D2 M6": offset 2; length 70, and 60 from D12 on: the axes at 20 + 70 = 90, the tip at 30."""
+    tools = {1: Tool(1, 80.0, 10.0), 2: Tool(2, 70.0, 6.0), 12: Tool(12, 60.0, 4.0)}
+    text = "%P,MX--,\nG90 G17 G71\nT1 D2 M6\nG0 G43 X0 Y0 Z20\nD12\nX1\nM30\n"
+    assert tips(text, Setup(strict=True, tools=tools)) == [(1, 0, 20), (1, 1, 30)]

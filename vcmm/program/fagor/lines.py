@@ -44,7 +44,9 @@ class FagorLines:
 
     text: str
     told: list[tuple[int, str, str]] = field(default_factory=list)
-    tool: str = ""
+    offset: str = ""  # number of the tool offset in force: that of T1.1 and D1, else of the tool
+    at_t: bool = False  # no M6 in the text: T itself puts the tool into the spindle
+    length: bool = False  # G43 is in force
     old: bool = False  # 8025: T1.1, times in seconds
     absolute: bool = True
     cycle: str = ""  # in force
@@ -53,7 +55,9 @@ class FagorLines:
     )  # code and words of each G87 and G88
 
     def __post_init__(self) -> None:
-        self.old = re.search(r"\bT\d+\.\d+", self.text.upper()) is not None
+        code = _COMMENT.sub("", self.text).upper()
+        self.old = re.search(r"T\s*\d+\.\d+", code) is not None
+        self.at_t = re.search(r"M\s*0?6(?!\d)", code) is None
 
     def translate(self) -> str:
         """All lines."""
@@ -133,7 +137,8 @@ class FagorLines:
             code = number.lstrip("0") or "0"
             if letter == "G" and (code in CORNERS or code in special or code in ("36", "39")):
                 continue
-            out += self.word(letter, number, codes)
+            out += self.word(letter, number)
+        out += self.renewed(words, codes)
         if special:
             return self.alone(line, special.pop(), out, values)
         if codes & HOLES:
@@ -142,17 +147,31 @@ class FagorLines:
             out = [w for w in out if w[0] != "R"] + [(",R" if "36" in codes else ",C", values.get("R", ""))]
         return out
 
-    def word(self, letter: str, number: str, codes: set[str]) -> Words:
-        """One word: T1.1 and T1 D1 name a tool with its offset; G41, G42 and G43 take the offset of that tool."""
+    def word(self, letter: str, number: str) -> Words:
+        """One word: T1.12 and T1 D12 name a tool and its offset; G41, G42 and G43 take that offset, and G43 in force the next one too."""
+        code = number.lstrip("0")
         if letter == "T":
-            self.tool = number.partition(".")[0]
-            return [("T", self.tool)]
+            tool, _, offset = number.partition(".")
+            self.offset = offset.lstrip("0") or tool
+            return [("T", tool), *([("M", "6")] if self.at_t else [])]
         if letter == "D":
+            self.offset = code or "0"
             return []
-        if letter == "G" and number.lstrip("0") in ("41", "42", "43"):
-            register = "H" if number.lstrip("0") == "43" else "D"
-            return [("G", number), *([(register, self.tool)] if self.tool else [])]
+        if letter == "G" and code in ("41", "42", "43"):
+            self.length = self.length or code == "43"
+            return [("G", number), *([("H" if code == "43" else "D", self.offset)] if self.offset else [])]
+        self.length = self.length and not (letter == "G" and code == "44")
         return [(letter, number)]
+
+    def renewed(self, words: Words, codes: set[str]) -> Words:
+        """The length of the offset that comes into force with this block, where G43 is in force; the block may say G43 itself."""
+        letters = {letter for letter, n in words if letter != "M" or (n.lstrip("0") == "6")}
+        comes = letters & ({"T", "D", "M"} if self.at_t else {"D", "M"})
+        return (
+            [("G", "43"), ("H", self.offset)]
+            if comes and self.length and self.offset and not codes & {"43", "44"}
+            else []
+        )
 
     def alone(self, line: int, code: str, out: Words, values: dict[str, str]) -> Words:
         """Codes that have a block of their own: a dwell, mirrors, a turn of the pattern."""

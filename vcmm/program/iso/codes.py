@@ -159,6 +159,8 @@ class IsoWords:
                 f"M{code} ({PALLETS[code]}): what follows may be another part; its work offset is taken as it stands",
                 column,
             )
+        if c.language.codes == "haas":
+            self._note_haas(c, code, column)
         if group is None:
             self.used |= (
                 {"P", "Q", "E", "L"} if family == "o" and code >= 50 else {"P"} if code >= 50 else set()
@@ -169,6 +171,21 @@ class IsoWords:
                 column, f"M{self.m[group]} and M{code} exclude each other in one block; keep one of them"
             )
         self.m[group], self.m_columns[group] = code, column
+
+    def _note_haas(self, c: IsoControl, code: int, column: int) -> None:
+        """M39 and M46 of a Haas mill (mill operator's manual, "M39 rotate tool turret", "M46 jump if pallet loaded")."""
+        if code == 39:
+            c.remark(
+                "M39 turns the tool changer to the pocket of T; no tool is changed and no axis of the path moves",
+                column,
+            )
+        elif code == 46:
+            c.assume(
+                "whether the pallet of M46 Q is loaded", "no: the program goes on with the next block",
+                "M46 jumps to the block of P where the pallet of Q is loaded, and that is not known; write the blocks that are to be run",
+                column=column,
+            )  # fmt: skip
+            self.used |= {"P", "Q"}
 
     def has(self, letter: str) -> bool:
         return letter in self.values

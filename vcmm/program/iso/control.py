@@ -69,9 +69,9 @@ class IsoControl(Recorder):
     wound_from: Any = None  # the last one of polar interpolation
     base_motion: str = "G0"  # what G80 leaves in force, where cycles are a group of their own
     unit_said: bool = False  # G20 or G21 has been read
-    turning_words: dict[str, float] = field(
+    turning_words: dict[str, dict[str, float]] = field(
         default_factory=dict
-    )  # of the first of two blocks of G71 to G76, mm
+    )  # of the first of two blocks of G71 to G76, by kind, mm
     c_turns: bool = False  # the program moves an axis C
     points_written: bool = False  # all coordinates of the program have a decimal point
     leaving: tuple[Point, tuple[float, float]] | None = None  # end of the last G5, and its P and Q

@@ -18,10 +18,13 @@ from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import AXES, IsoControl
 from vcmm.program.iso.lengths import length, rotary_target, waiting
 from vcmm.program.iso.motion import CENTRE_WORDS, target, thread_to
+from vcmm.program.iso.settings import tell_clearance
 from vcmm.program.levels import pass_over
 from vcmm.program.moves import PLANES
 
 _MOST_PECKS = 20_000
+TAPPING = ("G74", "G84")
+FASTEST_OUT = 9  # J of Haas
 SIDE = {"G87": "G83", "G88": "G84", "G89": "G85"}  # of Fanuc lathes, along X
 
 
@@ -156,8 +159,12 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
             raise BlockFault(w.column("Q"), f"Q{number:g}: the depth of a peck must be positive; correct it")
         if letter == "P" and number < 0:
             raise BlockFault(w.column("P"), "a dwell cannot be negative; correct P")
-        c.cycle[letter] = waiting(c, w, number) if letter == "P" else length(c, w, letter, number)
-        if number and not row.uses(letter):
+        multiple = letter == "J" and code in TAPPING and c.language.haas
+        if multiple:
+            c.cycle[letter] = _retract_multiple(w, number)
+        else:
+            c.cycle[letter] = waiting(c, w, number) if letter == "P" else length(c, w, letter, number)
+        if number and not (row.uses(letter) or multiple):
             unused.append(letter)
     if c.language.words == "macro":
         for letter in unused:
@@ -166,6 +173,16 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
     if missing and c.language.words == "o":
         meaning = "the depth of a peck" if missing[0] == "Q" else "the dwell in seconds"
         c.fault(f"{code} needs {missing[0]}, {meaning}; add it")
+
+
+def _retract_multiple(w: IsoWords, number: float) -> float:
+    """J of G74 and G84 on a Haas: how many times as fast the tap comes out (mill operator's manual, "G84 tapping": J2 is twice as fast)."""
+    if not 0 < number <= FASTEST_OUT:
+        raise BlockFault(
+            w.column("J"),
+            f"J{number:g}: how many times as fast the tap comes out is 1 to {FASTEST_OUT}; correct it",
+        )
+    return number
 
 
 def _k_counts(c: IsoControl, w: IsoWords) -> bool:
@@ -209,6 +226,8 @@ def peck(c: IsoControl, h: Hole, v: Values, *, out: bool) -> None:
         step = max(step - smaller, v["K"], 1e-3) if smaller else step
         depths.append(depths[-1] - step)
     depths[-1] = h.bottom
+    if len(depths) > 1:
+        tell_clearance(c, "G83" if out else "G73")
     h.pecks(depths, lambda depth: min(depth + gap, h.clearance), out=out)
     if c.language.words == "macro":
         h.wait(v["P"])
@@ -219,7 +238,7 @@ def tap(c: IsoControl, h: Hole, v: Values) -> None:
     """In and out at feed, the spindle reversed at the bottom. Fanuc leaves the hole at R, LinuxCNC at the retract height."""
     _tapping_pecks(c, h, v["Q"])
     h.feed_in(v["P"])
-    _feed_out(c, h, -c.sense)
+    _feed_out(c, h, -c.sense, c.cycle.get("J", 1.0))
     h.leave()
 
 
@@ -241,11 +260,15 @@ def _tapping_pecks(c: IsoControl, h: Hole, step: float) -> None:
         depth -= step
 
 
-def _feed_out(c: IsoControl, h: Hole, turning: int) -> None:
-    """Out at feed: Fanuc to R, LinuxCNC to the retract height. turning: sense of the spindle meanwhile."""
-    sense, c.sense = c.sense, turning
+def _feed_out(c: IsoControl, h: Hole, turning: int, times: float = 1.0) -> None:
+    """Out at feed: Fanuc to R, LinuxCNC to the retract height. turning: sense of the spindle meanwhile; times: how many times as fast
+    spindle and feed go."""
+    kept = c.sense, c.speed, c.feed
+    c.sense, c.speed = turning, c.speed * times
+    if c.feed is not None and c.feed_mode == "G94":
+        c.feed *= times
     h.to(h.clearance if c.language.words == "macro" else h.retract, False)
-    c.sense = sense
+    c.sense, c.speed, c.feed = kept
 
 
 def ream(c: IsoControl, h: Hole, v: Values) -> None:

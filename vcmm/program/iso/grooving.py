@@ -17,6 +17,7 @@ from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.lengths import length, read_words
 from vcmm.program.iso.motion import target
+from vcmm.program.iso.settings import keep_setting, setting_kept, tell_pull_out, tell_return
 
 MOST_PECKS = 100_000
 SINGLE = {"G90": "turn", "G92": "thread", "G94": "face", "G77": "turn", "G78": "thread", "G79": "face"}
@@ -76,6 +77,7 @@ def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
     else:
         to_tip(c, (x + taper, start[1]), True)
         if kind == "thread":
+            tell_pull_out(c, code, None)
             thread_tip(c, (x, z), lead)
         else:
             to_tip(c, (x, z), False)
@@ -103,6 +105,10 @@ def peck(c: IsoControl, w: IsoWords, v: Values, along: int) -> None:
     """G74: pecks along Z (1), at X from the start to the end; G75: pecks along X (0). The first block says how far back after a peck."""
     start, end = _ends(c, w)
     across = 1 - along
+    code = "G74" if along == 1 else "G75"
+    setting = setting_kept(c, code)
+    if "back" not in setting and 0 < abs(v["along"]) < abs(end[along] - start[along]):
+        tell_return(c, code)
     for at in _places(c, start[across], end[across], abs(v["across"])):
         _plunge(
             c,
@@ -110,7 +116,7 @@ def peck(c: IsoControl, w: IsoWords, v: Values, along: int) -> None:
             end[along],
             along,
             abs(v["along"]),
-            c.turning_words.get("back", 0.0),
+            setting.get("back", 0.0),
         )
         if v["aside"]:
             aside = at - math.copysign(v["aside"], end[across] - start[across])
@@ -148,8 +154,9 @@ def _plunge(c: IsoControl, start: Flat, end: float, along: int, peck: float, bac
 # -- threads ----------------------------------------------------------------------------------------------------------
 def thread(c: IsoControl, w: IsoWords, v: Values) -> None:
     """The first block says how many finishing passes there are, the angle, the least depth of a pass and the allowance."""
-    setting, (start, end) = Values(c.turning_words), _ends(c, w)
+    setting, (start, end) = Values(setting_kept(c, "G76")), _ends(c, w)
     digits = f"{setting.number('digits'):06d}"  # passes, chamfer, angle
+    tell_pull_out(c, "G76", int(digits[2:4]) / 10.0 if setting.has("digits") else None)
     angle = v.without("angle", float(digits[4:6]))
     height, first = v["height"], v["first"]
     if height <= 0 or first <= 0:
@@ -195,7 +202,7 @@ def groove(c: IsoControl, w: IsoWords, code: str) -> None:
     """A block with one of these cycles."""
     row = GROOVING[code]
     if not any(w.has(k) for k in "XZUW"):
-        c.turning_words = dict(read_words(c, w, row.first).numbers)
+        keep_setting(c, code, dict(read_words(c, w, row.first).numbers))
         return
     form = row.single if any(w.has(k) for k in row.key) else row.second
     assert form.primitive is not None
@@ -205,10 +212,10 @@ def groove(c: IsoControl, w: IsoWords, code: str) -> None:
 _Z, _X = partial(peck, along=1), partial(peck, along=0)
 _ASIDE = "R=aside mm, D plain"  # D: nothing here
 GROOVING: Mapping[str, TurningCycle] = {
-    "G74": TurningCycle(cycle("R=back mm", None), cycle(f"P=across steps, Q=along steps, {_ASIDE}", _Z), cycle(f"I=across mm, K=along mm, {_ASIDE}, P plain, Q plain", _Z), "IK"),
-    "G75": TurningCycle(cycle("R=back mm", None), cycle(f"Q=across steps, P=along steps, {_ASIDE}", _X), cycle(f"K=across mm, I=along mm, {_ASIDE}, P plain, Q plain", _X), "IK"),
+    "G74": TurningCycle(cycle("R=back mm?", None), cycle(f"P=across steps, Q=along steps, {_ASIDE}", _Z), cycle(f"I=across mm, K=along mm, {_ASIDE}, P plain, Q plain", _Z), "IK"),
+    "G75": TurningCycle(cycle("R=back mm?", None), cycle(f"Q=across steps, P=along steps, {_ASIDE}", _X), cycle(f"K=across mm, I=along mm, {_ASIDE}, P plain, Q plain", _X), "IK"),
     "G76": TurningCycle(
-        cycle("P=digits count, Q=least steps, R=allowance mm", None),
+        cycle("P=digits count?, Q=least steps?, R=allowance mm?", None),
         cycle("P=height steps, Q=first steps, R=taper mm, E=lead mm, F=lead mm", thread),
         cycle("K=height mm, D=first mm, I=taper mm, A=angle plain, P plain, E=lead mm, F=lead mm", thread), "K",
     ),

@@ -17,6 +17,7 @@ from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.grooving import GROOVING, TurningCycle, groove, to_tip
 from vcmm.program.iso.lengths import read_words
+from vcmm.program.iso.settings import keep_setting, setting_kept, tell_escape
 from vcmm.program.moves import Move
 from vcmm.program.roughing import MOST_PASSES, Cut, Rough, comes_back, follow_contour, passes
 
@@ -42,16 +43,16 @@ def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callabl
             raise BlockFault(
                 column, "G70 needs P and Q: the numbers N of the first and the last block of its contour"
             )
-        c.turning_words = dict(read_words(c, w, CONTOURED[code].first).numbers)
+        keep_setting(c, code, dict(read_words(c, w, CONTOURED[code].first).numbers))
         return
     first, last = (_line(r, w, k, here, column) for k in "PQ")
     if last < first:
         raise BlockFault(column, f"{code}: the block of Q stands before that of P; correct them")
-    setting, c.turning_words = Values(c.turning_words), {}
     if code == "G70":
         _finish(r, first, last, run)
         return
-    v = read_words(c, w, CONTOURED[code].second if setting.numbers else CONTOURED[code].single)
+    setting, alone = Values(setting_kept(c, code)), any(w.has(k) for k in CONTOURED[code].key)
+    v = read_words(c, w, CONTOURED[code].second if setting.numbers and not alone else CONTOURED[code].single)
     depth = 1.0 if code == "G73" else v.without("depth", setting["depth"])
     if depth <= 0:
         raise BlockFault(column, f"{code} has no depth of cut; add {code} U2. R1. before it, or D in it")
@@ -60,8 +61,10 @@ def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callabl
     if len(moves) < 2:
         raise BlockFault(column, f"{code}: the blocks of P to Q make no contour; correct them")
     if code == "G73":
-        _pattern(c, moves, rough, setting if setting.numbers else v)
+        _pattern(c, moves, rough, v if alone else setting)
     else:
+        if not setting.has("back"):
+            tell_escape(c, code)
         order = "XZ" if code == "G71" else "ZX"
         if comes_back(moves, start, order):
             _note_pockets(c, code, order[0])
@@ -150,7 +153,7 @@ def _pattern(c: IsoControl, moves: list[Move], rough: Rough, v: Values) -> None:
 
 _ALLOWANCES = "D=depth mm?, U=x mm, W=z mm"
 CONTOURED: Mapping[str, TurningCycle] = {  # U and W of the first block, I and K in one, are the way of a pattern
-    "G71": TurningCycle(cycle("U=depth mm, R=back mm", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None)),
-    "G72": TurningCycle(cycle("W=depth mm, R=back mm", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None)),
-    "G73": TurningCycle(cycle("U=way_x mm, W=way_z mm, R=count plain", None), cycle("U=x mm, W=z mm", None), cycle("U=x mm, W=z mm, I=way_x mm, K=way_z mm, D=count plain", None)),
+    "G71": TurningCycle(cycle("U=depth mm?, R=back mm?", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None), "D"),
+    "G72": TurningCycle(cycle("W=depth mm?, R=back mm?", None), cycle(_ALLOWANCES, None), cycle(_ALLOWANCES, None), "D"),
+    "G73": TurningCycle(cycle("U=way_x mm?, W=way_z mm?, R=count plain?", None), cycle("U=x mm, W=z mm", None), cycle("U=x mm, W=z mm, I=way_x mm, K=way_z mm, D=count plain", None), "IKD"),
 }  # fmt: skip
