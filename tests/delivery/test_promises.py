@@ -40,7 +40,7 @@ PROMISES = {
     "it install all they use": "Makefile",
     "Python 3.11 to 3.13": "docs/install.md",
     "A Dockerfile and a conda recipe are in the repository": "tests/delivery/test_wheel.py::test_the_sdist_holds_tests_and_documentation",
-    "whose 3-D bundle comes with vcmm and stands only in pages that hold a scene": "tests/show/report/test_page.py",
+    "whose 3-D bundle comes with vcmm and is only in pages that hold a scene": "tests/show/report/test_page.py",
     "Each has a twin": "tests/papers",
     "all five in one shop": "tests/papers",
     "Kinematics follow ISO 230-1": "tests/core",
