@@ -12,7 +12,7 @@ HEAD = "%\nO1\nG21 G17 G40 G80 G90 G94 G54\nG0 X0 Y0 Z0\n"
 
 def test_an_expression_behind_a_switch_is_named_by_its_line(tmp_path) -> None:
     text = f"{HEAD}#1=90\n/#1=100\nG1 X#1 F500\nM30\n%\n"
-    with pytest.raises(DataError, match="stands in a block with a slash") as caught:
+    with pytest.raises(DataError, match="is in a block with a slash") as caught:
         run(tmp_path, text, scale(100.0), SETUP)
     assert caught.value.line == 7
     assert f"{tmp_path / 'part.nc'}:7:" in str(caught.value)

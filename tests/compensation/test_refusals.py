@@ -288,7 +288,7 @@ def test_what_only_a_lathe_with_more_than_one_tool_carrier_has(tmp_path):
         work_spindles={"G55": 2},
     )
     for block, what in (
-        ("G1 X40. C30.\n", "part.nc:6:1: axis C of a lathe stands off zero"),
+        ("G1 X40. C30.\n", "part.nc:6:1: axis C of a lathe is off zero"),
         ("G55\nG1 X40.\n", "part.nc:7:1: the part in spindle 2 is cut here"),
         ("$2\nG1 X40.\n", "part.nc:6:1: a channel begins here; a file of several channels is not rewritten"),
     ):

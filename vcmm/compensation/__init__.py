@@ -1,1 +1,1 @@
-"""NC programs, points and tables rewritten so that known errors of the machine cancel, with their proof."""
+"""Rewrite NC programs, points and tables so that known errors of the machine cancel, and prove the result."""

@@ -1,7 +1,7 @@
-"""Blocks with a slash: they run or not, as a switch of the control says. What that rules out when a program is rewritten.
+"""Blocks with a slash, which run or not by a switch of the control, and the rewriting that they rule out.
 
 A slash stays with every block that stays. A call, a jump, an assignment or an end behind a slash decides what else is
-executed: it cannot be written out for both positions of the switch, and no number can stand for an expression behind it.
+executed: it cannot be written out for both positions of the switch, and no number can replace an expression behind it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ENDS = (2, 30)
 
 
 def decided_by(line: str, cuts: Sequence[TextCut]) -> str:
-    """What of a block with a slash decides what else is executed, as it is written; "" for any other block."""
+    """Return the words of a block with a slash that decide what else is executed; "" for any other block."""
     if not line.lstrip().startswith("/"):
         return ""
     gone = (line[c.first - 1 : c.last - 1].strip() for c in cuts if not c.text)
@@ -27,17 +27,17 @@ def decided_by(line: str, cuts: Sequence[TextCut]) -> str:
 
 
 def check_step(step: ExecutedBlock, number: int, line: str, cuts: Sequence[TextCut]) -> None:
-    """A block that is to be written out. Raises DataError."""
+    """Check a block that is to be written out. Raises DataError."""
     what = decided_by(line, cuts)
     if what:
         raise DataError(
-            f'{step.file}:{number}: the program has to be written out (blocks are executed several times), and "{what}" stands in a block '
+            f'{step.file}:{number}: the program has to be written out (blocks are executed several times), and "{what}" is in a block '
             f"with a slash: what is executed hangs on a switch of the control. {_advice()}"
         )
 
 
 def check_end(steps: Sequence[ExecutedBlock], line: str, dialect: Dialect) -> None:
-    """line: of the last executed block. An end behind a slash leaves out what follows with the switch on. Raises DataError."""
+    """Check the end of the program. line: of the last executed block. Raises DataError."""
     slash = line.lstrip().startswith("/")
     if slash and any(c.name == "M" and c.number in ENDS for c in codes_in(line, dialect)):
         raise DataError(
@@ -47,7 +47,7 @@ def check_end(steps: Sequence[ExecutedBlock], line: str, dialect: Dialect) -> No
 
 
 def check_expressions(program: Program, source: SourceText, changed: Collection[int]) -> None:
-    """changed: indices of lines in which an expression has become a number. Raises DataError."""
+    """Check the lines in which an expression has become a number. changed: their indices."""
     if not changed:
         return
     behind = None
@@ -55,7 +55,7 @@ def check_expressions(program: Program, source: SourceText, changed: Collection[
         if behind is not None and step.file == source.name and step.line - 1 in changed:
             said = (
                 f"the expression of this block has to become a number, but "
-                f'"{behind[1]}" in line {behind[0]} stands in a block with a slash, and its value may hang on it. {_advice()}'
+                f'"{behind[1]}" in line {behind[0]} is in a block with a slash, and its value may depend on it. {_advice()}'
             )
             raise at_line(DataError, source.name, step.line, said)
         if behind is None and step.cuts and step.file == source.name:

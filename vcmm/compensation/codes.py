@@ -1,4 +1,4 @@
-"""M codes of a line, told by the reader of its dialect: no text in quotes, no name of a variable and no label is one.
+"""M codes of a line, found by the reader of its dialect: no text in quotes, no name of a variable and no label is one.
 
 Which of them act behind the motion of their block, and so go to the last of the blocks that replace it:
 
@@ -40,7 +40,7 @@ class Code(NamedTuple):
 
 
 def codes_in(line: str, dialect: Dialect) -> list[Code]:
-    """The M codes (and corners) of a line; none in a line that cannot be read by itself."""
+    """Return the M codes (and corners) of a line; none in a line that cannot be read by itself."""
     if "M" not in (upper := line.upper()) and not any(name in upper for name in CORNERS):
         return []
     read = {"sinumerik": _sinumerik, "heidenhain": _klartext}.get(dialect.name)
@@ -51,7 +51,7 @@ def codes_in(line: str, dialect: Dialect) -> list[Code]:
 
 
 def behind(line: str, dialect: Dialect) -> list[Code]:
-    """What acts behind the motion of the line."""
+    """Return the codes that act behind the motion of the line."""
     return [
         c
         for c in codes_in(line, dialect)

@@ -17,7 +17,7 @@ FULL_CIRCLE = 1e-6  # rad, as the interpreter
 
 
 def sweep_of(m: Move) -> float:
-    """Signed angle of an arc, rad, positive counter-clockwise in its plane; 0 for anything else."""
+    """Return the signed angle of an arc, rad, positive counter-clockwise in its plane; 0 for anything else."""
     if m.kind != "arc" or m.centre is None:
         return 0.0
     a, b, _ = PLANES[m.plane]
@@ -31,7 +31,7 @@ def sweep_of(m: Move) -> float:
 
 
 def length_of(m: Move) -> float:
-    """Length of the path, mm."""
+    """Return the length of the path, mm."""
     if m.kind != "arc" or m.centre is None:
         return math.dist(m.start, m.end)
     a, b, n = PLANES[m.plane]
@@ -40,7 +40,7 @@ def length_of(m: Move) -> float:
 
 
 def points(m: Move, share: Array) -> Array:
-    """Points (k, 3) at shares (k,) of a move; the radius of an arc goes evenly from that at its start to that at its end."""
+    """Return the points (k, 3) at shares (k,) of a move; the radius of an arc goes evenly from that at its start to that at its end."""
     start, end = np.array(m.start), np.array(m.end)
     straight = start + share[:, None] * (end - start)
     if m.kind != "arc" or m.centre is None:
@@ -55,7 +55,7 @@ def points(m: Move, share: Array) -> Array:
 
 
 def directions(m: Move, share: Array) -> Array:
-    """Unit directions of travel (k, 3); zero for a move of no length."""
+    """Return the unit directions of travel (k, 3); zero for a move of no length."""
     if m.kind != "arc" or m.centre is None:
         way = np.array(m.end) - np.array(m.start)
         length = float(np.linalg.norm(way))
@@ -71,7 +71,7 @@ def directions(m: Move, share: Array) -> Array:
 
 
 def left_normal(direction: Array, plane: str) -> Array:
-    """Unit normals (k, 3) in the plane, to the left of the direction of travel; zero where that is along the normal."""
+    """Return the unit normals (k, 3) in the plane, to the left of the direction of travel; zero where that is along the normal."""
     a, b, _ = PLANES[plane]
     out = np.zeros_like(direction)
     out[:, a], out[:, b] = -direction[:, b], direction[:, a]
@@ -80,7 +80,7 @@ def left_normal(direction: Array, plane: str) -> Array:
 
 
 def nominal_distance(at: Array, moves: Sequence[Move], which: Ints) -> Array:
-    """Vector (k, 3) from the nearest point of moves[which] (k,) to each of the points (k, 3)."""
+    """Return the vector (k, 3) from the nearest point of moves[which] (k,) to each of the points (k, 3)."""
     ends = np.array([(*moves[i].start, *moves[i].end) for i in which.tolist()]).reshape(-1, 6)
     way, since = ends[:, 3:] - ends[:, :3], at - ends[:, :3]
     square = np.einsum("ki,ki->k", way, way)
@@ -96,7 +96,7 @@ def nominal_distance(at: Array, moves: Sequence[Move], which: Ints) -> Array:
 
 
 def nearest_share(m: Move, at: Array) -> Array:
-    """Share (k,) of the point of a move that is nearest to each point (k, 3), within its ends."""
+    """Return the share (k,) of the point of a move that is nearest to each point (k, 3), within its ends."""
     if m.kind != "arc" or m.centre is None:
         way = np.array(m.end) - np.array(m.start)
         square = float(way @ way)

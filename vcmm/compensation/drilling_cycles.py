@@ -48,7 +48,7 @@ def straighten_holes(traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -
 
 
 def _hole(traces: Sequence[Trace], at: int) -> list[int]:
-    """The moves of the hole that begins at a trace."""
+    """Return the moves of the hole that begins at a trace."""
     to = at
     while to < len(traces) and traces[to].cycle and traces[to].line == traces[at].line:
         to += 1
@@ -56,14 +56,14 @@ def _hole(traces: Sequence[Trace], at: int) -> list[int]:
 
 
 def _bottom(traces: Sequence[Trace], hole: Sequence[int], normal: int) -> int:
-    """The feed of a hole that goes farthest."""
+    """Return the feed of a hole that goes farthest."""
     top = traces[hole[0]].contour.start[normal]
     feeds = [k for k in hole if traces[k].contour.kind == "line"] or list(hole)
     return max(feeds, key=lambda k: abs(traces[k].contour.end[normal] - top))
 
 
 def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> None:
-    """One hole where the tool stands."""
+    """Write one hole at the present place of the tool."""
     first = traces[0]
     frame, normal = frame_of(first), PLANES[first.contour.plane][2]
     k = _bottom(traces, range(len(traces)), normal)
@@ -98,7 +98,7 @@ def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit 
 
 
 def _down(writer: Writer, trace: Trace, frame: BlockFrame, block: WordAt, shift: float) -> float:
-    """The shift of the heights that is in force for this hole, defined again where it must be."""
+    """Return the shift of the heights that is in force for this hole, defined again where it must be."""
     c, step = writer.cycle, writer.step(frame.inch)
     wanted = nearest(shift, step)
     near = max(HOLD * step, writer.slack * float(frame.scale[1]))
@@ -117,7 +117,7 @@ def _down(writer: Writer, trace: Trace, frame: BlockFrame, block: WordAt, shift:
 
 
 def _values(writer: Writer, trace: Trace, down: float) -> list[tuple[WordAt, str]]:
-    """The heights of the definition with their new numbers."""
+    """Return the heights of the definition with their new numbers."""
     out = []
     inch = trace.after.unit > 1.0
     names = HEIGHTS[writer.dialect.name]
@@ -140,7 +140,7 @@ def _values(writer: Writer, trace: Trace, down: float) -> list[tuple[WordAt, str
 def _repeat_definition(
     writer: Writer, trace: Trace, block: WordAt, words: Sequence[tuple[WordAt, str]]
 ) -> None:
-    """The definition once more, before the block of the hole."""
+    """Repeat the definition before the block of the hole."""
     last = max([block.line, *(w.line for w in trace.words.values())])
     lines = []
     for number in range(block.line, last + 1):
@@ -158,7 +158,7 @@ def _repeat_definition(
 
 
 def _arrive(writer: Writer, traces: Sequence[Trace], frame: BlockFrame, normal: int, down: float) -> None:
-    """Where the new program stands after the hole: above it, at the height of the definition."""
+    """Set the position of the new program after the hole: above it, at the height of the definition."""
     new = frame.numbers(writer.q - frame.offset)
     last = traces[-1]
     height = float(frame.numbers(np.array(last.contour.end))[normal])

@@ -1,6 +1,6 @@
-"""A program corrected for a map of the face that it cut: the height that is too much is taken off along Z where the tool passes.
+"""Correct a program for a map of the face that it cut: subtract the excess height along Z where the tool passes.
 
-The map stands on the part (work coordinates, mm); the tool touches a face with its nose centre's X, so a turning
+The map is fixed to the part (work coordinates, mm); the tool touches a face with its nose centre's X, so a turning
 tool is looked up by the nose radius beside its imaginary tip. A flat end mill is looked up where its axis is.
 """
 
@@ -24,7 +24,7 @@ Height = Callable[[Array, Array], Array]  # places x, y (n,) mm of the part -> h
 def face_errors(
     moves: Sequence[Move], setup: Setup, height: Height, *, extent: tuple[Array, Array], lathe: bool, lines: tuple[int, int] | None = None
 ) -> SurfaceErrors:  # fmt: skip
-    """What the feed moves over the face leave too high. extent: (lowest, highest) x, y of the scan; lines: of the program, first and last.
+    """Return the errors that the feed moves over the face leave. extent: (lowest, highest) x, y of the scan; lines: of the program, first and last.
 
     Raises UsageError where no feed move passes over the scanned face.
     """
@@ -53,7 +53,7 @@ def face_errors(
 
 
 def _with_joints(values: Sequence[Array | None]) -> list[Array]:
-    """e at the knots of every move: one that is not over the face leads from what the one before ends with to what the next begins with."""
+    """Return e at the knots of every move: a move that is not over the face leads from the end of the one before to the begin of the next."""
     zero = np.zeros(3)
     out = []
     for i, value in enumerate(values):
@@ -66,7 +66,7 @@ def _with_joints(values: Sequence[Array | None]) -> list[Array]:
 def _along(
     move: Move, setup: Setup, height: Height, extent: tuple[Array, Array], lathe: bool
 ) -> tuple[bool, Array]:
-    """Whether a move passes over the face, and e (KNOTS, 3) mm along it."""
+    """Return whether a move passes over the face, and e (KNOTS, 3) mm along it."""
     zero = np.array(setup.offsets.get(move.offset, (0.0, 0.0, 0.0)))
     place = points(move, np.linspace(0.0, 1.0, KNOTS)) - zero
     x, y = place[:, 0] + _nose(move, setup, lathe), np.zeros(KNOTS) if lathe else place[:, 1]
@@ -83,7 +83,7 @@ def _along(
 
 
 def _nose(move: Move, setup: Setup, lathe: bool) -> float:
-    """mm along X from the imaginary tip, or the centre that compensation leads, to the point of the nose that cuts a face."""
+    """Return mm along X from the imaginary tip, or the centre that compensation leads, to the point of the nose that cuts a face."""
     tool = setup.tools.get(move.tool)
     if not lathe or tool is None or not tool.nose_radius:
         return 0.0

@@ -2,11 +2,11 @@
 
     e(x) = tip error(x, state) - tip error(place of setting, at rest)
 
-Where a rotary axis stands off zero and the tip is not led, both are shifts of the commanded X, Y, Z: an offset that was set with the
+Where a rotary axis is off zero and the tip is not led, both are shifts of the commanded X, Y, Z: an offset that was set with the
 rotary axes at zero errs along the axes of the machine while the table turns the part (as in vcmm.shop.machining.zero_setting).
 
-States (time, speed, sense, distance since reversal) are those of the motion of a whole program, and are worked out only
-where an effect of the machine asks for them.
+States (time, speed, sense, distance since reversal) are those of the motion of a whole program, and are computed only
+where an effect of the machine needs them.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ SHAPE_OF_CONTACT = (
 
 @dataclass(frozen=True, eq=False)
 class KnownErrors:
-    """machine: with the effects that are corrected; full: also with those that the drives must correct.
+    """Known errors of a machine. machine: with the effects that are corrected; full: also with those that the drives must correct.
 
     left: ids of effects that are not corrected, and why.
     """
@@ -73,18 +73,18 @@ class KnownErrors:
         return any(required(e) for e in self.machine.effects)
 
     def whole(self) -> KnownErrors:
-        """The same with every known effect on the path, to see what is left in all."""
+        """Return the same with every known effect on the path, to evaluate the total remaining error."""
         return KnownErrors(self.full, self.full, self.left)
 
 
 def absent(effect: Effect) -> bool:
-    """An effect that waits for knowledge: every parameter is zero."""
+    """Return whether an effect is a placeholder: every parameter is zero."""
     values = [np.asarray(getattr(effect, f.name)) for f in parameter_fields(effect)]
     return bool(values) and not any(np.any(v) for v in values if v.dtype.kind in "fiu")
 
 
 def known_errors_of(machine: Machine) -> KnownErrors:
-    """What of a machine can be corrected by its path: what is known and smooth along it.
+    """Return the errors of a machine that its path can correct: those that are known and smooth along it.
 
     Reversal, lag and vibration jump or depend on the speed: steps in the path would mark the surface, and the control has
     its own parameters for them (backlash, quadrant compensation, gains), so they are left to it and reported.
@@ -113,14 +113,14 @@ def known_errors_of(machine: Machine) -> KnownErrors:
 
 
 class BesidePath(Protocol):
-    """What the tool does to the finished surface beside its path, as a shift of it (vcmm.compensation.surface)."""
+    """Effects of the tool on the finished surface beside its path, as a shift of it (vcmm.compensation.surface)."""
 
     def at(self, low: Ints, high: Ints, tips: Array) -> Array:
-        """(k, 3) mm of tips (k, 3) on the nearest of moves low to high (k,)."""
+        """Return the shift (k, 3) mm of tips (k, 3) on the nearest of moves low to high (k,)."""
 
 
 class _Zeroing(NamedTuple):
-    """What says where an offset was set: its name, the tool and its length."""
+    """Quantities that determine where an offset was set: its name, the tool and its length."""
 
     offset: str
     tool: int
@@ -131,7 +131,7 @@ class _Zeroing(NamedTuple):
 class PathErrors:
     """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns.
 
-    setter: the tool with which X and Y of the offsets were set; 0: every tool by itself, as on a lathe. surface: what the tool does to
+    setter: the tool with which X and Y of the offsets were set; 0: every tool by itself, as on a lathe. surface: effects of the tool on
     the finished surface beside it (vcmm.compensation.surface), and `own`: first and last move there that each move lies on.
     by_axes: the moves are motions of the axes; those with a tool axis lead the tip (vcmm.shop.motion.tool_centre.in_machine_axes).
     """
@@ -156,17 +156,17 @@ class PathErrors:
 
     @cached_property
     def _groups(self) -> list[_Zeroing]:
-        """Work offset, tool and its length, each that occurs once."""
+        """Work offset, tool and its length, each combination once."""
         return list(dict.fromkeys(_Zeroing(m.offset, m.tool, m.tool_offset) for m in self.moves))
 
     @cached_property
     def _group(self) -> Ints:
-        """Which of them holds at each move (n,)."""
+        """Number of the combination at each move (n,)."""
         at = {one: k for k, one in enumerate(self._groups)}
         return np.array([at[_Zeroing(m.offset, m.tool, m.tool_offset)] for m in self.moves], dtype=np.intp)
 
     def run(self, move: Ints, share: Array, tips: Array) -> Run:
-        """The machine at shares (k,) of moves (k,) with its tip at tips (k, 3); in the workpiece where it is led."""
+        """Return the machine at shares (k,) of moves (k,) with its tip at tips (k, 3); in the workpiece where it is led."""
         if self.path is not None:
             near, at = self._moving(move, share)
             found, _ = states_at(self.path, near, at, tips)
@@ -197,12 +197,12 @@ class PathErrors:
         return np.array([(m.rotary_start, m.rotary_end) for m in self.moves]).reshape(-1, 2, 3)
 
     def _angles(self, move: Ints, share: Array) -> Array:
-        """A, B, C (k, 3) rad at shares of moves, in proportion to the path."""
+        """Return A, B, C (k, 3) rad at shares of moves, in proportion to the path."""
         ends = self._turns[move]
         return np.asarray(ends[:, 0] + share[:, None] * (ends[:, 1] - ends[:, 0]))
 
     def axes_at(self, move: Ints, tips: Array, angle: Array, offset: Array) -> Array:
-        """Tips (k, 3) as with rotary axes at zero: of led moves from points of the workpiece, the others are such points."""
+        """Return the tips (k, 3) as with rotary axes at zero: of led moves from points of the workpiece, the others are such points."""
         out = tips
         if self.led:
             there = np.array([self.moves[i].led for i in move.tolist()], dtype=bool)
@@ -211,19 +211,19 @@ class PathErrors:
         return out
 
     def _is_turned(self, move: Ints, angle: Array) -> Array:
-        """Rows (k,) at which a rotary axis stands off zero while X, Y and Z are those of the machine."""
+        """Return the rows (k,) at which a rotary axis is off zero while X, Y and Z are those of the machine."""
         if not self._turns.any():
             return np.zeros(len(move), dtype=bool)
         there = np.array([self.moves[i].led for i in move.tolist()], dtype=bool)
         return np.asarray(angle.any(axis=1) & ~there)
 
     def _leads_tip(self, move: Ints) -> Array:
-        """Rows (k,) at which the tip is led over the workpiece."""
+        """Return the rows (k,) at which the tip is led over the workpiece."""
         moves = [self.moves[i] for i in move.tolist()]
         return np.array([m.led or (self.by_axes and m.tool_axis_end is not None) for m in moves], dtype=bool)
 
     def _in_workpiece(self, move: Ints, tips: Array, angle: Array, offset: Array) -> Array:
-        """Tips (k, 3) as points of the workpiece as it lies with the rotary axes at zero."""
+        """Return the tips (k, 3) as points of the workpiece as it lies with the rotary axes at zero."""
         rows = np.flatnonzero(self._is_turned(move, angle))
         if not len(rows):
             return tips
@@ -232,7 +232,7 @@ class PathErrors:
         return out
 
     def _command_shift(self, run: Run, move: Ints, error: Array) -> Array:
-        """Errors (k, 3) in axes of the workpiece as shifts of the commanded X, Y, Z that would do the same there."""
+        """Return errors (k, 3) in axes of the workpiece as the shifts of the commanded X, Y, Z with the same effect there."""
         angle = np.stack([run.position.get(a, np.zeros(run.n)) for a in "ABC"], axis=1)
         rows = np.flatnonzero(self._is_turned(move, angle))
         if not len(rows):
@@ -243,7 +243,7 @@ class PathErrors:
         return out
 
     def _moving(self, move: Ints, share: Array) -> tuple[Ints, Array]:
-        """Moves that take time: a move of none stands at the end of the one before it."""
+        """Return moves that take time: a move of no duration is at the end of the one before it."""
         place = np.searchsorted(self.moving, move, side="right") - 1
         first = place < 0
         near = self.moving[np.maximum(place, 0)]
@@ -253,7 +253,7 @@ class PathErrors:
         return self.setup.offsets.get(offset, (0.0, 0.0, 0.0))
 
     def errors(self, run: Run, move: Ints) -> Array:
-        """e (k, 3) mm of rows of `run`, which belong to moves (k,)."""
+        """Return e (k, 3) mm of rows of `run`, which belong to moves (k,)."""
         on_surface = self._on_surface(run, move) * self.sensitive
         machine = self.known.machine
         if not machine.effects:
@@ -273,7 +273,7 @@ class PathErrors:
         return np.asarray(error * self.sensitive + on_surface)
 
     def _on_surface(self, run: Run, move: Ints) -> Array:
-        """(k, 3) mm beside the path; the zero was set where nothing was cut, so nothing is taken off."""
+        """Return the shift (k, 3) mm beside the path; the zero was set where nothing was cut, so nothing is subtracted."""
         if self.surface is None:
             return np.zeros((run.n, 3))
         low, high = self.own or (np.arange(len(self.moves)),) * 2
@@ -284,12 +284,13 @@ class PathErrors:
 
     @cached_property
     def _was_turned_at_zero(self) -> bool:
-        """Whether rotary axes stood off zero where offsets were set; a led tip is zeroed in the workpiece, with all axes at zero."""
+        """Whether rotary axes were off zero where offsets were set; a led tip is zeroed in the workpiece, with all axes at zero."""
         return self.setup.set_as_cut and bool(self._turns.any()) and not self.led
 
     def _setting(self, run: Run, move: Ints) -> Array:
-        """Error (k, 3) where the offset of each row was set: at the work zero unless the set-up says where, with the rotary axes at zero
-        unless it says that they stood as they cut. Z with the tool of the row, X and Y with the tool that set the offset.
+        """Return the error (k, 3) where the offset of each row was set: at the work zero unless the set-up states the place, with the
+        rotary axes at zero
+        unless it states that they were as in the cut. Z with the tool of the row, X and Y with the tool that set the offset.
         """
         ways = group = self._group[move]
         out = np.zeros((run.n, 3))
@@ -310,7 +311,7 @@ class PathErrors:
         return out
 
     def _set_with(self, first: Run, offset: str, tool: int, length: Point) -> Array:
-        """Error (3,) at the place of setting with a tool of that length, in the state of the run `first` (one row)."""
+        """Return the error (3,) at the place of setting with a tool of that length, in the state of the run `first` (one row)."""
         at = np.array(self.setup.set_at or self.setup.offsets.get(offset, (0.0, 0.0, 0.0)))
         first = replace(first, labels={**first.labels, "tool": np.array([str(tool)])})
         here = setting_rows(first, np.array([0]), -np.array([length]), at[None], Pose(np.eye(3), at))
@@ -330,7 +331,7 @@ class PathErrors:
         return np.asarray(np.linalg.solve(commands_to_work(self.known.machine, here)[0], error))
 
     def _error_position(self, letter: str, nominal: Array, q: Array) -> Array:
-        """Where the error is asked for: at the end of a travel a correction must not lead beyond it (a command that does is
+        """Return the position at which the error is evaluated: at the end of a travel a correction must not lead beyond it (a command that does is
         refused later); the error changes by less than its gradient times the correction."""
         low, high = self.known.machine.axes[letter].travel
         inside = (nominal >= low) & (nominal <= high)
@@ -339,7 +340,7 @@ class PathErrors:
     def correct(
         self, move: Ints, share: Array, nominal: Array, beside: Array, tolerance: float = 1e-7
     ) -> Array:
-        """Commands T (k, 3) for which T + e(T + beside) is nominal, by fixed point T = nominal - e(T + beside).
+        """Return the commands T (k, 3) for which T + e(T + beside) is nominal, by fixed point T = nominal - e(T + beside).
 
         beside (k, 3): from the programmed contour to the tool centre. Raises ModelLimit where it does not settle.
         """
@@ -366,7 +367,7 @@ class PathErrors:
 def field_of(
     known: KnownErrors, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
 ) -> PathErrors:  # fmt: skip
-    """Errors along the motion of a program."""
+    """Return the errors along the motion of a program."""
     asked = known.needs_states and moves and not leads(moves)
     path = toolpath(tuple(moves), known.machine, setup) if asked else None
     moving = np.arange(len(moves)) if path is None else path.timing.moving

@@ -1,7 +1,7 @@
-"""From corrected points along a move to as few blocks as hold the tolerance: lines by chords, arcs by arcs.
+"""Fit corrected points along a move by as few blocks as hold the tolerance: lines by chords, arcs by arcs.
 
 A chord of length L under a correction of curvature e'' leaves L^2 e'' / 8, so L = sqrt(8 tol / |e''|). Here the points
-themselves are asked, so that tables with kinks are served as well.
+themselves are tested, so that tables with kinks work as well.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class BlockFit:
 
 
 def chords(m: Move, share: Array, wanted: Array, across: Array, limit: float, split: bool) -> BlockFit:
-    """Lines through wanted points (k, 3), the longest ones that hold the limit; across (k, 3, 3) takes off what is along the path."""
+    """Return lines through wanted points (k, 3), the longest ones that hold the limit."""
     last = len(share) - 1
     if not split or last < 2:
         return BlockFit((BlockPiece(1.0, wanted[-1]),), _bow(share, wanted, across, 0, last))
@@ -55,7 +55,7 @@ def chords(m: Move, share: Array, wanted: Array, across: Array, limit: float, sp
 
 
 def _farthest(share: Array, wanted: Array, across: Array, at: int, last: int, limit: float) -> int:
-    """The last point that a chord from `at` may reach: doubling, then halving."""
+    """Return the last point that a chord from `at` may reach: doubling, then halving."""
     good, step = at + 1, 1
     while good < last:
         to = min(good + step, last)
@@ -71,7 +71,7 @@ def _farthest(share: Array, wanted: Array, across: Array, at: int, last: int, li
 
 
 def _bow(share: Array, wanted: Array, across: Array, a: int, b: int) -> float:
-    """Largest departure across the path of points a..b from their chord."""
+    """Return the largest departure across the path of points a..b from their chord."""
     if b - a < 2:
         return 0.0
     t = (share[a : b + 1] - share[a]) / (share[b] - share[a])
@@ -80,7 +80,7 @@ def _bow(share: Array, wanted: Array, across: Array, a: int, b: int) -> float:
 
 
 def arcs(m: Move, wanted: Array, limit: float, most: int, least: int = 1) -> BlockFit:
-    """Arcs through corrected points (k, 3) of an arc, evenly spaced; k - 1 is a multiple of every count that is tried."""
+    """Return arcs through corrected points (k, 3) of an arc, evenly spaced; k - 1 is a multiple of every count that is tried."""
     least = min(least, most)
     last = len(wanted) - 1
     best: BlockFit | None = None
@@ -106,7 +106,7 @@ def _whole(sweep: float) -> bool:
 
 
 def _end_difference(m: Move, wanted: Array) -> float:
-    """How much the corrections at both ends of an arc differ, mm."""
+    """Return how much the corrections at both ends of an arc differ, mm."""
     shift = (wanted[-1] - np.array(m.end)) - (wanted[0] - np.array(m.start))
     return float(np.linalg.norm(shift))
 
@@ -123,7 +123,7 @@ def _even(m: Move, wanted: Array, count: int) -> BlockFit:
 
 
 def fitted_arc(m: Move, wanted: Array, sweep: float, begin: float, end: float) -> tuple[Array, float]:
-    """Centre (3,) of the arc from the first to the last point that is nearest to those between, and what it leaves, mm."""
+    """Return the centre (3,) of the arc from the first to the last point that is nearest to those between, and its largest departure, mm."""
     a, b, n = PLANES[m.plane]
     assert m.centre is not None
     flat = wanted[:, [a, b]]
@@ -169,7 +169,7 @@ def _project(flat: Array, guess: Array) -> Array:
 
 
 def _on_bisector(flat: Array, guess: Array) -> Array:
-    """Gauss-Newton for the one number that ends leave free: the place of the centre on their bisector."""
+    """Solve by Gauss-Newton for the one number that the ends leave free: the place of the centre on their bisector."""
     middle, w = _bisector(flat)
     h = float((guess - middle) @ w)
     for _ in range(4):
@@ -186,7 +186,7 @@ def _on_bisector(flat: Array, guess: Array) -> Array:
 
 
 def _free_centre(flat: Array, guess: Array) -> Array:
-    """A whole circle through its own start: Gauss-Newton for both coordinates of the centre."""
+    """Fit a whole circle through its own start: Gauss-Newton for both coordinates of the centre."""
     centre = guess.copy()
     for _ in range(4):
         away = flat - centre

@@ -29,18 +29,18 @@ class BlockFrame:
         return np.asarray((tip - self.shift) @ self.inverse.T * self.scale)
 
     def ways(self, way: Array) -> Array:
-        """A vector instead of a point; never a diameter."""
+        """Convert a vector instead of a point; never a diameter."""
         return np.asarray(way @ self.inverse.T * abs(self.scale[1]))
 
     def radii(self) -> Array:
-        """(3,) Length of one unit of the numbers of each axis, as ways count: 0.5 where they are diameters."""
+        """Return the length of one unit of the numbers of each axis (3,), as ways count: 0.5 where they are diameters."""
         return np.asarray(np.abs(self.scale[1] / self.scale))
 
     def tip(self, numbers: Array) -> Array:
         return np.asarray(self.matrix @ (numbers / self.scale) + self.shift)
 
     def length(self, value: float, axis: int) -> float:
-        """A length (mm) along an axis of the plane, as the program says it."""
+        """Return a length (mm) along an axis of the plane, as the program writes it."""
         way = np.zeros(3)
         way[axis] = value
         return float(np.linalg.norm(self.ways(way)))

@@ -1,4 +1,4 @@
-"""The mark of a compensated program: what it was made with, as comments that every control accepts."""
+"""The mark of a compensated program: its inputs, as comments that every control accepts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _HEADS = {
 
 
 def digest(parts: Sequence[bytes]) -> str:
-    """Twelve characters that change with any of the inputs."""
+    """Return twelve characters that change with any of the inputs."""
     whole = hashlib.sha256()
     for part in parts:
         whole.update(hashlib.sha256(part).digest())
@@ -40,7 +40,7 @@ def file_parts(paths: Sequence[Path | None]) -> list[bytes]:
 
 
 def machine_parts(machine: Machine) -> list[bytes]:
-    """What a machine that came from no file of its own is made of."""
+    """Return the content of a machine that came from no file of its own."""
     out = [machine.name.encode("utf-8"), machine.chain.structure.encode("utf-8")]
     for effect in machine.effects:
         values = [np.asarray(getattr(effect, f.name)) for f in parameter_fields(effect)]
@@ -53,7 +53,7 @@ def machine_parts(machine: Machine) -> list[bytes]:
 
 
 def comment(text: str, dialect: Dialect) -> str:
-    """A comment: capitals, digits and plain signs only, no brackets inside."""
+    """Return a comment: capitals, digits and plain signs only, no brackets inside."""
     if dialect.name in SEMICOLON:
         return f"; {' '.join(re.sub(r'[^ -:<-}]', ' ', text).split())[:LONGEST]}"
     clean = (
@@ -65,7 +65,7 @@ def comment(text: str, dialect: Dialect) -> str:
 
 
 def header(machine: str, tolerance: float, hashed: str, dialect: Dialect) -> list[str]:
-    """The lines of the mark."""
+    """Return the lines of the mark."""
     said = (
         f"{MARK} - DO NOT COMPENSATE AGAIN",
         f"MACHINE {machine}",
@@ -76,7 +76,7 @@ def header(machine: str, tolerance: float, hashed: str, dialect: Dialect) -> lis
 
 
 def place(source: SourceText, dialect: Dialect) -> int:
-    """Index of the line before which the mark stands: behind % and the O number, %_N_NAME_MPF and its path, BEGIN PGM."""
+    """Return the index of the line before which the mark is placed: behind % and the O number, %_N_NAME_MPF and its path, BEGIN PGM."""
     if dialect.name in SEMICOLON:
         head = _HEADS[dialect.name]
         at = 0
@@ -93,7 +93,7 @@ def place(source: SourceText, dialect: Dialect) -> int:
 
 
 def _code_from(source: SourceText, at: int) -> int:
-    """Index of the first line from `at` on that is not blank."""
+    """Return the index of the first line from `at` on that is not blank."""
     while at < len(source.lines) and not source.lines[at][0].strip():
         at += 1
     return at

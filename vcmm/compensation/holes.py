@@ -39,7 +39,7 @@ class DrilledHole:
 
 
 def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> None:
-    """One block of a cycle with all its moves."""
+    """Write one block of a cycle with all its moves."""
     first = traces[0]
     frame = frame_of(first)
     normal = PLANES[first.contour.plane][2]
@@ -60,7 +60,7 @@ def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | Non
 
 
 def _series(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> None:
-    """A new series begins where no cycle was in force: its initial level is where the tool stands."""
+    """Begin a new series where no cycle was in force: its initial level is the present height of the tool."""
     c = writer.cycle
     going = trace.before.motion in DRILLING and trace.before.plane == trace.after.plane and "level" in c
     if not going:
@@ -70,7 +70,7 @@ def _series(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> Non
 
 
 def _heights(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> tuple[float, float]:
-    """R and bottom as programmed, absolute, numbers of the program."""
+    """Return R and bottom as programmed, absolute, numbers of the program."""
     c = writer.cycle
     for letter, name in ((AXES[normal], "Z"), ("R", "R")):
         if letter in trace.words:
@@ -84,14 +84,14 @@ def _heights(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> tu
 
 
 def _counts(writer: Writer, name: str, frame: BlockFrame) -> bool:
-    """Whether R (or "new R") in force counts from the initial level, Z from R: as in vcmm.program.iso.cycles."""
+    """Return whether R (or "new R") in force counts from the initial level, Z from R: as in vcmm.program.iso.cycles."""
     if writer.dialect.words == "o":
         return not frame.absolute
     return bool(writer.cycle.get(f"{name} counts"))
 
 
 def _standing(writer: Writer, name: str, frame: BlockFrame, base: float) -> float | None:
-    """The new R or Z in force, as this block would write it; base: what it counts from under G91, program numbers."""
+    """Return the new R or Z in force, as this block would write it; base: its reference under G91, program numbers."""
     value = writer.cycle.get(name)
     if value is None:
         return None
@@ -110,7 +110,7 @@ def _written_value(writer: Writer, trace: Trace, letter: str, inch: bool) -> flo
 def _holes(
     traces: Sequence[Trace], fits: Sequence[BlockFit | None], frame: BlockFrame, normal: int, bottom: float
 ) -> list[DrilledHole]:
-    """Holes in order: one for each stay at the bottom."""
+    """Return the holes in order: one for each stay at the bottom."""
     holes: list[DrilledHole] = []
     others = [i for i in range(3) if i != normal]
     for trace, fit in zip(traces, fits):
@@ -140,7 +140,7 @@ def _holes(
 def _top(
     traces: Sequence[Trace], fits: Sequence[BlockFit | None], start: Array, frame: BlockFrame, normal: int
 ) -> Array | None:
-    """Correction where the feed of a hole begins."""
+    """Return the correction where the feed of a hole begins."""
     for trace, fit in zip(traces, fits):
         if fit is not None and np.abs(np.array(trace.contour.end) - start).max() < NEAR:
             return frame.ways(fit.pieces[-1].end - np.array(trace.contour.end))
@@ -150,7 +150,7 @@ def _top(
 def _blocks(
     writer: Writer, holes: Sequence[DrilledHole], frame: BlockFrame, normal: int, r: float, bottom: float
 ) -> list[dict[str, float]]:
-    """Words of the block of each hole: X Y of the plane, Z and R as they are written."""
+    """Return the words of the block of each hole: X Y of the plane, Z and R as they are written."""
     step, out = writer.step(frame.inch), []
     cur = frame.numbers(writer.q - frame.offset)
     for hole in holes:
@@ -176,7 +176,7 @@ def _even(blocks: Sequence[dict[str, float]], step: float) -> bool:
 def _write(
     writer: Writer, trace: Trace, frame: BlockFrame, normal: int, blocks: Sequence[dict[str, float]]
 ) -> None:
-    """The block itself, then one block for each further hole."""
+    """Write the block itself, then one block for each further hole."""
     c, step, index = writer.cycle, writer.step(frame.inch), trace.line - 1
     cur = frame.numbers(writer.q - frame.offset)
     for k, words in enumerate(blocks):
@@ -209,7 +209,7 @@ def _back_bore(
     writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None], frame: BlockFrame, normal: int,
     blocks: Sequence[dict[str, float]],
 ) -> None:  # fmt: skip
-    """I, J or K of G87: where the bore ends, with the correction there; from the bottom on where the program counts steps."""
+    """Write I, J or K of G87: the end of the bore, with the correction there; from the bottom on where the program counts steps."""
     first, letter = traces[0], CENTRES[normal]
     word = first.words.get(letter)
     feeds = [i for i, t in enumerate(traces) if t.contour.kind == "line" and fits[i] is not None]
@@ -229,7 +229,7 @@ def _arrive(
     writer: Writer, last: Trace, frame: BlockFrame, normal: int, r: float, bottom: float, holes: Sequence[DrilledHole],
     blocks: Sequence[dict[str, float]],
 ) -> None:  # fmt: skip
-    """Where the new program stands after the block."""
+    """Set the position of the new program after the block."""
     new = frame.numbers(writer.q - frame.offset)
     step = writer.step(frame.inch)
     for i in (i for i in range(3) if i != normal):

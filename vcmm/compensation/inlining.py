@@ -1,7 +1,7 @@
-"""Writing out: subprograms, loops and macros as the blocks that are executed, in order, each with numbers of its own.
+"""Write out subprograms, loops and macros as the blocks that are executed, in order, each with numbers of its own.
 
-The correction depends on the place, so a block that is executed at several places must stand there once for each. What is
-left of the text: every executed block with its comments; expressions become numbers; assignments, calls, jumps and labels
+The correction depends on the place, so a block that is executed at several places must be there once for each. The
+text keeps every executed block with its comments; expressions become numbers; assignments, calls, jumps and labels
 go; block numbers stay where they are the first of their kind. Comments say where the blocks come from. The written-out
 program is read again and must make the same moves.
 """
@@ -31,7 +31,7 @@ _END = re.compile(r"\s*(?:\d+\s+)?END\s+PGM\b", re.IGNORECASE)
 
 
 def must_be_written_out(traces: Sequence[Trace], name: str) -> Trace | None:
-    """The first trace whose block is executed several times, stands in a file of its own, or needs numbers for a cycle."""
+    """Return the first trace whose block is executed several times, is in a file of its own, or needs numbers for a cycle."""
     for t in traces:
         if not t.contour.rewritable or t.contour.kind == "dwell":
             continue
@@ -49,7 +49,7 @@ _HEIGHTS = ("RTP", "RFP", "SDIS", "DP", "DPR", "FDEP", "Q203")
 def written_out(
     program: Program, source: SourceText, dialect: Dialect, limit: float
 ) -> tuple[SourceText, tuple[int, ...]]:
-    """The program as its executed blocks, and the line that each of its lines comes from. Raises DataError."""
+    """Return the program as its executed blocks, and the line that each of its lines comes from. Raises DataError."""
     steps = program.steps
     lines = max(len(source.lines), 1)
     if len(steps) > limit * lines:
@@ -80,9 +80,7 @@ class _Sheet:
     passes: Counter[tuple[str, int]] = field(default_factory=Counter)
     last: ExecutedBlock | None = None
     texts: dict[str, list[str]] = field(default_factory=dict)
-    pending: str = (
-        ""  # a comment that stands before the next block, and whether it announces a pass of a loop
-    )
+    pending: str = ""  # a comment before the next block, and whether it announces a pass of a loop
     again: bool = False
     back: int = 0  # line of the block that led back to the beginning of that pass
 
@@ -104,7 +102,7 @@ class _Sheet:
         self.origin.append(origin)
 
     def step(self, step: ExecutedBlock) -> None:
-        """One executed block, with the comments and blank lines before it, and where it comes from."""
+        """Write one executed block, with the comments and blank lines before it, and its origin."""
         self.passes[(step.file, step.line)] += 1
         self.between(step)
         self.whence(step)
@@ -122,7 +120,7 @@ class _Sheet:
         self.last = step
 
     def between(self, step: ExecutedBlock) -> None:
-        """Lines without code since the block before."""
+        """Write the lines without code since the block before."""
         before = self.last.last if self.last is not None and self.last.file == step.file else 0
         if self.last is not None and (self.last.file != step.file or before >= step.line):
             return
@@ -135,7 +133,7 @@ class _Sheet:
                 self.put(body[n - 1], n)
 
     def whence(self, step: ExecutedBlock) -> None:
-        """A comment where a call begins or ends, and where a loop begins anew."""
+        """Write a comment where a call begins or ends, and where a loop begins anew."""
         last = self.last
         if last is None:
             return
@@ -153,7 +151,7 @@ class _Sheet:
         self.pending, self.again, self.back = comment(said, self.dialect), "AGAIN" in said, last.line
 
     def renumber(self, line: str) -> str:
-        """A block number stays where it is the first of its kind."""
+        """Return the line; its block number stays where it is the first of its kind."""
         found = (_KLARTEXT_NUMBER if self.dialect.name == "heidenhain" else _NUMBER).match(line)
         if found is None:
             return line
@@ -163,13 +161,13 @@ class _Sheet:
         return line
 
     def remark_of(self, line: str) -> str:
-        """The comment of a line whose code goes."""
+        """Return the comment of a line whose code goes."""
         if self.dialect.name in SEMICOLON:
             return line[len(semicolon_code(line).rstrip()) :].strip()
         return " ".join(re.findall(r"\([^()]*\)|;.*", line))
 
     def finish(self) -> None:
-        """What a control needs at the end: END PGM, a second percent sign."""
+        """Write what a control needs at the end: END PGM, a second percent sign."""
         body = self.text(self.source.name)
         if self.dialect.name == "heidenhain" and not any(_END.match(line) for line, _ in self.lines):
             for number, line in enumerate(body, 1):
@@ -181,7 +179,7 @@ class _Sheet:
 
 
 def _cut(line: str, cuts: Sequence[TextCut]) -> str:
-    """A line with its cuts made; two blanks that meet become one."""
+    """Return a line with its cuts made; two blanks that meet become one."""
     for cut in sorted(cuts, key=lambda c: c.first)[::-1]:
         before, behind = line[: cut.first - 1], line[cut.last - 1 :]
         if not cut.text and before.endswith(" ") and behind[:1] in (" ", ""):
@@ -191,12 +189,12 @@ def _cut(line: str, cuts: Sequence[TextCut]) -> str:
 
 
 def _empty(code: str) -> bool:
-    """Nothing but a block number."""
+    """Return whether there is nothing but a block number."""
     return re.fullmatch(r"/?\d?\s*(?:N\s*\d+)?|\d+", code, re.IGNORECASE) is not None
 
 
 def check_written_out(old: Program, new: Program, origin: Sequence[int], name: str) -> None:
-    """The same moves. Raises ModelLimit with the line from which on they are not."""
+    """Check that both programs make the same moves. Raises ModelLimit with the line of the first difference."""
     for i, (a, b) in enumerate(zip(old.moves, new.moves)):
         if not _same(a, b):
             raise ModelLimit(_differs(name, old.moves[i].source.line))

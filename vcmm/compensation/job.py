@@ -1,4 +1,4 @@
-"""compensate: from a program and a set-up to a program with which the machine, its known errors included, cuts the part right.
+"""Compensate a program: with the new program the machine, its known errors included, cuts the part correctly.
 
 program -> moves with traces -> corrected points (fixed point) -> lines and arcs -> words of the blocks -> proof
 """
@@ -81,7 +81,7 @@ def compensate(
     orientation: bool = False,
     progress: Progress | None = None,
 ) -> CompensatedProgram:
-    """Rewrite a program. tolerance: mm. surface: what the tool does to the finished surface beside its path, corrected as well.
+    """Rewrite a program. tolerance: mm. surface: also correct the effects of the tool on the finished surface beside its path.
     machine: with its errors. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
     are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them. orientation: angles
@@ -113,7 +113,7 @@ def compensate(
 
 
 def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) -> CompensatedProgram:
-    """The new program with as many blocks as are allowed, and its proof."""
+    """Return the new program with as many blocks as are allowed, and its proof."""
     used, notes = tolerance, list(work.notes)
     for _ in range(MOST_RELAXED):
         report("correcting", 0.3)
@@ -218,7 +218,7 @@ def prepare(
 
 
 def _in_states(known: KnownErrors, read: Program) -> KnownErrors:
-    """Where the tip is led over the workpiece, the errors that follow from the position of the axes alone are corrected."""
+    """Return the errors that are corrected: where the tip is led over the workpiece, those that follow from the position of the axes alone."""
     if not leads(read.moves):
         return known
     kept = tuple(e for e in known.machine.effects if not required(e))
@@ -233,7 +233,7 @@ def _in_states(known: KnownErrors, read: Program) -> KnownErrors:
 def _flat(
     source: SourceText, read: Program, setup: Setup, language: Dialect, inline: float, notes: list[str]
 ) -> tuple[SourceText, Program, tuple[int, ...]]:  # fmt: skip
-    """The program written out where that is needed (inline: 0, never), what it means, and where its lines come from."""
+    """Return the program written out where that is needed (inline: 0, never), its meaning, and the origin of its lines."""
     one = must_be_written_out(read.traces, source.name) if inline > 0 else None
     if one is None:
         return source, read, tuple(range(1, len(source.lines) + 1))
@@ -341,7 +341,7 @@ def _check_better(work: Work, before: Departure, after: Departure, digits: float
 
 
 def _in_one_piece(work: Work, line: int) -> str:
-    """Why the block of a line of the file was not split, where radius compensation starts or ends along it."""
+    """Return why the block of a line of the file was not split, where radius compensation starts or ends along it."""
     traces = work.program.traces
     for before, here in pairwise(traces):
         switched = (before.compensation is None) != (here.compensation is None)
@@ -354,7 +354,8 @@ def _in_one_piece(work: Work, line: int) -> str:
 
 
 def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> str:
-    """What is left is rounding: half a digit in three axes is sqrt(3)/2 of the last one, which must come below the tolerance."""
+    """Return advice on decimals where the remaining error is rounding: half a digit in three axes is sqrt(3)/2 of the last one, which
+    must come below the tolerance."""
     units = {t.after.unit > 1.0: t.after.unit for t in work.program.traces}
     inch = max(units, key=lambda i: units[i] * 10.0 ** -work.decimals[i])
     enough = math.ceil(math.log10(units[inch] * math.sqrt(3.0) / 2.0 / used))
@@ -366,7 +367,7 @@ def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> 
 
 
 def _at(departed: Departure, origin: Sequence[int]) -> Departure:
-    """With the line of the file."""
+    """Return the departure with the line of the file."""
     return replace(departed, line=origin[departed.line])
 
 

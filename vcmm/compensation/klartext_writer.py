@@ -1,4 +1,4 @@
-"""Klartext: L, C with CC, CR, CP, and what is turned into them where it must change (LP -> L; CT, CTP -> C).
+"""Write Klartext: L, C with CC, CR, CP, and blocks that are converted to these where they must change (LP -> L; CT, CTP -> C).
 
 The pole (CC) of an arc is moved in its own block where that serves this arc alone, else a new CC is put before the arc.
 An arc whose third axis has to change as well becomes a helix (CP IPA.. Z..): C has no third axis.
@@ -53,7 +53,7 @@ class KlartextWriter(Writer):
         return next((w.text for k, w in trace.words.items() if k in AXES and w.plain), "+")
 
     def drop(self, index: int, word: WordAt) -> None:
-        """A word and the blanks before it."""
+        """Remove a word and the blanks before it."""
         at = word.line - 1 if word.line else index
         ahead = self.source.lines[at][0][: word.first - 1]
         first = len(ahead.rstrip()) + 1
@@ -81,7 +81,7 @@ class KlartextWriter(Writer):
         super().move(trace, fit)
 
     def _pole_of(self, trace: Trace, frame: BlockFrame) -> None:
-        """A CC of the source has been passed since the last arc."""
+        """Note that a CC of the source has been passed since the last arc."""
         block = trace.words.get("CC path")
         if block is None or block.line == self.pole_line:
             return
@@ -96,7 +96,7 @@ class KlartextWriter(Writer):
                 self.pole = float(centre[a]), float(centre[b])
 
     def _is_unchanged(self, trace: Trace, frame: BlockFrame, fit: BlockFit) -> bool:
-        """Whether the block may stay as it is: tool, pole and end are where the source has them."""
+        """Return whether the block may stay as it is: tool, pole and end are as in the source."""
         m = trace.contour
         if self.pole_moved and any(k in trace.words for k in POLAR):
             return False
@@ -112,7 +112,7 @@ class KlartextWriter(Writer):
         return off < STILL
 
     def _turn(self, trace: Trace, frame: BlockFrame, index: int) -> None:
-        """LP -> L, CT and CTP -> C; arcs get their name in `_set_function`, once it is known whether they climb."""
+        """Convert LP -> L, CT and CTP -> C; arcs get their name in `_set_function`, once it is known whether they climb."""
         if self.path in ("CT", "CTP"):
             self.path = "C"
         if self.path == "LP":
@@ -120,7 +120,7 @@ class KlartextWriter(Writer):
             self._set_function(trace, index, "L")
 
     def _set_function(self, trace: Trace, index: int, name: str) -> None:
-        """The path function that the block has now; polar words go."""
+        """Set the path function of the block; polar words are removed."""
         word = trace.words["path"]
         if word.text != name:
             self.turned.add(index)
@@ -130,7 +130,7 @@ class KlartextWriter(Writer):
                 self.drop(index, trace.words[key])
 
     def _behind(self, trace: Trace) -> tuple[int, int]:
-        """Index of the line and column behind the last axis word, else behind the path function."""
+        """Return index of the line and column behind the last axis word, else behind the path function."""
         words = [trace.words[k] for k in AXES if k in trace.words] or [trace.words["path"]]
         last = max(words, key=lambda w: (w.line, w.last))
         return last.line - 1, last.last
@@ -223,13 +223,13 @@ class KlartextWriter(Writer):
         self._centre(s)
 
     def _set_direction(self, trace: Trace) -> None:
-        """The sense of rotation, which CT and CTP do not say."""
+        """Write the sense of rotation, which CT and CTP do not state."""
         if trace.words["path"].text in ("CT", "CTP"):
             index, column = self._behind(trace)
             self.edits.setdefault(index, []).append(Edit(column, column, f" {_sense(trace)}"))
 
     def _as_helix(self, trace: Trace, frame: BlockFrame, new: Array, index: int) -> None:
-        """C X.. Y.. -> CP IPA.. Z.."""
+        """Convert C X.. Y.. -> CP IPA.. Z.."""
         a, b, n = PLANES[trace.contour.plane]
         word = trace.words["path"]
         for key in (AXES[a], AXES[b], "R"):
@@ -279,7 +279,7 @@ class KlartextWriter(Writer):
     def _place(
         self, index: int, trace: Trace, centre: tuple[float, float], frame: BlockFrame, first: bool
     ) -> None:
-        """The pole of an arc: where it is already, in the CC of the source, or in a new CC."""
+        """Place the pole of an arc: where it is already, in the CC of the source, or in a new CC."""
         step, places = self.step(frame.inch), self.decimals[frame.inch]
         letters = [AXES[i] for i in PLANES[trace.contour.plane][:2]]
         if self.pole is not None and max(abs(x - y) for x, y in zip(self.pole, centre)) < SAME * step:
@@ -300,7 +300,7 @@ class KlartextWriter(Writer):
         self.pole, self.pole_free, self.pole_moved = centre, False, True
 
     def _add(self, index: int, trace: Trace, letter: str, number: str) -> None:
-        """A word that the block has not: behind the axes before it, else behind the path function."""
+        """Add a word that the block lacks: behind the axes before it, else behind the path function."""
         order = self.order()
         before = [trace.words[k] for k in order[: order.index(letter)] if k in trace.words]
         last = max(before, key=lambda w: (w.line, w.last)) if before else trace.words.get("path")
@@ -310,7 +310,7 @@ class KlartextWriter(Writer):
         self.edits.setdefault(last.line - 1, []).append(Edit(last.last, last.last, f" {letter}{number}"))
 
     def leave(self, traces: Sequence[Trace], fit: BlockFit) -> None:
-        """DEP: its moves follow from the contour; only words that it has are corrected."""
+        """Write DEP: its moves follow from the contour; only words that it has are corrected."""
         first, last = traces[0].contour, traces[-1].contour
         self.q = self.q + np.array(last.end) - np.array(first.start)
         frame, index = frame_of(traces[-1]), traces[-1].line - 1
@@ -323,7 +323,7 @@ class KlartextWriter(Writer):
 
 
 def _is_mirrored(trace: Trace) -> bool:
-    """Whether the frame turns arcs of the plane round."""
+    """Return whether the frame turns arcs of the plane round."""
     a, b, _ = PLANES[trace.contour.plane]
     m = trace.transformation.matrix
     return m[a][a] * m[b][b] - m[a][b] * m[b][a] < 0

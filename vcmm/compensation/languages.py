@@ -1,4 +1,4 @@
-"""What each dialect needs: its numbers, its writer, its comments."""
+"""Tables by dialect: its numbers, its writer, its comments."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LANGUAGES: dict[str, Dialect] = {**G_CODE, "sinumerik": SINUMERIK, "heidenhain":
 
 
 def writer_of(dialect: Dialect) -> type[Writer]:
-    """The class that writes the blocks of a dialect."""
+    """Return the class that writes the blocks of a dialect."""
     if dialect.name == "sinumerik":
         from vcmm.compensation.sinumerik_writer import SinumerikWriter
 

@@ -1,4 +1,4 @@
-"""What a compensation starts from: program text, set-up, machine with what its file says of the state of the control, and the name of the dialect."""
+"""Load the inputs of a compensation: program text, set-up, machine with the state of the control of its file, and the name of the dialect."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vcmm.program.setup import Setup
 
 @dataclass(frozen=True, eq=False)
 class MachineOfFile:
-    """A machine and what its file says of it. state: of its [errors], "" where that table states none, None where there is no such table."""
+    """A machine and the statements of its file. state: of its [errors], "" where that table states none, None where there is no such table."""
 
     machine: Machine
     file: Path
@@ -27,7 +27,7 @@ LoadedProgram = tuple[SourceText, Setup, MachineOfFile | Machine, str]
 def load_program(
     program: str | Path, setup: Setup, machine: MachineOfFile | Machine, dialect: str | None
 ) -> LoadedProgram:
-    """(source, set-up with the axes of the machine, machine, dialect)."""
+    """Return (source, set-up with the axes of the machine, machine, dialect)."""
     setup = replace(setup, axes=frozenset(machine_of(machine).axes))
     source = read_source(Path(program))
     name = dialect or setup.dialect or guess(source.text, Path(program))[0]
@@ -35,10 +35,10 @@ def load_program(
 
 
 def machine_of(known: MachineOfFile | Machine) -> Machine:
-    """The machine itself."""
+    """Return the machine itself."""
     return known.machine if isinstance(known, MachineOfFile) else known
 
 
 def no_machine(setup: Setup) -> UsageError:
-    """The error to raise where neither the caller nor the set-up names a machine."""
+    """Return the error to raise where neither the caller nor the set-up names a machine."""
     return UsageError(f'{setup.path or "the set-up"} names no machine; add machine = "mill.toml"')

@@ -1,4 +1,4 @@
-"""Numbers of a program: how they are rounded and written. Style is that of the word they replace.
+"""Round and write the numbers of a program, in the style of the word that they replace.
 
 A value is rounded to the decimals of the program. On chains of short blocks the rounding error of one block is carried
 into the next (error diffusion: Floyd and Steinberg, Proc. SID 17 (1976) 75), so that the mean over the chain is right to
@@ -16,7 +16,7 @@ HOLD = 0.75  # increments by which an axis that the block does not name may be o
 
 
 def nearest(value: float, step: float) -> float:
-    """The nearest multiple of a step."""
+    """Return the nearest multiple of a step."""
     return round(value / step) * step
 
 
@@ -37,7 +37,7 @@ class Diffusion:
 
 
 def decimals_of(words: list[WordAt], inch: bool, asked: int | None) -> int:
-    """Decimals with which a program is written: as many as its longest number, at least 0.001 mm or 0.0001 inch."""
+    """Return the decimals with which a program is written: as many as its longest number, at least 0.001 mm or 0.0001 inch."""
     if asked is not None:
         return asked
     least = 4 if inch else 3
@@ -45,7 +45,7 @@ def decimals_of(words: list[WordAt], inch: bool, asked: int | None) -> int:
 
 
 def format_number(value: float, decimals: int, like: str = "", increments: bool = False) -> str:
-    """A number in the style of `like`: its plus sign, its missing zero before the point.
+    """Return a number in the style of `like`: its plus sign, its missing zero before the point.
 
     increments: without a point, in units of the last decimal (control set to increments).
     """
@@ -63,5 +63,5 @@ def format_number(value: float, decimals: int, like: str = "", increments: bool 
 
 
 def value_of(word: WordAt) -> float:
-    """The number of a plain word."""
+    """Return the number of a plain word."""
     return float(re.sub(r"\s", "", word.text).replace(",", "."))

@@ -1,4 +1,4 @@
-"""Work offsets alone: the best single shift of each, which a shop can type in today. For every dialect that can be read."""
+"""Find the best single shift of each work offset, which a shop can enter by hand, for every dialect that can be read."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class OffsetOnly:
 
 
 def with_shifts(moves: Sequence[Move], field: PathErrors) -> tuple[Departure, Departure, dict[str, Array]]:
-    """The program as it is, and with its work offsets shifted by least squares over the cutting path."""
+    """Return the departures of the program as it is and with its work offsets shifted by least squares over the cutting path."""
     w = walk(moves)
     error = errors_on(field, w)
     lines = [moves[i].source.line for i in w.move.tolist()]
@@ -65,7 +65,7 @@ def best_offsets(
     set_here: bool = True,
     constants: Mapping[str, float] | None = None,
 ) -> OffsetOnly:
-    """The best shift of each work offset. Raises as `compensate` does where the position or the control is not known."""
+    """Return the best shift of each work offset. Raises as `compensate` does where the position or the control is not known."""
     source, setup, stated, name = load_program(program, setup, machine, dialect)
     check_mark(source)
     notes = check_state(stated, setup)

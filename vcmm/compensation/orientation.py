@@ -1,13 +1,13 @@
-"""Directions of the tool in a program that leads the tip: the angles (or vectors) at which the tool really points where it should.
+"""Correct directions of the tool in a program that leads the tip: find the angles (or vectors) at which the tool points as programmed.
 
     tilt = (e(a point LEVER up the tool) - e(tip)) / LEVER          the tool points along  a(q) + tilt(q)
 
 a(q) from the kinematic chain, e from the same errors that correct the tip. Wanted is a(q) of the program as it is; q follows by
 Newton's method with the pseudo-inverse of da/dq. Where one axis hardly turns the tool (a singular position) that axis would have to
-run far to correct a small tilt: there a cut is refused. Only words that stand in the program change, block by block; the path of the
-tip is corrected for the new angles afterwards, as ever.
+run far to correct a small tilt: there a cut is refused. Only words of the program change, block by block; the path of the
+tip is corrected for the new angles afterwards, as usual.
 
-Hand check: a table B that stands 50 urad off, tool along Z: tilt (50e-6, 0, 0); B is written 50 urad = 0.00286 deg less.
+Hand check: a table B that is 50 urad off, tool along Z: tilt (50e-6, 0, 0); B is written 50 urad = 0.00286 deg less.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ SHARES = (0.0, 0.5, 1.0)  # of a move, where its direction is looked at
 
 
 def direction(field: PathErrors, angle: Array) -> Array:
-    """Tool axes (k, 3) in the workpiece at angles (k, 3)."""
+    """Return the tool axes (k, 3) in the workpiece at angles (k, 3)."""
     none = np.zeros_like(angle)
     return tip_and_axis(field.known.machine, none, angle, none)[1]
 
 
 def tilt(field: PathErrors, move: Ints, share: Array, tips: Array, angle: Array) -> Array:
-    """How far (k, 3) rad the tool is tilted by errors, its tip at tips (k, 3) and its rotary axes at angles (k, 3)."""
+    """Return the tilt (k, 3) rad of the tool by errors, its tip at tips (k, 3) and its rotary axes at angles (k, 3)."""
     run = field.run(move, share, tips)
     linear = field.axes_at(move, tips, angle, -run.offset) - run.offset
     travel = {
@@ -65,7 +65,7 @@ def tilt(field: PathErrors, move: Ints, share: Array, tips: Array, angle: Array)
 
 @dataclass(frozen=True, eq=False)
 class OrientationCorrection:
-    """Angles (k, 3) that point the tool where it should; left (k,): tilt that remains, rad; singular (k,)."""
+    """Angles (k, 3) that point the tool as programmed; left (k,): tilt that remains, rad; singular (k,)."""
 
     angle: Array
     left: Array
@@ -73,7 +73,7 @@ class OrientationCorrection:
 
 
 def correct_orientation(field: PathErrors, move: Ints, tips: Array, angle: Array) -> OrientationCorrection:
-    """Corrected angles at the ends of moves (k,) with tips (k, 3) and programmed angles (k, 3)."""
+    """Return the corrected angles at the ends of moves (k,) with tips (k, 3) and programmed angles (k, 3)."""
     letters, share = rotary_of(field.known.machine), np.ones(len(move))
     wanted, found = direction(field, angle), angle.copy()
     singular = np.zeros(len(move), dtype=bool)
@@ -102,7 +102,7 @@ def _step_angle(angle: Array, letter: int) -> Array:
 def oriented_source(
     source: SourceText, read: Program, field: PathErrors, decimals: int | None
 ) -> tuple[SourceText, tuple[str, ...]]:
-    """The program with the words that turn the tool corrected, and what is to be said of it.
+    """Return the program with the words that turn the tool corrected, and remarks.
 
     Raises DataError and ModelLimit with the line: words that are no plain absolute numbers, travels, singular positions.
     """
@@ -132,7 +132,7 @@ def _turns(trace: Trace) -> bool:
 
 
 def _vector(trace: Trace) -> tuple[str, str, str] | None:
-    """The words of a direction; tilted planes point the tool without them."""
+    """Return the words of a direction; tilted planes point the tool without them."""
     if trace.contour.tool_axis_end is None or trace.contour.kind == "arc":
         return None
     return next((names for names in VECTORS if any(n in trace.words for n in names)), None)
@@ -142,7 +142,7 @@ def _check(field: PathErrors, trace: Trace, name: str, found: OrientationCorrect
     machine, first = field.known.machine, trace.contour.source.first
     if found.singular[row] and found.left[row] > WEAK and trace.contour.kind in CUTS:
         said = (
-            f"the tool stands where one rotary axis hardly turns it (a singular position), and {found.left[row] * 1e6:.1f} urad of its tilt could only be "
+            f"the tool is where one rotary axis hardly turns it (a singular position), and {found.left[row] * 1e6:.1f} urad of its tilt could only be "
             "corrected by a long way of that axis; lay the part so that the tool leans there, or leave --orientation out"
         )
         raise at_line(ModelLimit, name, trace.line, said, first)
@@ -157,7 +157,7 @@ def _check(field: PathErrors, trace: Trace, name: str, found: OrientationCorrect
 def _words(
     trace: Trace, name: str, change: Array, nominal: Array, axis: Array, decimals: int | None
 ) -> list[tuple[WordAt, str]]:
-    """Each word of a block that turns the tool, and its new value. change, nominal (3,): degrees, rad; axis (3,): the new direction."""
+    """Return each word of a block that turns the tool, and its new value. change, nominal (3,): degrees, rad; axis (3,): the new direction."""
     names = _vector(trace)
     if names is not None:
         return _vector_words(trace, name, names, axis, decimals)
@@ -191,7 +191,7 @@ def _vector_words(
 
 
 def _anew(word: WordAt, value: float, least: int, asked: int | None) -> list[tuple[WordAt, str]]:
-    """The word with its new value; none where its digits stay what they are: it is left byte for byte."""
+    """Return the word with its new value; none where its digits do not change: it is left byte for byte."""
     digits = max(least, word.decimals or 0, asked or 0)
     same = abs(round(value, digits) - value_of(word)) < 0.5 * 10.0**-digits
     return [] if same else [(word, format_number(value, digits, word.text))]
@@ -208,7 +208,7 @@ def _unreadable(trace: Trace, name: str, words: str) -> DataError:
 def prove_orientation(
     field: PathErrors, wanted: Sequence[Move], moves: Sequence[Move], low: Ints, lines: Sequence[int]
 ) -> Departure:
-    """How far (rad) the tool points off along the cuts of `moves`; wanted: the program as it is, low (m,): its move for each of them.
+    """Return how far (rad) the tool points off along the cuts of `moves`; wanted: the program as it is, low (m,): its move for each of them.
 
     lines: of the file for each line of the program that is run.
     """

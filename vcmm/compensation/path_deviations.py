@@ -1,4 +1,4 @@
-"""A program point by point with what the machine does wrong there: for pictures of the path before and after compensation."""
+"""A program point by point with the error of the machine there, for pictures of the path before and after compensation."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class FollowedPath:
 def follow_path(
     moves: Sequence[Move], knot: Ints, tip: Array, error: Array, lines: Sequence[int] = ()
 ) -> FollowedPath:
-    """Moves in pieces between the knots of a walk (k,), which belong to moves `knot` and lie at tip (k, 3) mm, one piece where there are
+    """Return moves in pieces between the knots of a walk (k,), which belong to moves `knot` and lie at tip (k, 3) mm, one piece where there are
     none; each with the larger error (k,) mm of its ends.
 
     lines: source line of each line of the program, where it was rewritten.

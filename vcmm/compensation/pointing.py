@@ -1,4 +1,4 @@
-"""Where a rewritten program points its tool: angles that only the machine knows, their correction, and its proof."""
+"""Directions of the tool in a rewritten program: angles that only the machine knows, their correction, and its proof."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vcmm.shop.motion.tool_centre import leads, orient_moves
 
 
 def with_angles(read: Program, machine: Machine, name: str) -> Program:
-    """The program with the angles of rotary axes that only the machine knows: tilted planes, directions of the tool."""
+    """Return the program with the angles of rotary axes that only the machine knows: tilted planes, directions of the tool."""
     if not leads(read.moves):
         return read
     moves, said = orient_moves(read.moves, machine, name)
@@ -26,7 +26,7 @@ def with_angles(read: Program, machine: Machine, name: str) -> Program:
 def correct_orientation(
     source: SourceText, read: Program, field: PathErrors, name: str, *, decimals: int | None, origin: Sequence[int], notes: list[str]
 ) -> tuple[SourceText, Program, PathErrors]:  # fmt: skip
-    """The program with the words that turn the tool corrected, what it means, and the errors along it; the tip is not yet corrected."""
+    """Return the program with the words that turn the tool corrected, its meaning, and the errors along it; the tip is not yet corrected."""
     try:
         source, said = oriented_source(source, read, field, decimals)
     except (DataError, ModelLimit) as error:

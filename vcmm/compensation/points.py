@@ -1,4 +1,4 @@
-"""Measured points with the known errors of the machine taken off: corrected = indicated - (indicated - true)."""
+"""Correct measured points by the known errors of the machine: corrected = indicated - (indicated - true)."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class Walk:
 
 
 def walk(moves: Sequence[Move]) -> Walk:
-    """Knots on every cutting move that may be rewritten, its ends among them."""
+    """Return knots on every cutting move that may be rewritten, its ends among them."""
     which, share, tip, weight = [], [], [], []
     for i, m in enumerate(moves):
         if m.kind not in CUTS or not m.rewritable:
@@ -64,14 +64,14 @@ def walk(moves: Sequence[Move]) -> Walk:
 
 
 def errors_on(field: PathErrors, w: Walk) -> Array:
-    """Error (k, 3) at the points of a walk along the field's own moves."""
+    """Return the error (k, 3) at the points of a walk along the field's own moves."""
     if not len(w.move):
         return np.zeros((0, 3))
     return field.errors(field.run(w.move, w.share, w.tip), w.move)
 
 
 def departures(at: Array, moves: Sequence[Move], low: Ints, high: Ints) -> Array:
-    """Distance (k,) of points from the nearest of moves low..high (k,)."""
+    """Return the distance (k,) of points from the nearest of moves low..high (k,)."""
     out = np.full(len(at), np.inf)
     for by in range(int((high - low).max(initial=0)) + 1):
         rows = np.flatnonzero(low + by <= high)
@@ -83,7 +83,7 @@ def departures(at: Array, moves: Sequence[Move], low: Ints, high: Ints) -> Array
 def end_departures(
     at: Array, w: Walk, moves: Sequence[Move], old: Sequence[Move], low: Ints, high: Ints
 ) -> Array:
-    """Distance (k,) from the programmed ends, at the ends of blocks; 0 elsewhere and where radius compensation moves the ends."""
+    """Return the distance (k,) from the programmed ends, at the ends of blocks; 0 elsewhere and where radius compensation moves the ends."""
     out = np.zeros(len(at))
     for rows, first in ((np.flatnonzero(w.share == 0.0), True), (np.flatnonzero(w.share == 1.0), False)):
         for row in rows.tolist():
@@ -100,7 +100,7 @@ def end_departures(
 
 
 def departure(values: Array, weight: Array, lines: Sequence[int]) -> Departure:
-    """Largest, rms over the length of the path, and the line of the largest."""
+    """Return the largest departure, the rms over the length of the path, and the line of the largest."""
     if not len(values):
         return Departure(0.0, 0.0, 0)
     worst = int(values.argmax())
@@ -110,7 +110,7 @@ def departure(values: Array, weight: Array, lines: Sequence[int]) -> Departure:
 
 
 def best_shifts(error: Array, w: Walk, moves: Sequence[Move]) -> dict[str, Array]:
-    """Least squares: the shift (3,) mm of each work offset that takes most of the error away; minus its mean along the path."""
+    """Return by least squares the shift (3,) mm of each work offset that removes most of the error; minus its mean along the path."""
     names = np.array([moves[i].offset for i in w.move.tolist()])
     out = {}
     for name in dict.fromkeys(names.tolist()):
@@ -121,13 +121,13 @@ def best_shifts(error: Array, w: Walk, moves: Sequence[Move]) -> dict[str, Array
 
 
 def shift_errors(error: Array, w: Walk, moves: Sequence[Move], shifts: Mapping[str, Array]) -> Array:
-    """Errors (k, 3) with the work offsets shifted."""
+    """Return the errors (k, 3) with the work offsets shifted."""
     return error + np.array([shifts[moves[i].offset] for i in w.move.tolist()]).reshape(-1, 3)
 
 
 # -- block by block -------------------------------------------------------------------------------------------------
 def spans(old: Program, new: Program, lines: Sequence[int]) -> tuple[Ints, Ints]:
-    """First and last old move (k,) that each new move may lie on; lines: source line of each line of the new program."""
+    """Return the first and last old move (k,) that each new move may lie on; lines: source line of each line of the new program."""
     first: dict[int, list[int]] = {}
     for i, m in enumerate(old.moves):
         first.setdefault(m.source.line, []).append(i)
@@ -148,7 +148,7 @@ def spans(old: Program, new: Program, lines: Sequence[int]) -> tuple[Ints, Ints]
 
 
 def compare(old: Program, new: Program, lines: Sequence[int], name: str) -> None:
-    """Modal state, kinds, feeds and frames of every block. Raises ModelLimit: the new program does not mean the same."""
+    """Compare modal state, kinds, feeds and frames of every block. Raises ModelLimit where the new program does not mean the same."""
     before, after = _by_line(old.traces), _by_line(new.traces, lines)
     if list(before) != list(after):
         missing = [line for line in before if line not in after] or [
@@ -174,7 +174,7 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
         raise _differs(name, line, f"the modal state differs ({was} has become {now})")
     a, b = old[-1].transformation, new[-1].transformation
     if max(abs(x - y) for x, y in zip(a.shift, b.shift)) > 1e-6 or a.matrix != b.matrix:
-        what = "the work coordinates depend on where the tool stands (G92, G10 L20, G68 without a centre)"
+        what = "the work coordinates depend on the position of the tool (G92, G10 L20, G68 without a centre)"
         raise _differs(
             name, line, what, "; set them where nothing is corrected yet, or use fixed work offsets"
         )
@@ -201,7 +201,7 @@ def _differs(name: str, line: int, what: str, advice: str = "") -> ModelLimit:
 
 
 def compare_comments(old: str, new: str, mark: Sequence[str], semicolon: bool = False) -> None:
-    """Comments are those of the source, in their order, after the mark."""
+    """Check that the comments are those of the source, in their order, after the mark."""
     pattern = _SEMICOLON if semicolon else _COMMENT
     found = pattern.findall(new)
     for one in mark:
@@ -211,7 +211,8 @@ def compare_comments(old: str, new: str, mark: Sequence[str], semicolon: bool = 
 
 
 def block_rate(moves: Sequence[Move], shortest: float = 1e-3) -> tuple[float, int]:
-    """Largest number of blocks per second at the programmed feed, and the line. What radius compensation adds at a corner is of the
+    """Return the largest number of blocks per second at the programmed feed, and the line. Moves that radius compensation adds at a
+    corner belong to the
     same block: on a contour that is tangential but for the last digit, an arc of a micrometre."""
     best, line = 0.0, 0
     for _, group in groupby(

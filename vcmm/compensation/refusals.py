@@ -1,4 +1,4 @@
-"""What is refused before anything is rewritten: where the machine's position or the state of its control is not known."""
+"""Refuse programs before anything is rewritten: where the machine's position or the state of its control is not known."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TRAVEL = 1e-6  # mm or rad of rounding that is allowed beyond a travel
 
 
 def check_dialect(name: str) -> None:
-    """Only dialects whose front-end says which word made which move."""
+    """Refuse dialects whose front-end does not state which word made which move."""
     check_name(name)
     if name in FRONT_ENDS and name not in TRACE_READERS:
         raise UsageError(
@@ -35,7 +35,7 @@ def check_dialect(name: str) -> None:
 
 
 def check_mark(source: SourceText) -> None:
-    """A program that has been compensated must not be compensated again."""
+    """Refuse a program that has been compensated already."""
     for number, (line, _) in enumerate(source.lines, 1):
         if MARK in line.upper():
             raise DataError(
@@ -45,7 +45,7 @@ def check_mark(source: SourceText) -> None:
 
 
 def check_channels(source: SourceText, dialect: str) -> None:
-    """A file with the programs of several channels is not rewritten."""
+    """Refuse a file with the programs of several channels."""
     if dialect in G_CODE and G_CODE[dialect].lathe:
         for number, (line, _) in enumerate(source.lines, 1):
             if marks_of(line):
@@ -55,7 +55,7 @@ def check_channels(source: SourceText, dialect: str) -> None:
 
 
 def check_face(program: Program, name: str) -> None:
-    """Polar interpolation is not rewritten."""
+    """Refuse polar interpolation."""
     face = next((m for m in program.moves if m.over_face), None)
     if face is not None:
         raise ModelLimit(
@@ -65,7 +65,7 @@ def check_face(program: Program, name: str) -> None:
 
 
 def check_state(known: MachineOfFile | Machine, setup: Setup) -> list[str]:
-    """The control must run with the compensations with which the errors were measured. Returns remarks."""
+    """Check that the control runs with the compensations with which the errors were measured. Returns remarks."""
     machine, where = machine_of(known), f"{setup.path}: " if setup.path else ""
     if setup.compensation is None:
         raise UsageError(
@@ -105,7 +105,7 @@ POLAR_WORDS = ("AP", "RP", "@", "^")  # of Sinumerik and LinuxCNC
 
 
 def check_wound(source: SourceText, dialect: Dialect) -> None:
-    """Polar and cylindrical interpolation: C stands for a length there, which the axis words of a new block do not; and polar
+    """Refuse polar and cylindrical interpolation, in which C is a length that the axis words of a new block do not express; and polar
     words (G16), where X is a radius and Y an angle."""
     wound = [_WOUND] if dialect.words == "macro" else []
     polar = [_POLAR] if dialect.name in G_CODE and not dialect.lathe else []
@@ -126,7 +126,7 @@ def _check_codes(name: str, lines: Sequence[str], patterns: Sequence[re.Pattern[
 
 
 def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
-    """Polar words and cycles other than those for holes: their moves are not what the words of the block say.
+    """Refuse polar words and cycles other than those for holes: their moves are not those of the words of the block.
 
     Before anything is written out: the contour of a turning cycle is executed several times as well.
     """
@@ -158,7 +158,7 @@ def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
 
 
 def _cycle_position(source: SourceText, trace: Trace) -> tuple[int, int]:
-    """Line and column of the code of a cycle, which may stand apart from the contour that it runs along."""
+    """Return line and column of the code of a cycle, which may be apart from the contour that it runs along."""
     code = re.compile(rf"{trace.cycle}(?![\d.])", re.IGNORECASE)
     for number, (line, _) in enumerate(source.lines if trace.file == source.name else (), 1):
         if match := code.search(code_of(line)):
@@ -179,7 +179,7 @@ HEIGHTS_MOVE = ("CYCLE81", "CYCLE82", "CYCLE83", "CYCL DEF 200")  # holes that d
 
 
 def check_program(program: Program, machine: Machine, setup: Setup, name: str) -> None:
-    """Work offsets, tools, rotary axes, words and blocks that cannot be rewritten."""
+    """Check work offsets, tools, rotary axes, words and blocks for those that cannot be rewritten."""
     check_moves([t.contour for t in program.traces], machine, setup, name)
     if program.touches:
         raise ModelLimit(
@@ -192,7 +192,7 @@ def check_program(program: Program, machine: Machine, setup: Setup, name: str) -
 
 
 def check_moves(moves: Sequence[Move], machine: Machine, setup: Setup, name: str) -> None:
-    """Work offsets, tools and axes of all moves are known."""
+    """Check that work offsets, tools and axes of all moves are known."""
     if not moves:
         raise UsageError(f"{name}: the program has no motion; there is nothing to compensate")
     for m in moves:
@@ -203,7 +203,7 @@ def check_moves(moves: Sequence[Move], machine: Machine, setup: Setup, name: str
 
 
 def _check_set_as_cut(moves: Sequence[Move], name: str) -> None:
-    """An offset that was set with the rotary axes as they cut is used in one position of them."""
+    """Check that an offset that was set with the rotary axes as they cut is used in one position of them."""
     at: dict[str, tuple[float, ...]] = {}
     for m in (m for m in moves if m.kind != "rapid" and m.rewritable and not m.led):
         if max(abs(a - b) for a, b in zip(at.setdefault(m.offset, m.rotary_end), m.rotary_end)) > TRAVEL:
@@ -237,10 +237,10 @@ def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:
 
 
 def _check_rotary_axes(m: Move, machine: Machine, at: str) -> None:
-    """Rotary axes may stand anywhere while X, Y and Z cut, and turn on the way there; nothing else is rewritten without its tip led."""
+    """Check rotary axes: they may have any angle while X, Y and Z cut, and turn on the way there; nothing else is rewritten without its tip led."""
     if machine.kind == "lathe" and (any(m.rotary_start) or any(m.rotary_end)):
         raise ModelLimit(
-            f"{at}: axis C of a lathe stands off zero; driven tools are not rewritten. Take their blocks out, or see with vcmm cut what they leave"
+            f"{at}: axis C of a lathe is off zero; driven tools are not rewritten. Remove their blocks, or check their result with vcmm cut"
         )
     if m.kind != "rapid" and max(abs(a - b) for a, b in zip(m.rotary_start, m.rotary_end)) > TRAVEL:
         raise ModelLimit(
@@ -266,7 +266,7 @@ def _check_rewritable(trace: Trace, name: str, at: str) -> None:
 def check_travel(
     program: Program, machine: Machine, after: bool, name: str, lines: Sequence[int] = ()
 ) -> None:
-    """Axes within their travels at the ends of all moves. lines: source line of each line of the new program."""
+    """Check that axes are within their travels at the ends of all moves. lines: source line of each line of the new program."""
     moves, _ = in_machine_axes(program.moves, machine, name)
     for m in moves:
         for i, letter in enumerate("XYZ"):
@@ -286,7 +286,7 @@ def check_travel(
 
 
 def codes_of(source: SourceText, dialect: Dialect) -> list[frozenset[str]]:
-    """M codes of each line: M08 -> "M8", "M?" where the number is computed."""
+    """Return the M codes of each line: M08 -> "M8", "M?" where the number is computed."""
     return [
         frozenset(
             f"M{'?' if c.number is None else c.number}" for c in codes_in(line, dialect) if c.name == "M"

@@ -1,4 +1,4 @@
-"""What compensation of a program hands back."""
+"""Results of the compensation of a program."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class OrientationProof:
 
 @dataclass(frozen=True)
 class Rounding:
-    """What the last decimal costs: step mm, largest and rms at the ends of blocks, and its share of the mean square residual."""
+    """Cost of the last decimal: step mm, largest and rms at the ends of blocks, and its share of the mean square residual."""
 
     step: float
     largest: float
@@ -82,7 +82,7 @@ class CompensatedProgram(Readable):
     whole: tuple[Departure, Departure] | None = (
         None  # before and after with reversal and lag too, which are not corrected
     )
-    paths: tuple[FollowedPath, FollowedPath] | None = None  # before and after, where they are asked for
+    paths: tuple[FollowedPath, FollowedPath] | None = None  # before and after, where they are requested
     orientation: OrientationProof | None = None  # where angles of the tool are corrected too
     reading: Reading | None = field(default=None, repr=False)
 

@@ -1,4 +1,4 @@
-"""Rewriting: every block of the source with the numbers that it must have, and the mark in front."""
+"""Rewrite every block of the source with its new numbers, and put the mark in front."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ class Work:
 
     @property
     def corrects(self) -> bool:
-        """Whether there is anything that a path can take back."""
+        """Whether there is anything that a path can correct."""
         return bool(self.known.machine.effects) or self.field.surface is not None
 
 
 def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Writer]:
-    """The new text, the source line (from 1, 0 for the mark) of each of its lines, and the writer's tallies."""
+    """Return the new text, the source line (from 1, 0 for the mark) of each of its lines, and the writer's tallies."""
     traces = work.program.traces
     codes = codes_of(work.source, work.dialect)
     index = moves_of(traces, work.program.moves)
@@ -92,7 +92,7 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
 def _look_ahead(
     writer: Writer, traces: Sequence[Trace], left: Trace | None, then: Trace | None, work: Work, tolerance: float
 ) -> None:  # fmt: skip
-    """How far off a block may leave an axis that it does not name, by what moves before it (left) and behind it (then)."""
+    """Compute how far off a block may leave an axis that it does not name, from the moves before it (left) and behind it (then)."""
     following = None if then is None else then.contour
     cuts = any(
         m is not None and m.kind in ("line", "arc")
@@ -107,7 +107,7 @@ def _look_ahead(
 
 
 def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None], work: Work) -> None:
-    """One block of the source with all its moves."""
+    """Write one block of the source with all its moves."""
     one = traces[0]
     if one.contour.kind == "dwell" and not one.cycle:
         return
@@ -145,7 +145,7 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | No
 
 
 def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> None:
-    """A block of Sinumerik or Klartext: its own moves, then the hole that it calls."""
+    """Write a block of Sinumerik or Klartext: its own moves, then the hole that it calls."""
     from vcmm.compensation.klartext_writer import KlartextWriter
 
     own = [i for i, t in enumerate(traces) if not t.cycle and t.contour.kind != "dwell"]
@@ -169,7 +169,7 @@ def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit
 
 
 def _machine_move(writer: Writer, traces: Sequence[Trace], dialect: Dialect) -> None:
-    """G28, G30, G53: the named axes go to a machine position, the others stay where the new program has them."""
+    """Write G28, G30, G53: the named axes go to a machine position, the others stay where the new program has them."""
     last = traces[-1]
     named = [a for a in AXES if a in last.words or f"{a}1" in last.words]
     everything = not any(a in last.words for a in "XYZABC") and dialect.words == "o"
@@ -181,7 +181,7 @@ def _machine_move(writer: Writer, traces: Sequence[Trace], dialect: Dialect) -> 
 
 
 def _assemble(work: Work, writer: Writer, tolerance: float) -> tuple[str, list[int]]:
-    """The text with its mark."""
+    """Return the text with its mark."""
     mark = header(work.machine.name, tolerance, work.hashed, work.dialect)
     at, text, lines = place(work.source, work.dialect), [], []
     body = writer.lines()

@@ -1,4 +1,4 @@
-"""A program run again on the machine with its known errors: how far its tool is from the path that was programmed."""
+"""Run a program again on the machine with its known errors, and measure how far its tool is from the programmed path."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from vcmm.program.moves import Program
 
 
 def departure_by_run(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]) -> Departure:
-    """The program run on the machine, against the path of the original; lines: empty for the original itself."""
+    """Return the departure of the program run on the machine from the path of the original; lines: empty for the original itself."""
     w, gap = _gaps(work, known, program, lines)
     at = [program.moves[i].source.line for i in w.move.tolist()]
     return departure(gap, w.weight, [lines[line - 1] for line in at] if lines else at)
 
 
 def _gaps(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]) -> tuple[Walk, Array]:
-    """Points along a program, and how far the tool is there from the path of the original (k,), mm."""
+    """Return the points along a program, and how far the tool is there from the path of the original (k,), mm."""
     field = field_of(
         known, work.setup, program.moves, set_here=work.field.set_here, constants=work.field.constants,
         lathe=work.dialect.lathe,
@@ -39,7 +39,7 @@ def _gaps(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]
 
 
 def both_paths(work: Work, new: Program, lines: Sequence[int]) -> tuple[FollowedPath, FollowedPath]:
-    """The program as it is and as rewritten, with what is off along both; lines of the file."""
+    """Return the program as it is and as rewritten, with the deviations along both; lines of the file."""
     out = []
     for program, source in ((work.program, ()), (new, lines)):
         w, gap = _gaps(work, work.known, program, source)
@@ -50,7 +50,7 @@ def both_paths(work: Work, new: Program, lines: Sequence[int]) -> tuple[Followed
 
 
 def pointing_of(work: Work, aim: Program, new: Program, lines: Sequence[int]) -> OrientationProof:
-    """Where the tool points with the program as it is, and with the new one; lines: of the source for each line of the new program."""
+    """Return the direction of the tool with the program as it is, and with the new one; lines: of the source for each line of the new program."""
 
     def along(program: Program) -> PathErrors:
         return replace(work.field, moves=program.moves)

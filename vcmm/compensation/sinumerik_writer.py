@@ -1,4 +1,4 @@
-"""Sinumerik: X=IC(5), I=AC(0), CR=, AR=, CIP with I1= J1=, TURN=, RND= at the last of the blocks of a split."""
+"""Write Sinumerik: X=IC(5), I=AC(0), CR=, AR=, CIP with I1= J1=, TURN=, RND= at the last of the blocks of a split."""
 
 from __future__ import annotations
 
@@ -64,14 +64,14 @@ class SinumerikWriter(Writer):
         super().move(trace, fit)
 
     def _settle(self, s: Stretch) -> Array:
-        """CIP keeps its height: with another one it would be a circle in space."""
+        """Return the numbers at which a block ends; CIP keeps its height: with another one it would be a circle in space."""
         new = super()._settle(s)
         if s.trace.after.motion == "CIP":
             new[s.plane[2]] = s.start[s.plane[2]]
         return new
 
     def _drop_opening(self, trace: Trace, fit: BlockFit) -> tuple[Trace, bool]:
-        """AR= goes where the arc must change: the end point and the centre say the same, and more."""
+        """Remove AR= where the arc must change: the end point and the centre determine the arc."""
         m = trace.contour
         frame = frame_of(trace)
         begin = np.abs(self.q - frame.offset - np.array(m.start)).max()
@@ -138,7 +138,7 @@ class SinumerikWriter(Writer):
         return super()._nominal_centre(trace, frame) | dict.fromkeys(VIA, math.inf)
 
     def _via(self, trace: Trace, frame: BlockFrame) -> float:
-        """Share of the arc at which its intermediate point lies."""
+        """Return the share of the arc at which its intermediate point lies."""
         m = trace.contour
         point = frame.numbers(np.array(m.start))
         start = point.copy()
@@ -159,7 +159,7 @@ def _from_zero(trace: Trace, letter: str) -> bool:
 
 
 def _same(m: Move, piece: BlockPiece) -> bool:
-    """Whether nothing of an arc has to change."""
+    """Return whether nothing of an arc has to change."""
     assert m.centre is not None
     assert piece.centre is not None
     a, b, _ = PLANES[m.plane]

@@ -38,7 +38,7 @@ class SourceText:
         return next((end for _, end in self.lines if end), "\n")
 
     def encode(self, text: str) -> bytes:
-        """The bytes of a text in the encoding of the source."""
+        """Return the bytes of a text in the encoding of the source."""
         return ((_BOM if self.bom else "") + text).encode(self.encoding)
 
 
@@ -76,13 +76,13 @@ def write_source(path: Path, content: bytes) -> None:
 
 
 def at_line(kind: type[E], name: str, line: int, said: str, column: int | None = None) -> E:
-    """The error of a place in a program, which it names in its text and carries as data."""
+    """Return the error of a place in a program, which it names in its text and carries as data."""
     place = f"{name}:{line}" if column is None else f"{name}:{line}:{column}"
     return kind(f"{place}: {said}", line=line, column=column)
 
 
 def at_origin(error: VcmmError, name: str, origin: Sequence[int]) -> VcmmError:
-    """The same error at the line of the file from which its line (from 1) of a written-out program comes."""
+    """Return the same error at the line of the file from which its line (from 1) of a written-out program comes."""
     head, line = f"{name}:{error.line}:", error.line
     if line is None or not 0 < line <= len(origin) or not str(error).startswith(head):
         return error
@@ -100,26 +100,26 @@ class Edit(NamedTuple):
 
 
 def apply_edits(line: str, edits: Sequence[Edit]) -> str:
-    """A line with its edits made; those at one place stay in their order, insertions before what goes."""
+    """Return a line with its edits made; those at one place stay in their order, insertions before what goes."""
     for edit in sorted(edits, key=lambda e: (e.first, e.last))[::-1]:
         line = line[: edit.first - 1] + edit.text + line[edit.last - 1 :]
     return line
 
 
 def code_of(line: str) -> str:
-    """The line with comments blanked, so that columns stay."""
+    """Return the line with comments blanked, so that columns stay."""
     return _COMMENT.sub(lambda m: " " * len(m[0]), line)
 
 
 def semicolon_code(line: str) -> str:
-    """The same where only `;` begins a comment, and brackets belong to the words."""
+    """Return the same where only `;` begins a comment, and brackets belong to the words."""
     at = re.match(r'(?:[^;"]|"[^"]*"?)*', line)
     code = at[0] if at else line
     return code + " " * (len(line) - len(code))
 
 
 def separator(source: SourceText) -> str:
-    """What stands between two words of the program: a blank, or nothing where words are written without."""
+    """Return the separator between two words of the program: a blank, or nothing where words are written without."""
     code = [code_of(line) for line, _ in source.lines]
     apart = sum(len(_APART.findall(line)) for line in code)
     close = sum(len(_CLOSE.findall(line)) for line in code)

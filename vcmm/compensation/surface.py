@@ -1,10 +1,10 @@
-"""What the tool does to the finished surface beside the known errors of its path, as an error of the path that can be corrected.
+"""Effects of the tool on the finished surface beside the known errors of its path, as an error of the path that can be corrected.
 
-    gain_k . e(move_k, share_k) = d_k        d_k: departure of the finished surface at point k; gain: what a shift of the tool does there
+    gain_k . e(move_k, share_k) = d_k        d_k: departure of the finished surface at point k; gain: effect of a shift of the tool there
 
 A tool that bends, wears, runs out or is larger than its table entry, an axis that lags, a part that springs back: each leaves the
 surface off by d. Any shift e of the tool with that gain does the same, so e is looked for along the program (vcmm.compensation.shifts); at a
-corner one shift serves both walls. Corners that the control rounds within a tolerance that nobody stated are not corrected. It is then one more error of the machine, and everything else of compensate goes on as it is:
+corner one shift serves both walls. Corners that the control rounds within an unstated tolerance are not corrected. Their rounding is then one more error of the machine, and everything else of compensate goes on as it is:
 fixed point, splits, proof.
 
 The shift of the tool along a program that leaves the surface where it is to be, linear between knots, by least squares.
@@ -56,7 +56,7 @@ TURNS = 30  # of the search for the cuts that count
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """k cuts of points on features: point, move and share of it, gain (k, 3), over (k,) mm above where the surface is to be, and whether
+    """k cuts of points on features: point, move and share of it, gain (k, 3), over (k,) mm above the nominal surface, and whether
     each makes its point; feature (points,)."""
 
     point: Ints
@@ -69,7 +69,7 @@ class Cuts:
 
 
 def shifts_of(moves: Sequence[Move], cuts: Cuts) -> tuple[Ints, Array, Array]:
-    """(first knot of each move (n + 1,), e at the knots (k, 3) mm, what is left of every point (points,) mm)."""
+    """Return (first knot of each move (n + 1,), e at the knots (k, 3) mm, residual of every point (points,) mm)."""
     first, same = _knots(moves)
     counts, released = cuts.makes.copy(), np.zeros(len(cuts.over), dtype=bool)
     for _ in range(TURNS):
@@ -88,7 +88,7 @@ def shifts_of(moves: Sequence[Move], cuts: Cuts) -> tuple[Ints, Array, Array]:
 
 
 def _knots(moves: Sequence[Move]) -> tuple[Ints, Ints]:
-    """(first knot of each move (n + 1,), number of the unknown of each knot): a move begins with the shift with which the one before ends."""
+    """Return (first knot of each move (n + 1,), number of the unknown of each knot): a move begins with the shift with which the one before ends."""
     count = [
         2 + min(int(abs(sweep_of(m)) / TURN if m.kind == "arc" else length_of(m) / KNOT), MOST_KNOTS)
         if m.kind not in ("rapid", "dwell") else 2
@@ -107,7 +107,8 @@ def _knots(moves: Sequence[Move]) -> tuple[Ints, Ints]:
 
 
 def _stiffness(moves: Sequence[Move], touched: Ints) -> Array:
-    """Weight of a change along each move (n,): what cuts a point may bend, a rapid across may lead anywhere, the rest stays straight."""
+    """Return the weight of a change along each move (n,): moves that cut a point may bend, a rapid across may lead anywhere, the rest
+    stays straight."""
     out = np.full(len(moves), STIFF)
     out[np.unique(touched)] = SMOOTH
     across = [m.kind == "rapid" and m.start[:2] != m.end[:2] for m in moves]
@@ -116,7 +117,7 @@ def _stiffness(moves: Sequence[Move], touched: Ints) -> Array:
 
 
 def _solve(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) -> tuple[Array, Array]:
-    """e at the knots (k, 3) by the cuts that count, and what it does at every cut (k,)."""
+    """Solve for e at the knots (k, 3) by the cuts that count, and its effect at every cut (k,)."""
     from scipy.sparse import coo_matrix, csr_matrix, vstack
     from scipy.sparse.linalg import spsolve
 
@@ -144,7 +145,7 @@ def _solve(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) -> 
     return found.reshape(-1, 3)[same], np.asarray(shows @ found)
 
 
-SEARCH_PLACES = 24  # places along a move, for the share of a point that stands beside it
+SEARCH_PLACES = 24  # places along a move, for the share of a point beside it
 MUCH = 0.3  # of the largest departure that is left on a feature, to be told by name: chosen
 DAMPED = 0.5  # of what a round leaves, corrected in the next: at corners the whole of it swings
 LARGEST_ANGLE = 0.02  # rad between the normals with which two passes touch one point: chosen
@@ -181,7 +182,7 @@ class SurfaceErrors:
     told: str = ""  # what it is, where it was not found by a virtual cut
 
     def at(self, low: Ints, high: Ints, tips: Array) -> Array:
-        """e (k, 3) of tips (k, 3) on the nearest of moves low to high (k,)."""
+        """Return e (k, 3) of tips (k, 3) on the nearest of moves low to high (k,)."""
         out, nearest = np.zeros((len(tips), 3)), np.full(len(tips), np.inf)
         for by in range(int((high - low).max(initial=0)) + 1):
             for move in np.unique(low[low + by <= high] + by).tolist():
@@ -200,7 +201,7 @@ class SurfaceErrors:
 
 
 def nearest_share(move: Move, tips: Array) -> tuple[Array, Array]:
-    """Share (k,) of a move next to tips (k, 3), and how far they are from it, mm."""
+    """Return the share (k,) of a move next to tips (k, 3), and how far they are from it, mm."""
     if move.kind != "arc":
         start, way = np.array(move.start), np.array(move.end) - np.array(move.start)
         square = float(way @ way)
@@ -213,7 +214,7 @@ def nearest_share(move: Move, tips: Array) -> tuple[Array, Array]:
 
 
 def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
-    """What the path does not know of, on the features of the part; None where it is nothing.
+    """Return the errors that the path does not know, on the features of the part; None where there are none.
 
     Raises UsageError for lathes, programs that turn rotary axes, and parts none of whose features is cut.
     """
@@ -222,7 +223,7 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
     if type(job.process) is not MillingProcess:
         raise UsageError(
             "--surface corrects milling with the rotary axes at rest; on lathes and with turning rotary axes take --surface away: the path is "
-            "corrected, and what belongs into the tool table stands in the answer of diagnose"
+            "corrected, and diagnose reports the entries for the tool table"
         )
     seen = _on_features(job)
     cuts = seen.cuts
@@ -233,7 +234,7 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
 
 
 def _correction(moves: Sequence[Move], seen: SeenPoints, ids: tuple[str, ...]) -> SurfaceErrors:
-    """The shifts of the tool for what the cuts are above where the surface is to be."""
+    """Return the shifts of the tool for the heights of the cuts above the nominal surface."""
     cuts = seen.cuts
     largest = float(np.abs(cuts.over[cuts.makes]).max(initial=0.0))
     knots, value, left = shifts_of(moves, cuts)
@@ -246,7 +247,7 @@ def _correction(moves: Sequence[Move], seen: SeenPoints, ids: tuple[str, ...]) -
 
 
 def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
-    """The machine with the effects only that the path is not corrected for, and their ids."""
+    """Return the machine with the effects only that the path is not corrected for, and their ids."""
     kept = set(map(id, known_errors_of(machine).machine.effects))
     rest: tuple[Effect, ...] = tuple(
         e for e in machine.effects if id(e) not in kept and not e.about.is_random and not absent(e)
@@ -255,8 +256,8 @@ def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
 
 
 def refined_surface(scenario: CutScenario, first: SurfaceErrors, program: Path) -> SurfaceErrors:
-    """A further round: what the part of the corrected program (all errors of the machine in it) still departs by is added to what its cuts are
-    corrected for. A tool that is led elsewhere bends otherwise, so the first round is not exact."""
+    """Return Run a further round: add the departure of the part of the corrected program (all errors of the machine in it) to the correction
+    of its cuts. A tool that is led elsewhere bends otherwise, so the first round is not exact."""
     job = set_up(replace(scenario, program=program))
     seen = first.seen
     if seen is None:
@@ -272,7 +273,7 @@ def refined_surface(scenario: CutScenario, first: SurfaceErrors, program: Path) 
 
 
 def _on_features(job: PreparedCut) -> SeenPoints:
-    """The cuts of points on the features of characteristics."""
+    """Return the cuts of points on the features of characteristics."""
     steps = gauge_plan(job.scenario.part, None).steps
     at, normals = (np.concatenate([getattr(s, name) for s in steps]) for name in ("points", "normals"))
     surface = surface_at(job, at, normals)
@@ -292,7 +293,7 @@ def _on_features(job: PreparedCut) -> SeenPoints:
 
 
 def _cut_at(job: PreparedCut, surface: CutSurface, feature: Words) -> tuple[Contacts, Array, ContactRows]:
-    """Contacts of points that are cut, errors of their rows without corners that the control rounds within a tolerance that nobody stated."""
+    """Return contacts of points that are cut, errors of their rows without corners that the control rounds within an unstated tolerance."""
     touch = np.array([str(i) for i in range(len(feature))])
     tool, contacts = tool_side(job, surface, touch, feature)
     rows = contact_rows(job, surface)
@@ -302,7 +303,7 @@ def _cut_at(job: PreparedCut, surface: CutSurface, feature: Words) -> tuple[Cont
 
 
 def _rounding(job: PreparedCut, rows: ContactRows) -> Array:
-    """What of the path (rows, 3) mm is a corner that the control rounds within a tolerance that nobody stated: not corrected."""
+    """Return the share of the path (rows, 3) mm that is a corner rounded by the control within an unstated tolerance: not corrected."""
     if "tolerance" in job.path.timing.control.stated:
         return np.zeros((len(rows.row), 3))
     states, known = job.process.states(job, rows)
@@ -310,7 +311,7 @@ def _rounding(job: PreparedCut, rows: ContactRows) -> Array:
 
 
 def _reaching(contacts: Contacts, errors: Array, move_of: Ints) -> tuple[Ints, Ints, Array, Bools]:
-    """(point, candidate) of the cuts that make the surface, how far each is above where the surface is to be (k,) mm, and whether it makes
+    """Return (point, candidate) of the cuts that make the surface, how far each is above the nominal surface (k,) mm, and whether it makes
     its point: at each point the deepest, and of every other move the one that comes as near with the same normal. A second pass along a
     wall, a floor or a ramp must not cut what the first was led away from.
 
@@ -334,7 +335,7 @@ def _reaching(contacts: Contacts, errors: Array, move_of: Ints) -> tuple[Ints, I
 
 
 def what_is_left(left: tuple[str, ...], surface: SurfaceErrors | None) -> tuple[str, ...]:
-    """What is not corrected, and what is corrected on the finished surface instead of the path."""
+    """Return remarks on errors that are not corrected, and on errors that are corrected on the finished surface instead of the path."""
     if surface is None:
         return left
     if surface.told:
@@ -356,7 +357,7 @@ def what_is_left(left: tuple[str, ...], surface: SurfaceErrors | None) -> tuple[
 
 
 def with_surface(field: PathErrors, surface: SurfaceErrors | None, name: str) -> PathErrors:
-    """The field with what happens on the surface. UsageError where that was found with other moves than those that are rewritten."""
+    """Return the field with the effects on the surface. UsageError where these belong to other moves than those that are rewritten."""
     if surface is not None and [(m.start, m.end) for m in field.moves] != [
         (m.start, m.end) for m in surface.moves
     ]:

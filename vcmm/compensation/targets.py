@@ -1,4 +1,4 @@
-"""What every move of a program must be commanded so that the machine with its errors runs the programmed path."""
+"""Compute the commands of every move with which the machine with its errors runs the programmed path."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vcmm.shop.cutting.contactmap import Ints
 SPACING, MOST_SAMPLES = (
     2.0,
     400,
-)  # mm between the points at which a correction is asked for; and at most per move
+)  # mm between the points at which a correction is computed; and at most per move
 CUTTING = ("line", "arc")
 CORNER = (
     1.1  # times the stretch by which radius compensation shortens or lengthens the centre path at a corner
@@ -48,7 +48,7 @@ class MoveSamples:
 
 
 def moves_of(traces: Sequence[Trace], moves: Sequence[Move]) -> Ints:
-    """Index (n,) of the move of the executed path that belongs to each trace; corners of radius compensation add moves."""
+    """Return the index (n,) of the move of the executed path that belongs to each trace; corners of radius compensation add moves."""
     if len(traces) == len(moves):
         return np.arange(len(traces))
     out, at = [], 0
@@ -66,7 +66,7 @@ def moves_of(traces: Sequence[Trace], moves: Sequence[Move]) -> Ints:
 
 
 def shares_of(trace: Trace, guard: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Where a move is sampled: only at its end where nothing is cut. guard: mm at its ends that stay whole, with its own."""
+    """Return the shares at which a move is sampled: only at its end where nothing is cut. guard: mm at its ends that stay whole, with its own."""
     m = trace.contour
     length = length_of(m)
     if m.kind not in CUTTING or trace.cycle or not m.rewritable:
@@ -86,7 +86,7 @@ def shares_of(trace: Trace, guard: tuple[float, float] = (0.0, 0.0)) -> Array:
 
 
 def samples_of(traces: Sequence[Trace]) -> MoveSamples:
-    """All points of all traces."""
+    """Return all points of all traces."""
     share = [shares_of(t, corner_stretches(traces, i)) for i, t in enumerate(traces)]
     first = np.concatenate([[0], np.cumsum([len(s) for s in share])]).astype(np.intp)
     nominal = [points(t.contour, s) for t, s in zip(traces, share)]
@@ -96,7 +96,7 @@ def samples_of(traces: Sequence[Trace]) -> MoveSamples:
 
 
 def _beside(traces: Sequence[Trace], i: int, share: Array) -> Array:
-    """From the programmed contour to the tool centre (k, 3): radius compensation, with its corners and its way in and out."""
+    """Return the vectors from the programmed contour to the tool centre (k, 3): radius compensation, with its corners and its way in and out."""
     side, before = _side(traces, i), _side(traces, i - 1)
     if not side and not before:
         return np.zeros((len(share), 3))
@@ -111,7 +111,7 @@ def _beside(traces: Sequence[Trace], i: int, share: Array) -> Array:
 
 
 def corner_stretches(traces: Sequence[Trace], i: int) -> tuple[float, float]:
-    """mm at both ends of move i along which the tool centre goes less or farther than the contour: no piece ends there.
+    """Return the mm at both ends of move i along which the tool centre goes less or farther than the contour: no piece ends there.
 
     At an inside corner a shorter piece cannot be reached by the tool; at an outside one it would lead the centre on in the
     direction of a few rounded digits.
@@ -125,7 +125,7 @@ def corner_stretches(traces: Sequence[Trace], i: int) -> tuple[float, float]:
 
 
 def _side(traces: Sequence[Trace], i: int) -> float:
-    """Signed radius of compensation, positive to the left of travel; 0 where there is none."""
+    """Return the signed radius of compensation, positive to the left of travel; 0 where there is none."""
     cutter = traces[i].compensation if 0 <= i < len(traces) else None
     if cutter is None:
         return 0.0
@@ -133,7 +133,7 @@ def _side(traces: Sequence[Trace], i: int) -> float:
 
 
 def _corner(traces: Sequence[Trace], i: int) -> Array:
-    """Where the tool centre stands at the end of move i: inside corners where both parallels meet, outside half way round."""
+    """Return the tool centre at the end of move i: inside corners where both parallels meet, outside half way round."""
     h, m = _side(traces, i), traces[i].contour
     one = left_normal(directions(m, np.ones(1)), m.plane)[0]
     if not _side(traces, i + 1):
@@ -155,9 +155,9 @@ def _corner(traces: Sequence[Trace], i: int) -> Array:
 def may_split(
     trace: Trace, codes: frozenset[str], following: Trace | None = None, previous: Trace | None = None
 ) -> bool:
-    """Whether blocks may be added: not where compensation starts or ends, nor where a code acts after the motion.
+    """Return whether blocks may be added: not where compensation starts or ends, nor where a code acts after the motion.
 
-    It starts with the first move under it, also where G41 stands in a block of its own before that.
+    It starts with the first move under it, also where G41 is in a block of its own before that.
     """
     before, after = trace.before, trace.after
     starts = previous is not None and (previous.compensation is None) != (trace.compensation is None)
@@ -176,7 +176,7 @@ def may_split(
 
 
 def _least(trace: Trace, wanted: Array, nominal: Array) -> int:
-    """Two arcs at least for a half circle by R that must change: there its centre hangs on the last digit of R."""
+    """Return two arcs at least for a half circle by R that must change: there its centre depends on the last digit of R."""
     bad = "R" in trace.words and abs(math.cos(sweep_of(trace.contour) / 2)) < HALF_TURN
     return 2 if bad and float(np.abs(wanted - nominal).max()) > 1e-6 else 1
 
@@ -185,7 +185,7 @@ def targets(
     traces: Sequence[Trace], field: PathErrors, index: Ints, limit: float, codes: Sequence[frozenset[str]],
     beside: bool = True, most: int = 48,
 ) -> tuple[BlockFit | None, ...]:  # fmt: skip
-    """Corrected end points, centres and split points of all traces; None where a trace is not rewritten.
+    """Compute corrected end points, centres and split points of all traces; None where a trace is not rewritten.
 
     codes: M codes of each trace's block. beside: blocks under radius compensation may be split too.
     """

@@ -1,4 +1,4 @@
-"""Temperatures that errors of the machine go with and the set-up does not state: 20 degC, which is said."""
+"""Temperatures that errors of the machine depend on and the set-up does not state: 20 degC, with a remark."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vcmm.program.setup import Setup
 def with_temperatures(
     machine: Machine, setup: Setup, stated: Mapping[str, float]
 ) -> tuple[dict[str, float], tuple[str, ...]]:
-    """What is stated with columns temp_<sensor>_C at 20 degC for what neither the set-up nor its log states, and a note that says so."""
+    """Return the stated columns with temp_<sensor>_C at 20 degC for sensors that neither the set-up nor its log states, and a note about it."""
     logged = setup.log.sensors if setup.log is not None else {}
     open_: dict[str, list[str]] = {}
     for effect in machine.effects:

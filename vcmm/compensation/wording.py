@@ -1,4 +1,4 @@
-"""The words of the new program: numbers replaced in place, words added and dropped, blocks added; all else byte for byte."""
+"""Write the words of the new program: numbers replaced in place, words added and removed, blocks added; all else byte for byte."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vcmm.program.trace import Trace, WordAt
 
 @dataclass(eq=False)
 class Wording:
-    """Where the new program stands (q: axes), and what has been decided so far, by index of the line."""
+    """State of the new program (q: axes), and the edits decided so far, by index of the line."""
 
     source: SourceText
     dialect: Dialect
@@ -42,7 +42,7 @@ class Wording:
         self.gap = separator(self.source)
 
     def absent(self, i: int) -> bool:
-        """Axes that the machine has not, and Y of a lathe, are never added to a block."""
+        """Return whether an axis is never added to a block: axes that the machine lacks, and Y of a lathe."""
         return AXES[i] not in self.axes or (self.dialect.lathe and i == 1)
 
     def step(self, inch: bool) -> float:
@@ -50,18 +50,18 @@ class Wording:
 
     # -- what dialects do differently ---------------------------------------------------------------------------------
     def code(self, index: int) -> str:
-        """A line with its comments blanked."""
+        """Return a line with its comments blanked."""
         return code_of(self.source.lines[index][0])
 
     def spelt(self, letter: str, number: str) -> str:
-        """A new word."""
+        """Return a new word."""
         return letter + number
 
     def number(self, value: float, decimals: int, like: str = "", whole: bool = False) -> str:
         return format_number(value, decimals, like, whole)
 
     def order(self) -> Sequence[str]:
-        """Addresses in the order in which new words are put in."""
+        """Return addresses in the order in which new words are put in."""
         return AXES + CENTRES + "R"
 
     # -- words ------------------------------------------------------------------------------------------------------
@@ -86,7 +86,7 @@ class Wording:
         self.replace(index, word, text)
 
     def replace(self, index: int, word: WordAt, text: str) -> None:
-        """The value of a word; its address and the blanks after it stay."""
+        """Replace the value of a word; its address and the blanks after it stay."""
         if word.begin:
             at = word.line - 1 if word.line else index
             self.edits.setdefault(at, []).append(Edit(word.begin, word.end, text))
@@ -105,7 +105,7 @@ class Wording:
         self.edits.setdefault(index, []).append(Edit(first, word.last + blank, ""))
 
     def _add(self, index: int, trace: Trace, letter: str, number: str) -> None:
-        """A word that the block has not: behind those that come before it in X Y Z I J K R, else before the first."""
+        """Add a word that the block lacks: behind those that come before it in X Y Z I J K R, else before the first."""
         order, code = self.order(), self.code(index)
         gap, place = self.gap, order.index(letter)
         word = self.spelt(letter, number)
@@ -132,12 +132,12 @@ class Wording:
         self.added.setdefault(index, []).append((f"/{digits} " if slash else "") + body)
 
     def _number_style(self, trace: Trace) -> str:
-        """A number of the block whose style a new one takes: only the missing zero before the point, never the plus sign."""
+        """Return a number of the block whose style a new one takes: only the missing zero before the point, never the plus sign."""
         return next((w.text.lstrip("+- ") for k, w in trace.words.items() if k in AXES and w.plain), "")
 
     # -- the text ---------------------------------------------------------------------------------------------------
     def lines(self) -> list[tuple[str, int]]:
-        """New lines with their ends, and the index of the source line each belongs to."""
+        """Return the new lines with their ends, and the index of the source line each belongs to."""
         out = []
         for index, (body, end) in enumerate(self.source.lines):
             added = self.added.get(index, [])
@@ -151,5 +151,5 @@ class Wording:
 
 
 def _lower(code: str) -> bool:
-    """Whether the words of a line are written in small letters."""
+    """Return whether the words of a line are written in small letters."""
     return code != code.upper() and code == code.lower()

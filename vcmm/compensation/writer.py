@@ -1,6 +1,6 @@
-"""The new program, block by block: only the numbers that must change change; blocks are added after the one they split.
+"""Write the new program, block by block: only numbers that must change are replaced; blocks are added after the one they split.
 
-Everything is decided in absolute machine coordinates and re-differenced from where the new program really stands, so that
+Everything is decided in absolute machine coordinates and re-differenced from the actual position of the new program, so that
 sections in increments (G91) do not drift.
 """
 
@@ -32,7 +32,7 @@ TINY_ARC = 0.1  # mm: an arc shorter than this is shifted as a whole
 class Stretch:
     """One piece of a move as it is written, from start to end (3,), numbers of the program; end: once it is settled.
 
-    share: of the move. first: it stands in the block itself, not in one added behind it. split: the move has more pieces.
+    share: of the move. first: it is in the block itself, not in one added behind it. split: the move has more pieces.
     whole: it is a whole circle. feed: F of inverse time, None where F stays.
     """
 
@@ -49,7 +49,7 @@ class Stretch:
 
     @property
     def index(self) -> int:
-        """Of the line of the source."""
+        """Index of the line of the source."""
         return self.trace.line - 1
 
     @property
@@ -58,7 +58,7 @@ class Stretch:
         return PLANES[self.trace.contour.plane]
 
     def names(self, i: int) -> bool:
-        """Whether the block names an axis."""
+        """Return whether the block names an axis."""
         return self.first and AXES[i] in self.trace.words
 
     @property
@@ -80,10 +80,10 @@ class Stretch:
 
 @dataclass(eq=False)
 class Writer(Wording):
-    """Where the new program stands, block by block."""
+    """Position of the new program, block by block."""
 
     def relative(self, trace: Trace, frame: BlockFrame, i: int, first: bool) -> bool:
-        """Whether a number counts from where the tool stands. first: in the block itself, not in one added behind it."""
+        """Return whether a number counts from the present position of the tool. first: in the block itself, not in one added behind it."""
         return not frame.absolute
 
     def centre_absolute(self, trace: Trace, frame: BlockFrame, i: int) -> bool:
@@ -91,7 +91,7 @@ class Writer(Wording):
 
     # -- one block ------------------------------------------------------------------------------------------------
     def move(self, trace: Trace, fit: BlockFit) -> None:
-        """A rapid, a line, an arc or a thread of its own."""
+        """Write a rapid, a line, an arc or a thread of its own."""
         frame, m = frame_of(trace), trace.contour
         index = trace.line - 1
 
@@ -123,7 +123,7 @@ class Writer(Wording):
             self._last(index, last_codes)
 
     def _last(self, index: int, codes: Sequence[Code]) -> None:
-        """Every code and corner that acts behind the motion moves to the last of the blocks."""
+        """Move every code and corner that acts behind the motion to the last of the blocks."""
         line = self.source.lines[index][0]
         gap = " " if self.dialect.name in SEMICOLON else self.gap
         for code in codes:
@@ -133,19 +133,19 @@ class Writer(Wording):
             self.added[index][-1] += gap + code.text
 
     def _standing(self, trace: Trace) -> Array:
-        """Tool offset from which a block counts: Fanuc's G43 with Z counts from the programmed point before it."""
+        """Return the tool offset from which a block counts: Fanuc's G43 with Z counts from the programmed point before it."""
         follows = self.dialect.length_follows and "Z" in trace.words
         return np.array(trace.before.tool_offset if follows else trace.contour.tool_offset)
 
     def _shift_arc(self, trace: Trace, frame: BlockFrame) -> BlockFit:
-        """A tiny arc moves as a whole with its start, so that rounding cannot close or turn it."""
+        """Return a tiny arc moved as a whole with its start, so that rounding cannot close or turn it."""
         m = trace.contour
         by = self.q - frame.offset - np.array(m.start)
         assert m.centre is not None
         return BlockFit((BlockPiece(1.0, np.array(m.end) + by, np.array(m.centre) + by),), 0.0)
 
     def _settle(self, s: Stretch) -> Array:
-        """Numbers at which the block will end, rounded."""
+        """Return the numbers at which the block will end, rounded."""
         trace, frame, piece, cur = s.trace, s.frame, s.piece, s.start
         kind, step, part = trace.contour.kind, self.step(frame.inch), s.share * length_of(trace.contour)
         wanted, new = frame.numbers(piece.end), cur.copy()
@@ -173,14 +173,14 @@ class Writer(Wording):
         return new
 
     def _feed(self, trace: Trace, fit: BlockFit, k: int, shares: list[float]) -> float | None:
-        """F of an inverse-time block (1/min) for its share of the block; None where F stays."""
+        """Return F of an inverse-time block (1/min) for its share of the block; None where F stays."""
         if trace.after.feed_mode != "G93" or trace.contour.kind == "rapid" or len(fit.pieces) == 1:
             return None
         length, feed = length_of(trace.contour), trace.contour.feed
         return None if not feed or not length else feed / (length * (shares[k + 1] - shares[k]))
 
     def _first(self, s: Stretch) -> None:
-        """The block itself."""
+        """Write the block itself."""
         trace, frame, cur, new = s.trace, s.frame, s.start, s.end
         index, step = s.index, self.step(frame.inch)
         for i, letter in enumerate(AXES):
@@ -199,7 +199,7 @@ class Writer(Wording):
             self.drop(index, trace.words["P"])
 
     def _more(self, s: Stretch) -> None:
-        """A block behind the one it continues: axis words, centre, F of inverse time; nothing else."""
+        """Write a block behind the one it continues: axis words, centre, F of inverse time; nothing else."""
         trace, frame, cur, new = s.trace, s.frame, s.start, s.end
         step, m = self.step(frame.inch), trace.contour
         kept = s.plane[:2] if m.kind == "arc" else ()
@@ -249,7 +249,7 @@ class Writer(Wording):
         return out
 
     def _centre_words(self, s: Stretch) -> dict[str, float]:
-        """I J K, or R where the block has R, of one arc."""
+        """Return I J K, or R where the block has R, of one arc."""
         trace, frame, piece, step = s.trace, s.frame, s.piece, self.step(s.frame.inch)
         a, b, _ = s.plane
         assert piece.centre is not None
@@ -280,7 +280,7 @@ def _gap(p: Array, c: Array, a: int, b: int) -> float:
 def best_centre(
     wanted: Array, origin: Array, end: Array, step: float, share: Sequence[float] | Array = (1.0, 1.0)
 ) -> tuple[float, float]:
-    """The rounded centre near the wanted one whose distances from both ends agree best; share: 0.5 where a number is a diameter."""
+    """Return the rounded centre near the wanted one whose distances from both ends agree best; share: 0.5 where a number is a diameter."""
     best, least = (0.0, 0.0), math.inf
     for i in (-1, 0, 1):
         for j in (-1, 0, 1):

@@ -132,7 +132,8 @@ class Machine:
         return np.concatenate(parts) if parts else np.zeros((0, 6))
 
     def chosen_motion(self, run: Run) -> tuple[Array, bool]:
-        """Return the motion of the tip (n, 6) as `tip_motion`, by the engine that the size of the machine's own errors requires; True where.
+        """Return the motion of the tip (n, 6) as `tip_motion`, by the engine that the size of the machine's own errors requires,
+        and whether the transforms were multiplied.
         """
         if self.large_errors:
             return self.tip_motion(run, exact=True), True

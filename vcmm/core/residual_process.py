@@ -40,7 +40,8 @@ def correlation_of(a: Array, b: Array, lengths: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class FieldProcess:
-    """A Gaussian process at nodes. nodes (m, 3) mm, of which the first k carry readings: reading_u, scatter (k, 3) mm."""
+    """A Gaussian process at nodes. nodes (m, 3) mm, of which the first k carry readings: reading_u, scatter (k, 3) mm.
+    lengths (3,) and amplitude (3,) mm; see the docstring of the module."""
 
     nodes: Array
     scatter: Array

@@ -204,8 +204,7 @@ def _direction(pair: _Pair, start: Pose | None) -> _Direction:
 
 
 def _connection(primary: _Pair, pairs: Sequence[_Pair]) -> list[_Direction]:
-    """Return the way from one feature to another, taken where they pierce the primary plane, else at their points.
-    """
+    """Return the way from one feature to another, taken where they pierce the primary plane, else at their points."""
     (_, from_measured, from_drawn), (_, to_measured, to_drawn) = (_locate(primary, p, None) for p in pairs)
     if length(to_drawn - from_drawn) < 1e-9:
         return []

@@ -35,7 +35,8 @@ TYPES: Mapping[str, Roles] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Filter:
-    """Filter of a profile (ISO 16610).
+    """Filter of a profile (ISO 16610). kind: "gaussian" or "spline"; upr: cut-off of a closed profile, undulations per revolution;
+    cutoff: of an open one, mm.
     """
 
     kind: str

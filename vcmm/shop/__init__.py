@@ -1,1 +1,1 @@
-"""How a program moves the machine in time, what the tool cuts, and the part before it is cut."""
+"""Simulate the shop: the motion of the machine in time, the cut, and the deviations of the part before it is cut."""

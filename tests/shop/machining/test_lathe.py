@@ -167,7 +167,7 @@ def test_the_same_part_in_other_words(tmp_path, dialect, program):
     for name, most in (("cross", 0.858), ("hole0", 0.0), ("hole90", 1.2), ("flat", 0.686)):
         assert np.abs(lathe.nominal(job, name)[0]).max() < 1e-9
         assert np.abs(lathe.moved(job, name)[0]).max() == pytest.approx(most * UM, abs=0.001 * UM), name
-    assert not any("refus" in text or "stands still" in text for text in remarks(job))
+    assert not any("refus" in text or "does not turn" in text for text in remarks(job))
 
 
 SUB = driven.PROGRAM.replace("T0303\n", "G55\nT0303\n").replace("T0404\n", "G54\nT0404\n")

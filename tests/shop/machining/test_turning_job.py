@@ -98,7 +98,7 @@ def test_what_bad_input_is_told(tmp_path):
         .replace("G97 S1000 M3\n", "")
         .replace("F0.1", "F100")
     )
-    assert "turns while the spindle stands still" in told(stands)
+    assert "turns the part while the spindle does not turn" in told(stands)
     assert "axis C carries the tool" in told(
         plain(tmp_path, base=lathe.MACHINE.replace("w C' b Z X t", "w b Z X C t"))
     )

@@ -82,10 +82,10 @@ def test_a_tool_change_is_no_dwell_and_the_first_tool_none():
     times = path.seconds_by("mode")
     assert (times["tool change"], times["dwell"]) == (pytest.approx(5.0), pytest.approx(2.0))
     assert sum(times.values()) == pytest.approx(path.seconds)
-    assert any("tool 1 stands in the spindle when the program begins" in text for text in path.assumptions)
+    assert any("tool 1 is in the spindle when the program begins" in text for text in path.assumptions)
     bare = toolpath([line((0, 0, 0), (100, 0, 0)), *moves[1:]], mill(), control=Control(tool_change=5.0))
     assert not any(
-        "stands in the spindle" in text for text in bare.assumptions
+        "is in the spindle" in text for text in bare.assumptions
     )  # no tool before the first move
 
 

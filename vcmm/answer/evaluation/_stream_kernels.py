@@ -32,7 +32,8 @@ _VECTOR = ir.VectorType(_NUMBER, WIDTH)
 
 
 def _strip(typing: Any, y: Any, corner: Any, rows: Any, gain: Any, z: Any, at: Any) -> Any:
-    """y[k : k + rows, i : i + WIDTH] += gain[k : k + rows] @ z[:, at : at + WIDTH], float64, rows 1 to ROWS; corner = (k, i)."""
+    """Return the strip kernel: y[k : k + rows, i : i + WIDTH] += gain[k : k + rows] @ z[:, at : at + WIDTH], float64, rows 1 to ROWS;
+    corner = (k, i)."""
 
     def generate(context: Any, b: Any, signature: Any, values: Any) -> Any:
         arrays = [context.make_array(signature.args[n])(context, b, values[n]) for n in (0, 3, 4)]
@@ -61,7 +62,7 @@ strip: Any = intrinsic(_strip)
 
 
 def _sums(b: Any, place: Any, rows: int, corner: tuple[Any, Any, Any], lanes: Any) -> None:
-    """The loop over lanes for so many rows: their sums are read before it and written after it."""
+    """Build the loop over lanes for so many rows: their sums are read before it and written after it."""
     k, i, at = corner
     row = [b.add(k, _INDEX(n)) for n in range(rows)]
     ends = [b.bitcast(place(0, r, i), _VECTOR.as_pointer()) for r in row]
@@ -83,7 +84,7 @@ def _sums(b: Any, place: Any, rows: int, corner: tuple[Any, Any, Any], lanes: An
 
 
 def _spread(b: Any, number: Any) -> Any:
-    """A vector of one number."""
+    """Return a vector of one number."""
     nothing = ir.Constant(_VECTOR, ir.Undefined)
     places = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
     return b.shuffle_vector(b.insert_element(nothing, number, ir.IntType(32)(0)), nothing, places)
@@ -109,7 +110,7 @@ GROUP = 32  # lanes drawn at a time: 32 x 512 numbers stay in the second cache, 
 
 @njit(cache=True, nogil=True)
 def words(ids: Array, j: int, block: int, counter: int, out: Array) -> None:
-    """Philox4x32-10 words (512,) uint32 of 128 counters from `counter` on: their first words, their second words, ...
+    """Compute Philox4x32-10 words (512,) uint32 of 128 counters from `counter` on: their first words, their second words, ...
 
     ids (L, 4) uint32: key and lane, of which number j is taken.
     """
@@ -129,7 +130,7 @@ def words(ids: Array, j: int, block: int, counter: int, out: Array) -> None:
 
 @njit(cache=True, nogil=True)
 def lookup(nodes: Array, word: Array, work: Array, out: Array) -> None:
-    """Standard values (512,) of random words, by the nodes of vcmm.answer.evaluation.streams.QuantileTable; work (3, 512) uint64.
+    """Compute standard values (512,) of random words, by the nodes of vcmm.answer.evaluation.streams.QuantileTable; work (3, 512) uint64.
 
     Value and slope of a node are one entry of 64 bits, fetched by plain loads: faster than the gathers a compiler makes of
     two tables.
@@ -151,7 +152,7 @@ def lookup(nodes: Array, word: Array, work: Array, out: Array) -> None:
 
 @njit(cache=True, nogil=True)
 def fill(nodes: Array, ids: Array, block: int, out: Array) -> None:
-    """Standard values out (L, 2048) of one block for lanes and keys ids (L, 4) uint32."""
+    """Fill out (L, 2048) with standard values of one block for lanes and keys ids (L, 4) uint32."""
     word, work, tile = np.empty(TILE, np.uint32), np.empty((3, TILE), np.uint64), np.empty(TILE)
     for j in range(ids.shape[0]):
         for t in range(TILES):
@@ -164,7 +165,7 @@ def fill(nodes: Array, ids: Array, block: int, out: Array) -> None:
 
 @njit(cache=True, nogil=True)
 def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: Array, spans: Array) -> None:
-    """y (K, m) += gain (K, L) @ z of the trials first, first + 1, ..., summed over L in order.
+    """Add to y (K, m) gain (K, L) @ z of the trials first, first + 1, ..., summed over L in order.
 
     Lane j draws by ids[j] (see `words`) from the nodes tables[which[j]]. spans (L / GROUP, 2): first and last + 1 of the quantities
     that the lanes of each group act on.
@@ -192,7 +193,7 @@ def trials(y: Array, first: int, tables: Array, which: Array, ids: Array, gain: 
 
 @njit(cache=True, nogil=True)
 def accumulate(y: Array, at: int, gain: Array, z: Array) -> None:
-    """y[:, at : at + n] += gain (K, L) @ z (L, n), summed over L in order; outputs in equal parts of at most ROWS."""
+    """Add to y[:, at : at + n] gain (K, L) @ z (L, n), summed over L in order; outputs in equal parts of at most ROWS."""
     outputs, lanes, n = gain.shape[0], gain.shape[1], z.shape[1]
     parts, whole = (outputs + ROWS - 1) // ROWS, n - n % WIDTH
     for part in range(parts):
@@ -207,7 +208,7 @@ def accumulate(y: Array, at: int, gain: Array, z: Array) -> None:
 
 @njit(cache=True, nogil=True)
 def tally(values: Array, centre: float, factor: float, counts: Array, sums: Array) -> None:
-    """Histogram and exact moments of values (m,), see vcmm.answer.evaluation.summary.Accumulator; sums: q, q^2 low and high."""
+    """Compute histogram and exact moments of values (m,), see vcmm.answer.evaluation.summary.Accumulator; sums: q, q^2 low and high."""
     half = counts.shape[0] // 2
     for i in range(values.shape[0]):
         q = np.int64(min(max(np.rint((values[i] - centre) * factor), -2147483648.0), 2147483648.0))

@@ -1,4 +1,4 @@
-"""What the machine adds to parts that are off or rough: u and half of where p lie, by Input, by the form."""
+"""Uncertainty that the machine adds to parts that are off or rough: u and half of where p lie, by Input, by the form."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from vcmm.answer.evaluation.pairs import Drawing, Largest, machine_part, of_inpu
 from vcmm.core.run import Array
 from vcmm.task.measuring.settings import Settings
 
-ADDED, ADDED_BY_CONTACT = 2000, 300  # parts from which U is told
+ADDED, ADDED_BY_CONTACT = 2000, 300  # parts from which U is estimated
 
 
 def of_parts(
     drawing: Drawing, settings: Settings, form: float, off: float, by_contact: bool
 ) -> tuple[Array, Array, Array, Array]:
-    """u (C,), half (C,), by Input (m, C), by the form (C,). by_contact: elements by contact are searched in every part."""
+    """Return u (C,), half (C,), by Input (m, C), by the form (C,). by_contact: elements by contact are searched in every part."""
     count = ADDED_BY_CONTACT if by_contact else ADDED
     model, place = drawing.measured, (settings.seed + 4, 0)
     touched, surface = surfaces(drawing, count, place, (KNOWN[0], Largest(), form), off)
@@ -33,7 +33,7 @@ def of_parts(
 
 
 def _alone(model: LinearModel, touched: Array, still: Array, moved: Array) -> Array:
-    """Standard deviation (C,) of what one Input adds."""
+    """Return the standard deviation (C,) that one Input adds."""
     if not moved.any():
         return np.zeros(still.shape[1])
     return np.asarray(np.nanstd(values(model, touched + moved) - still, axis=0))

@@ -1,7 +1,7 @@
-"""Machines that just pass the test of their certificate: how often an interval made from the certificate holds what they measure.
+"""Machines that just pass the test of their certificate: count how often an interval from the certificate holds the true value.
 
-Each drawn machine has its own geometry, tip and scatter, and its test finds the limit with all of them together. What is
-counted is that machine measuring the part, not a mixture of machines: geometry, tip and scatter belong together.
+Each sampled machine has its own geometry, tip and scatter, and its test finds the limit with all of them together. Each
+count is of one machine measuring the part, not of a mixture of machines: geometry, tip and scatter belong together.
 
     "at the limit"            geometry, tip and scatter together use all of the limit
     "geometry alone at it"    the same machines, their geometry made larger until it uses all of the limit by itself
@@ -46,7 +46,7 @@ class CoveredMachines:
 def covered_at_limit(
     machine: Machine, certificate: MachineCertificate, result: UncertaintyResult
 ) -> tuple[CoveredMachines, ...]:
-    """Counts for sizes, distances and angles. machine: with its axes; certificate: prior "limit" is used whatever it says."""
+    """Return the counts for sizes, distances and angles. machine: with its axes; the prior "limit" is used instead of that of the certificate."""
     limit = replace(certificate, prior="limit")
     bare = replace(machine, effects=(), inputs=())
     together = drawn_machines(bare, limit)
@@ -62,7 +62,7 @@ def covered_at_limit(
 
 
 def _count_machines(c: CharacteristicResult, kind: str, errors: Array) -> CoveredMachines:
-    """errors (m,): indicated - true of one measurement by every machine, about the estimates."""
+    """Count the errors (m,), indicated - true, of one measurement by every machine, about the estimates."""
     low, high = (end - c.indicated for end in at_indication(c, c.indicated, "probability 95 %").interval)
     truth = -c.bias - errors  # of a part that is indicated at c.indicated + errors
     held = (low <= truth) & (truth <= high)
@@ -70,7 +70,7 @@ def _count_machines(c: CharacteristicResult, kind: str, errors: Array) -> Covere
 
 
 def _errors(model: LinearModel, machines: CertifiedMachines, seed: int) -> Array:
-    """(m, C): departures of what every machine (and its mirror image) indicates, each with one draw of everything else."""
+    """Return the departures (m, C) of the indications of every machine (and its mirror image), each with one draw of all other inputs."""
     found = []
     both = machines.mirror
     for at in range(0, len(both.scatter), BLOCK):
@@ -82,7 +82,7 @@ def _errors(model: LinearModel, machines: CertifiedMachines, seed: int) -> Array
 
 
 def _input_draws(draws: Draws, machines: CertifiedMachines, rows: slice) -> Draws:
-    """The draws of one Input, those of the certificate taken from the machines themselves."""
+    """Return the draws of one Input; those of the certificate come from the machines themselves."""
     effect = draws.influence.input.effect
     if effect == Scatter.name:
         law = draws.influence.input.law
@@ -101,5 +101,5 @@ def _input_draws(draws: Draws, machines: CertifiedMachines, rows: slice) -> Draw
 
 
 def smallest(found: Sequence[CoveredMachines]) -> float:
-    """Of machines at the limit."""
+    """Return the smallest share among machines at the limit."""
     return min((f.share for f in found if f.kind == TOGETHER), default=1.0)

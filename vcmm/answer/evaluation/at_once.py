@@ -1,10 +1,10 @@
-"""What of an evaluation needs no trials: value, U and budget of every result, fast enough while a knob moves.
+"""Evaluate without trials: value, U and budget of every result, fast enough while a knob moves.
 
 The same code and the same draws as the whole evaluation (`vcmm.answer.evaluation.uncertainty`), so that U is the same number:
 
     closed form      the closed form itself; where the whole evaluation would take trials its U is the same within their error
-    extreme values   what the machine adds to drawn parts that are off or rough (`Inversion.added`), without the belts
-    the rest         (forms on meshes) nothing is known without trials: None
+    extreme values   the uncertainty that the machine adds to sampled parts that are off or rough (`Inversion.added`), without the belts
+    the rest         (forms on meshes) None, since these need trials
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ CERTIFIED = 20  # exact trials: they only tell whether a smooth output is curved
 
 
 def at_once(task: Task, settings: Settings) -> tuple[CharacteristicResult | None, ...]:
-    """Results without interval and decision where they are extreme, None where trials are needed. Raises what a task raises."""
+    """Return results without interval and decision where they are extreme, None where trials are needed. Raises the errors of the task."""
     model = prepare_model(task, None)
     base = fit_features(task, measured_points(task, model.world.errors())) if task.forms else model.base
     quick = replace(settings, certify=min(settings.certify, CERTIFIED))

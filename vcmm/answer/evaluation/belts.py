@@ -1,11 +1,11 @@
-"""The true value from the indicated one: a confidence belt made of parts that were drawn and measured.
+"""Infer the true value from the indicated one, by a confidence belt of sampled and measured parts.
 
-For every true value t the drawn parts say how the indicated value y scatters, bias and lost or added form included. The
-interval of t for a found y holds all t under which y is no surprise (Neyman's construction): it attains its probability at
+For every true value t the sampled parts show the scatter of the indicated value y, bias and lost or added form included. The
+interval of t for an observed y holds all t under which y is no surprise (Neyman's construction): it attains its probability at
 every size of the form, not only on average. Lower end 0 where a perfect part would do; an indicated value below that of most
 perfect parts is read as that of the middle one (limits constrained by power), so that the interval never shrinks to 0.
 
-Quantiles of y - t are taken among neighbours in t; where the residuals tell how rough the surface is (orientation, location,
+Quantiles of y - t are taken among neighbours in t; where the residuals show the roughness of the surface (orientation, location,
 extreme sizes), among parts whose residuals are as large, all lengths counted in units of the residuals. J. Neyman, Phil. Trans. A 236 (1937) 333; the one-sided end:
 G. Cowan et al., Power-constrained limits, arXiv:1105.3166.
 """
@@ -53,14 +53,14 @@ class Belt:
     )  # many parts ask for the same levels
 
     def at(self, level: float) -> Array:
-        """Quantile (g,) of the indicated value for every true value, never falling."""
+        """Return the quantile (g,) of the indicated value for every true value, never falling."""
         if level not in self._curves:
             self._curves[level] = np.maximum.accumulate(self.true + _between_levels(self.departure, level))
         return self._curves[level]
 
 
 def _between_levels(departure: Array, level: float) -> Array:
-    """Quantiles (g,) at a level from those at LEVELS, straight in between, as `np.interp` row by row (to the same digit)."""
+    """Interpolate quantiles (g,) at a level from those at LEVELS, linearly, as `np.interp` row by row (to the same digit)."""
     if not LEVELS[0] <= level < LEVELS[-1]:
         return departure[:, 0 if level < LEVELS[0] else -1]
     j = int(np.searchsorted(LEVELS, level, side="right")) - 1
@@ -72,8 +72,8 @@ def _between_levels(departure: Array, level: float) -> Array:
 class FamilyInverse:
     """Belts of a characteristic by roughness, in units of the residuals; whole: of all parts, in mm or rad.
 
-    roughest: upper ends of the classes but the last, mm; smoothest: points with smaller residuals than nearly any drawn part had
-    (touched up, or typed in) are read as if they had these. bounded: no true value is below 0.
+    roughest: upper ends of the classes but the last, mm; smoothest: points with smaller residuals than nearly all sampled parts
+    (touched up, or typed in) are read with this value. bounded: no true value is below 0.
     """
 
     belts: tuple[Belt, ...]
@@ -83,13 +83,13 @@ class FamilyInverse:
     smoothest: float = 0.0
 
     def belt(self, rest: float | None) -> Belt:
-        """The class of a root mean square of residuals."""
+        """Return the belt of the roughness class of a root mean square of residuals."""
         return self.whole if rest is None else self.belts[int(np.searchsorted(self.roughest, rest))]
 
     def quantile(self, level: float, found: Array, rest: Array | None, beside: int = 0) -> Array:
-        """True values (m,) that are not exceeded with this confidence, given indicated values (m,).
+        """Return the true values (m,) that are not exceeded with this confidence, given indicated values (m,).
 
-        beside: classes of roughness further up, for what a part would be taken for by chance.
+        beside: number of classes by which the part is taken as rougher than its residuals, which vary by chance.
         """
         if rest is None:
             return _crossing(self.whole, 1.0 - level, found, self.bounded)
@@ -119,7 +119,7 @@ class FamilyInverse:
         return low, np.where(low > 0.0, high, self.quantile(1.0 - MOST_ONE_SIDED * (1.0 - p), found, rest))
 
     def confidence(self, limit: float, found: float, rest: float | None) -> float:
-        """Confidence that the true value does not exceed a limit: P(indicated > found) for a part at the limit."""
+        """Return the confidence that the true value does not exceed a limit: P(indicated > found) for a part at the limit."""
         belt = self.belt(rest)
         if rest is not None and len(self.roughest):
             rest = max(rest, self.smoothest)
@@ -131,7 +131,7 @@ class FamilyInverse:
 
 
 def _crossing(belt: Belt, level: float, found: Array, bounded: bool) -> Array:
-    """The true value at which a quantile of the indicated one passes `found`; straight on beyond the last."""
+    """Return the true value at which a quantile of the indicated one passes `found`; extrapolated linearly beyond the last."""
     curve = belt.at(level)
     if not bounded:  # one row: a departure that does not depend on the size
         return np.asarray(found - (curve[0] - belt.true[0]))
@@ -147,7 +147,7 @@ class Inverse:
     families: tuple[FamilyInverse, ...]
 
     def estimate(self, found: Array, rest: Array | None) -> Array:
-        """(m,): the middle of the confidence."""
+        """Return the estimates (m,): the middle of the confidence."""
         return np.mean([f.quantile(0.5, found, rest) for f in self.families], axis=0)
 
     def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
@@ -156,28 +156,28 @@ class Inverse:
         return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
 
     def sight(self, p: float) -> float:
-        """What a part that is far off indicates at least, as a share of its true value; 1 where there is no end of it."""
+        """Return the least indication of a part that is far off, as a share of its true value; 1 where it is unbounded."""
         ends = [(f.whole.at((1.0 - p) / 2.0)[-1], f.whole.true[-1]) for f in self.families if f.bounded]
         return min((float(y / max(t, 1e-15)) for y, t in ends), default=1.0)
 
     def within(self, low: float, high: float, found: float, rest: float | None) -> float:
-        """Confidence that the true value lies between two limits (low -inf: none), by the family that doubts it most."""
+        """Return the confidence that the true value lies between two limits (low -inf: none), by the family in which it is nearest to doubt."""
         below = [0.0 if low == -np.inf else f.confidence(low, found, rest) for f in self.families]
         return min(f.confidence(high, found, rest) - b for f, b in zip(self.families, below))
 
 
 @dataclass(frozen=True, eq=False)
 class UnitedInverse:
-    """The inverses for all machines that are allowed, from the least to the limit (`vcmm.answer.evaluation.bound_shares`).
+    """Inverses for all machines that the bounds allow, from the least to the limit (`vcmm.answer.evaluation.bound_shares`).
 
-    The interval holds those of all of them. The estimate is that of the least: nothing is taken off that no machine was shown to add.
+    The interval holds those of all of them. The estimate is that of the least: no correction is applied for errors that were not shown to exist.
     """
 
     of_share: tuple[Inverse, ...]
 
     @property
     def families(self) -> tuple[FamilyInverse, ...]:
-        """At the limit."""
+        """Inverses of the families for machines at the limit."""
         return self.of_share[-1].families
 
     def estimate(self, found: Array, rest: Array | None) -> Array:
@@ -198,12 +198,12 @@ Reading = Inverse | UnitedInverse
 
 
 def inverse_of(c: Characteristic, index: int, drawn: Sequence[Pairs]) -> Inverse:
-    """The inverse of characteristic number `index` from drawn parts, one family after another."""
+    """Return the inverse of characteristic number `index` from sampled parts, one family after another."""
     return Inverse(tuple(family_inverse(c, index, pairs) for pairs in drawn))
 
 
 def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse:
-    """The belts of characteristic number `index` of drawn parts of one family."""
+    """Return the belts of characteristic number `index` from sampled parts of one family."""
     true, indicated, rest = there(index, drawn)
     bounded = gps.is_one_sided(c)
     whole = _belt(true, indicated, bounded)
@@ -221,19 +221,19 @@ def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse
 
 
 def there(index: int, drawn: Pairs) -> tuple[Array, Array, Array]:
-    """true, indicated, rest (m,) of the parts that have such an element."""
+    """Return true, indicated, rest (m,) of the parts that have such an element."""
     true, indicated, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
     has = np.isfinite(true) & np.isfinite(indicated)
     return true[has], indicated[has], rest[has]
 
 
 def lost_share(index: int, drawn: Pairs) -> float:
-    """Share of the parts that have no such element."""
+    """Return the share of the parts that have no such element."""
     return 1.0 - len(there(index, drawn)[0]) / len(drawn.true)
 
 
 def sorted_by_roughness(c: Characteristic) -> bool:
-    """Whether the residuals say something that the value itself does not: not of forms, profiles and run-out."""
+    """Return whether the residuals carry information that the value itself does not: not for forms, profiles and run-out."""
     return c.type in ("size", "distance", "angle", *gps.LOCATED_TYPES)
 
 
@@ -252,12 +252,12 @@ def _belt(true: Array, indicated: Array, bounded: bool) -> Belt:
 
 
 def _width(count: int) -> int:
-    """Parts in a window. A tenth of few parts spans half a decade of true values, and doubled the upper end of a flatness."""
+    """Return the number of parts in a window. A tenth of few parts spans half a decade of true values, and doubled the upper end of a flatness."""
     return min(NEIGHBOURS, max(int(WINDOW * count), min(count // 10, FEWEST), 1))
 
 
 def _smooth(rows: Array) -> Array:
-    """Quantiles (g, levels) averaged over their neighbours with weights that fall to both sides, shorter at the ends."""
+    """Return the quantiles (g, levels) averaged over their neighbours with weights that fall to both sides, shorter at the ends."""
     out = np.empty_like(rows)
     for i in range(len(rows)):
         reach = min(i, len(rows) - 1 - i, SMOOTH)
@@ -267,7 +267,7 @@ def _smooth(rows: Array) -> Array:
 
 
 def coverage(inverse: Reading, index: int, drawn: Pairs, p: float, seen: bool = True) -> float:
-    """Share of drawn parts whose true value lies in the interval for p. seen: read with their roughness."""
+    """Return the share of sampled parts whose true value lies in the interval for p. seen: read with their roughness."""
     true, found, rest = there(index, drawn)
     low, high = inverse.interval(p, found, rest if seen else None)
     return float(((low <= true + 1e-12) & (true <= high + 1e-12)).mean())

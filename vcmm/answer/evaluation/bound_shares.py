@@ -1,10 +1,10 @@
-"""Machines from perfect to their limit: what a share of an upper bound leaves of drawn machines.
+"""Machines from perfect to their limit: scale the errors of sampled machines by shares of an upper bound.
 
-Of an Input that is `bound` (a limit of a certificate) nothing is known but that it is no larger. A reading of such a machine
-must be read as one of any machine allowed: nothing is taken off it that this machine was not shown to add, and nothing is
-excluded that a machine at its limit may have added or hidden. The machines drawn at the limit are therefore taken with shares
-of their own errors (geometry, tip) and of their scatter, one by one and together: what adds most (both), what hides most (the
-tip without scatter), what does nothing, and half way.
+Of an Input that is `bound` (a limit of a certificate) only the largest value is known. A reading of such a machine
+may come from any machine allowed: no correction is applied for errors that were not shown, and no error is
+excluded that a machine at its limit may have added or hidden. The machines sampled at the limit are therefore taken with shares
+of their own errors (geometry, tip) and of their scatter, one by one and together: those that add most (both), that hide most (the
+tip without scatter), that have no effect, and half way.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FULL: Share = (1.0, 1.0)
 
 
 def possible_shares(influences: Sequence[Influence]) -> tuple[Share, ...]:
-    """From the least to the limit, which is the last; the limit alone where nothing is a mere bound."""
+    """Return the shares from the least to the limit, which is the last; the limit alone where no Input is only bounded."""
     own, scatter = (any(_is_of(f, number) for f in influences) for number in (1, 2))
     if own and scatter:
         return ((0.0, 0.0), (0.5, 0.5), (0.0, 1.0), (1.0, 0.0), FULL)
@@ -33,10 +33,10 @@ def possible_shares(influences: Sequence[Influence]) -> tuple[Share, ...]:
 
 
 def split(model: LinearModel) -> tuple[LinearModel, LinearModel, LinearModel]:
-    """What is known, what a bound allows of the machine's own errors, what one allows of its scatter.
+    """Split the model into known inputs, bounded errors of the machine itself, and bounded scatter.
 
-    Products of two Inputs belong to what is known: a bound has none (`vcmm.task.response.influence.products` has those of
-    scalar Inputs that meet in one effect, and neither drawn tables nor scatter do).
+    Products of two Inputs belong to the known part: a bound has none (`vcmm.task.response.influence.products` has those of
+    scalar Inputs that meet in one effect, and neither sampled tables nor scatter do).
     """
     known, own, scatter = (
         [i for i, f in enumerate(model.influences) if _group(f) == number] for number in range(3)
@@ -48,13 +48,13 @@ def split(model: LinearModel) -> tuple[LinearModel, LinearModel, LinearModel]:
 
 
 def at_share(parts: Sequence[Array], share: Share) -> Array:
-    """Displacements (count, n) of the touches from those of `split`."""
+    """Return the displacements (count, n) of the touches from those of `split`."""
     known, own, scatter = parts
     return np.asarray(known + share[0] * own + share[1] * scatter)
 
 
 def doubtful(found: Sequence[float]) -> float:
-    """Of the probabilities under all machines allowed the one nearest to one half: it accepts, or rejects, only where all of them do."""
+    """Return, of the probabilities under all machines allowed, the one nearest to one half: it accepts, or rejects, only where all of them do."""
     return float(np.clip(0.5, min(found), max(found)))
 
 

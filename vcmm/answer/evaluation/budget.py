@@ -1,4 +1,4 @@
-"""Budget lines: which Input contributes how much, in the units of its parameter."""
+"""Budget lines: the contribution of every Input, in the units of its parameter."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vcmm.task.response.influence import Influence
 def budget_line(
     world: World, influence: Influence, term: Term, u_i: float, u: float, linear: bool
 ) -> BudgetLine:
-    """One row; u_i is the contribution, u the whole, mm or rad. Sensitivities exist for scalar Inputs drawn once."""
+    """Return one row; u_i is the contribution, u the whole, mm or rad. Sensitivities exist for scalar Inputs with one draw for all rows."""
     one = influence.input
     unit = unit_of(world, one)
     scalar = influence.response.shape[2] == 1
@@ -42,7 +42,7 @@ def budget_line(
 
 
 def _dof(world: World, quantity: Input, law: object) -> float:
-    """Degrees of freedom of a law; of a qualification by touches those of the scatter that made it uncertain (JCGM 100, G.4)."""
+    """Return the degrees of freedom of a law; of a qualification by touches those of the scatter behind its uncertainty (JCGM 100, G.4)."""
     if quantity.cause == REPEATABILITY:
         scatter = [i.law for i in world.machine_of(quantity)[0].inputs if i.effect == Scatter.name]
         return min((float(getattr(found, "dof", np.inf)) for found in scatter), default=float("inf"))
@@ -50,7 +50,8 @@ def _dof(world: World, quantity: Input, law: object) -> float:
 
 
 def product_line(world: World, first: Influence, second: Influence, u_i: float, u: float) -> BudgetLine:
-    """What two Inputs do only together: (d2y/dx1 dx2) u1 u2 (JCGM 100, 5.1.2 and H.1), as an expansion coefficient and a temperature do.
+    """Return the line of a product: the effect of two Inputs together, (d2y/dx1 dx2) u1 u2 (JCGM 100, 5.1.2 and H.1), as an expansion
+    coefficient and a temperature have.
 
     >>> 40.0 * 1e-6 * 0.87  # mm of a length of 40 mm, u(alpha) = 1 um/(m K), u(T) = 0.87 K
     3.48e-05
@@ -65,7 +66,8 @@ def product_line(world: World, first: Influence, second: Influence, u_i: float, 
 
 
 def form_line(c: Characteristic, features: Mapping[str, Feature], u_i: float, u: float) -> BudgetLine:
-    """What the points do not meet of the form: from part to part of a family of forms. A surface of nominal points has none between
+    """Return the line of the form that the points do not meet, which varies from part to part of a family of forms. A surface of nominal
+    points has none between
     them: there it is the form of the datums.
     """
     name = ", ".join(n for n in c.of if not features[n].free) or ", ".join(c.features[len(c.of) :])
@@ -77,7 +79,7 @@ def form_line(c: Characteristic, features: Mapping[str, Feature], u_i: float, u:
 
 
 def unit_of(world: World, one: Input) -> str:
-    """The unit of the parameter or column, as files write it; degC for temperatures."""
+    """Return the unit of the parameter or column, as files write it; degC for temperatures."""
     if one.effect == FORM:
         return "um"
     if one.members:
@@ -94,7 +96,7 @@ def unit_of(world: World, one: Input) -> str:
 
 
 def estimate(world: World, one: Input) -> float | None:
-    """The number in the machine file or the run, canonical unit; None for arrays."""
+    """Return the number in the machine file or the run, canonical unit; None for arrays."""
     if one.members or one.effect == FORM:
         return None
     if one.is_channel:
@@ -105,7 +107,7 @@ def estimate(world: World, one: Input) -> float | None:
 
 
 def words(world: World, one: Input) -> str:
-    """The Input in plain words: "expansion coefficient of the part", "temperature part"."""
+    """Return the name of the Input in plain words: "expansion coefficient of the part", "temperature part"."""
     if one.effect == FORM:
         return f"form of {one.where}, {one.parameter} not known"
     if one.widths:  # all numbers of a machine that was followed

@@ -1,4 +1,4 @@
-"""How far the linear model is from the truth: the same draws through the tangent, the linear model and the exact engine."""
+"""Check the linear model against the exact engine: the same draws through the tangent, the linear model and the exact engine."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.task.measuring.settings import Settings
 
-TANGENT_DRAWS = 200  # for the curvature, even where no exact trials are asked for
+TANGENT_DRAWS = 200  # for the curvature, even where no exact trials are requested
 
 
 AT_ONCE, LEAST_DRAWS = 2_000_000, 20  # touches of all trials; of a scan fewer trials say as much
@@ -55,7 +55,7 @@ def check(model: LinearModel, gradient: Array, settings: Settings) -> Check:
 
 
 def out_of_range(error: ModelLimit) -> ModelLimit:
-    """The complaint about draws so large that a fitted element no longer resembles its feature."""
+    """Return the error for draws so large that a fitted element no longer resembles its feature."""
     return ModelLimit(
         f"the draws leave the range of the model ({error}); a t-law with nu < 2 has no useful Monte Carlo for form, "
         "orientation or position: measure more repeats"

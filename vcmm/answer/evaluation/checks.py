@@ -1,4 +1,4 @@
-"""Remarks on a scenario: what was said and has no effect, and what was left out and counts as perfectly known."""
+"""Remarks on a scenario: statements without effect, and missing ones that count as perfectly known."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OF_QUALIFICATION = (
 
 
 def remarks(scenario: Scenario) -> tuple[str, ...]:
-    """Sentences for `check`, the result and the report; empty when there is nothing to say."""
+    """Return sentences for `check`, the result and the report; empty when there are no remarks."""
     return (
         *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified_warnings(scenario),
         *_short_styli(scenario), *_inward_normals(scenario), *_drawing_warnings(scenario), *_short_arcs(scenario), *_beside(scenario),
@@ -37,7 +37,7 @@ def remarks(scenario: Scenario) -> tuple[str, ...]:
 
 
 def independent_draws(inputs: Sequence[Input]) -> list[str]:
-    """What must be said of fields whose nodes are drawn independently and interpolated afterwards; empty where there are none."""
+    """Return the remarks on fields whose nodes are sampled independently and interpolated afterwards; empty where there are none."""
     independent = any(
         i.effect == ResidualField.name and i.parameter == "values" and isinstance(i.law, Law) for i in inputs
     )
@@ -50,7 +50,7 @@ INTO = (
 
 
 def _short_styli(scenario: Scenario) -> list[str]:
-    """Touches deeper in a bore than the stylus is long."""
+    """Return remarks on touches deeper in a bore than the stylus is long."""
     out = []
     for step in scenario.plan.steps:
         feature, stylus = scenario.part.features[step.feature], scenario.plan.styli[step.stylus]
@@ -76,7 +76,7 @@ def _short_styli(scenario: Scenario) -> list[str]:
 
 
 def _inward_normals(scenario: Scenario) -> list[str]:
-    """Planes that would be touched from inside the material: the way from tip to head leads through the surface."""
+    """Return remarks on planes that would be touched from inside the material: the way from tip to head leads through the surface."""
     out = []
     for step in scenario.plan.steps:
         feature, stylus = scenario.part.features[step.feature], scenario.plan.styli[step.stylus]
@@ -92,7 +92,7 @@ def _inward_normals(scenario: Scenario) -> list[str]:
 
 
 def _drawing_warnings(scenario: Scenario) -> list[str]:
-    """Zones that ask for nothing, and positions that their datums do not fix."""
+    """Return remarks on zones without effect, and on positions that their datums do not fix."""
     part = scenario.part
     out = redundant_zones(part.characteristics, part.features)
     follows = "the alignment of the plan" if scenario.plan.alignment else "[pose], which nothing measures"
@@ -114,7 +114,7 @@ def _what_is_free(c: Characteristic, free: Array, kept: bool, follows: str) -> s
     )
 
 
-SHORT = 90.0  # deg: over less of a circle, size and place are told apart badly
+SHORT = 90.0  # deg: over less of a circle, size and place are poorly separated
 
 
 def _short_arcs(scenario: Scenario) -> list[str]:
@@ -131,14 +131,14 @@ def _short_arcs(scenario: Scenario) -> list[str]:
         covered = 360.0 - float(gaps.max())
         if covered < SHORT:
             out.append(
-                f"{name}: touched over {covered:.0f} deg of its circle only; on so short an arc size and place are told apart badly, and U "
+                f"{name}: touched over {covered:.0f} deg of its circle only; so short an arc separates size and place poorly, and U "
                 "says how badly: touch more of it"
             )
     return out
 
 
 def _beside(scenario: Scenario) -> list[str]:
-    """Planned points that lie beyond the ends or edges of their feature."""
+    """Return remarks on planned points that lie beyond the ends or edges of their feature."""
     out = []
     for step in scenario.plan.steps:
         feature = scenario.part.features[step.feature]
@@ -156,7 +156,7 @@ EXPANDS = 2e-4  # 1/K: more than any solid that is measured
 
 
 def _unusual_warmth(scenario: Scenario) -> list[str]:
-    """Temperatures and expansions that may be a slip of the unit."""
+    """Return remarks on temperatures and expansions that may be a slip of the unit."""
     out = [
         f"the temperature {c[5:-2].replace('_', ' ')} = {t:g} degC is not that of a measuring room; expansion is taken as linear up to there"
         for c, t in scenario.constants.items()
@@ -172,7 +172,7 @@ def _unusual_warmth(scenario: Scenario) -> list[str]:
 
 
 def _unused_temperatures(scenario: Scenario) -> list[str]:
-    """Temperatures that no effect of the machine or part reads."""
+    """Return remarks on temperatures that no effect of the machine or part reads."""
     read = {column for effect in scenario.machine.effects for column in required(effect)}
     cures = {"temp_part_C": "[part] expansion", "temp_gradient_C": "an effect that bends with it"}
     out = []
@@ -194,7 +194,7 @@ def _unused_temperatures(scenario: Scenario) -> list[str]:
 
 
 def _exact_temperatures(scenario: Scenario) -> list[str]:
-    """Temperatures that matter and have no uncertainty."""
+    """Return remarks on temperatures that matter and have no uncertainty."""
     inputs = (*scenario.machine.inputs, *scenario.inputs)
     known = {single.parameter for i in inputs for single, _ in i.scalars if single.is_channel}
     out = []

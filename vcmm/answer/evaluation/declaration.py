@@ -1,10 +1,10 @@
-"""Which influences an evaluation covers, as ISO/TS 15530-4 asks of software to declare: every family of effects, and what is no effect.
+"""Declare which influences an evaluation covers, as ISO/TS 15530-4 requires of software: every family of effects, and influences that are no effect.
 
-"uncertain"    an Input moves it: it stands in the budget
+"uncertain"    an Input moves it: it is in the budget
 "known"        the machine file or the scenario states it, and it is taken as exact
-"not covered"  nothing is said of it: U does not hold it
+"not covered"  it is not stated: U does not include it
 
-Families are the files of vcmm/physics, one family each; their first line says what they are. A file of structure/ that holds a part of a
+Families are the files of vcmm/physics, one family each; their first line describes them. A file of structure/ that holds a part of a
 family of catalogue/ names it as FAMILY.
 """
 
@@ -25,7 +25,7 @@ OF_CUTTING = ("tool", "setup")  # who answers for effects that no measuring mach
 
 @dataclass(frozen=True)
 class DeclaredInfluence:
-    """One influence, what it is, whether it is covered, and the Inputs of it."""
+    """One influence: description, coverage, and its Inputs."""
 
     influence: str
     what: str
@@ -34,7 +34,7 @@ class DeclaredInfluence:
 
 
 def declared_influences(task: Task) -> tuple[DeclaredInfluence, ...]:
-    """All influences of a measuring task, those of the machine first."""
+    """Return all influences of a measuring task, those of the machine first."""
     single = [m for one in task.inputs for m in (one.members or (one,))]
     return (*_of_effects(task, single), *_unmodelled_influences(task))
 
@@ -62,7 +62,7 @@ def _family(kind: type) -> str:
 
 
 def _unmodelled_influences(task: Task) -> list[DeclaredInfluence]:
-    """What no effect stands for."""
+    """Return the influences that no effect represents."""
     warm = tuple(dict.fromkeys(i.id for i in task.inputs if i.is_channel))
     forms = tuple(i.id for i in task.inputs if i.effect == FORM)
     aligned = task.plan.alignment is not None

@@ -1,4 +1,4 @@
-"""The surface itself: a part touched everywhere by nothing that errs, so that its characteristics are the true ones."""
+"""Compute the true characteristics of a part, by touching its surface everywhere without errors."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ AROUND, CIRCLE, BY_CONTACT = 127, 361, 74
 
 @dataclass(frozen=True, eq=False)
 class Errorless:
-    """The world in which nothing errs."""
+    """The world in which nothing has errors."""
 
     task: Task
     predicts: bool = True
@@ -51,7 +51,7 @@ class Errorless:
 
 
 def all_over(feature: Feature, measured: Array, count: int = AROUND, *, middles: bool = False) -> Array:
-    """Points (m, 3) all over a feature; the measured ones where it has no surface of its own (a point, a mesh), the nominal
+    """Return points (m, 3) all over a feature; the measured ones where it has no surface of its own (a point, a mesh), the nominal
     ones where it is known by them.
 
     count: around the feature, or along a line. middles: of equal pieces of the surface, for means over it; else up to its ends, for
@@ -60,7 +60,7 @@ def all_over(feature: Feature, measured: Array, count: int = AROUND, *, middles:
     around = np.arange(count) * (2 * np.pi / count)
 
     def places(n: int) -> Array:
-        """(n,) from -1 to 1."""
+        """Return places (n,) from -1 to 1."""
         return np.linspace(-1.0, 1.0, n) * ((n - 1) / n if middles else 1.0)
 
     if feature.kind == "plane":
@@ -86,7 +86,7 @@ def all_over(feature: Feature, measured: Array, count: int = AROUND, *, middles:
 
 
 def _around(task: Task, name: str) -> int:
-    """Points around a feature: enough for its filters, and no more than needed where elements by contact are searched."""
+    """Return the number of points around a feature: enough for its filters, and no more than needed where elements by contact are searched."""
     feature = task.part.features[name]
     filters = [c.filter for c in task.part.characteristics if c.filter is not None and name in c.of]
     waves = [f.upr or feature.extent[0] / float(f.cutoff or feature.extent[0]) for f in filters]
@@ -96,7 +96,7 @@ def _around(task: Task, name: str) -> int:
 
 
 def surface_model(task: Task) -> LinearModel:
-    """The linear model of the true characteristics of the part of a task, from departures of its surface at dense points."""
+    """Return the linear model of the true characteristics of the part of a task, from departures of its surface at dense points."""
     t, features = task.touches, task.part.features
     points = {n: all_over(features[n], t.points[rows], _around(task, n)) for n, rows in t.rows.items()}
     normals = {

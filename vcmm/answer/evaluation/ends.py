@@ -1,10 +1,10 @@
-"""How far the ends of an interval are known: belts are made of a number of drawn parts, and of others they would differ.
+"""Estimate the uncertainty of the ends of an interval: belts come from a finite number of sampled parts, and differ with other parts.
 
 Delete-a-group jackknife (P. S. Kott, J. Official Stat. 17 (2001) 521): each of G groups of the drawn parts is left out in turn,
 
     u^2 = (G - 1) / G  sum over groups of (end without the group - mean of these)^2
 
-Parts are drawn independently, so that every G-th of them makes a group as good as any other.
+Parts are sampled independently, so that every G-th of them makes a group as good as any other.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ GROUPS = 10
 
 
 def inverses_without(c: Characteristic, index: int, drawn: Sequence[Sequence[Pairs]]) -> tuple[Reading, ...]:
-    """The inverse of characteristic number `index` from all drawn parts but a group, group after group.
+    """Return the inverse of characteristic number `index` from all sampled parts but a group, group after group.
 
-    drawn: for each share of the limits that a machine may use, the drawn parts of each family.
+    drawn: for each share of the limits that a machine may use, the sampled parts of each family.
     """
     out: list[Reading] = []
     for g in range(GROUPS):
@@ -40,7 +40,7 @@ def _without(drawn: Pairs, index: int, group: int) -> Pairs:
 def ends_u(
     groups: Sequence[Reading], p: float, found: Array, rest: Array | None
 ) -> tuple[float, float] | None:
-    """Standard uncertainty of both ends at an indicated value found (1,); None without groups."""
+    """Return the standard uncertainty of both ends at an indicated value found (1,); None without groups."""
     if not groups:
         return None
     ends = np.array([[end[0] for end in one.interval(p, found, rest)] for one in groups])
@@ -49,6 +49,6 @@ def ends_u(
 
 
 def jackknife_u(values: Array) -> Array:
-    """Standard uncertainty (k,) of what was found without each of G groups, (G, k)."""
+    """Return the standard uncertainty (k,) of results that were computed without each of G groups, (G, k)."""
     count = len(values)
     return np.asarray(np.sqrt((count - 1) / count * ((values - values.mean(axis=0)) ** 2).sum(axis=0)))

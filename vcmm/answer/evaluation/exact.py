@@ -1,4 +1,4 @@
-"""The slow truth: trials with multiplied transforms, contact found on the nominal surface, iterated fits.
+"""The exact engine: trials with multiplied transforms, contact computed on the nominal surface, iterated fits.
 
 Used to certify the linear model on the very same draws, and as an engine of its own for small numbers of trials.
 """
@@ -17,7 +17,7 @@ AT_ONCE = 200_000  # touches of all trials that are held at once
 
 
 def draw_inputs(model: LinearModel, seed: int, first: int, count: int) -> list[Draws]:
-    """The same numbers that the Monte Carlo tiers draw for trials first .. first + count - 1."""
+    """Return the same numbers that the Monte Carlo tiers draw for trials first .. first + count - 1."""
     out = []
     for influence in model.influences:
         law, factor = influence.input.spread(influence.response.shape[2])
@@ -30,14 +30,14 @@ def draw_inputs(model: LinearModel, seed: int, first: int, count: int) -> list[D
 
 
 def _spread(raw: Array, factor: Array) -> Array:
-    """raw (m, copies, r) times the factor (k, r), which is diagonal for Inputs whose elements are independent."""
+    """Return raw (m, copies, r) times the factor (k, r), which is diagonal for Inputs whose elements are independent."""
     if factor.shape[0] == factor.shape[1] and not (factor - np.diag(np.diag(factor))).any():
         return np.asarray(raw * np.diag(factor))
     return np.asarray(raw @ factor.T)
 
 
 def linear_quantities(model: LinearModel, drawn: list[Draws]) -> Array:
-    """q (m, K) of the linear model for given draws, products included."""
+    """Return q (m, K) of the linear model for given draws, products included."""
     q = np.broadcast_to(model.q0, (len(drawn[0].raw), len(model.q0))).copy() if drawn else model.q0[None]
     for one in drawn:
         along = model.along_normal(one.influence)
@@ -51,7 +51,7 @@ def linear_quantities(model: LinearModel, drawn: list[Draws]) -> Array:
 
 
 def exact_values(model: LinearModel, drawn: list[Draws]) -> Array:
-    """Characteristics (m, C) with transforms multiplied, contact found and fits iterated."""
+    """Return characteristics (m, C) with transforms multiplied, contact computed and fits iterated."""
     if not drawn:
         return _exact(model, drawn)
     count = len(drawn[0].raw)

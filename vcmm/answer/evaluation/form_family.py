@@ -1,10 +1,10 @@
-"""Families of form: how real surfaces depart from their nominal shape, drawn at any points of a feature.
+"""Families of form: departures of real surfaces from their nominal shape, sampled at any points of a feature.
 
 waves    a few waves around and along the feature, amplitudes falling with their number
          by a power that differs from part to part (drilled and turned holes have few lobes, milled and ground ones many).
 lobes    one wave alone, as a chuck, a vice or an oval leaves it
-edges    a family that it does not know: dents, bumps and cusped lobes. It serves to ask whether what was found with the
-         first one also holds for parts of another kind.
+edges    a family that the inverse does not use: dents, bumps and cusped lobes. It tests whether results from the
+first one also hold for parts of another kind.
 
 The inverse knows `waves` and `lobes` (KNOWN). Departures count along the outward normal, in units of their root mean square over the points of the last set.
 Undulations per revolution and their amplitudes: ISO 12181-2 (50 UPR at most for small holes; here 15, the rest is filtered).
@@ -29,7 +29,7 @@ NOTHING = 1e-9  # mm per mm or rad: a motion that moves no point by more is none
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """Where forms of a feature are drawn: sets of points (n, 3), the last one all over. Made once for all parts."""
+    """Sets of points (n, 3) on a feature at which forms are sampled, the last one all over. Made once for all parts."""
 
     feature: Feature
     sets: tuple[Array, ...]
@@ -44,14 +44,14 @@ class Ground:
 
     @cached_property
     def waves(self) -> tuple[Array, ...]:
-        """(4 (AROUND + 1) (ALONG + 1), n) of every set: products of waves around and along, motions and sizes left out."""
+        """Products of waves around and along at every set (4 (AROUND + 1) (ALONG + 1), n), motions and sizes left out."""
         scale = 1.0 if self.round else np.pi / 2
         found = [_products(a, b, scale) for a, b in self.coordinates]
         return tuple(found[k] - found[-1] @ self.motion_columns[k] for k in range(len(found)))
 
     @cached_property
     def motion_columns(self) -> tuple[Array, ...]:
-        """(N, n) of every set: what motions and sizes, fitted to departures (N,) of the last one, are at its points."""
+        """Values (N, n) of motions and sizes, fitted to departures (N,) of the last set, at the points of every set."""
         moved = [motions(self.feature, p, normal(self.feature, p)) for p in self.sets]
         used = np.abs(moved[-1]).max(axis=0) > NOTHING
         scale = np.abs(moved[-1]).max(axis=0)[used]
@@ -59,7 +59,7 @@ class Ground:
         return tuple((inverse.T @ (m[:, used] / scale).T) for m in moved)
 
     def of_unit_size(self, drawn: list[Array]) -> list[Array]:
-        """Divided by the root mean square over the last set."""
+        """Divide forms by their root mean square over the last set."""
         size = np.sqrt((drawn[-1] ** 2).mean(axis=1, keepdims=True))
         return [d / np.maximum(size, 1e-12) for d in drawn]
 
@@ -68,7 +68,7 @@ Family = Callable[[np.random.Generator, Ground, int], list[Array]]
 
 
 def coordinates(feature: Feature, points: Array) -> tuple[Array, Array]:
-    """Two surface coordinates (n,) of points (n, 3): the angle (or 0), and the place along, in half lengths from the middle."""
+    """Return two surface coordinates (n,) of points (n, 3): the angle (or 0), and the place along, in half lengths from the middle."""
     if feature.nominal is not None:
         return _across(feature.nominal.points, points)
     u, v, w = frame(feature)
@@ -88,7 +88,7 @@ def coordinates(feature: Feature, points: Array) -> tuple[Array, Array]:
 
 
 def _across(nominal: Array, points: Array) -> tuple[Array, Array]:
-    """Places (n,) of points along the two longest directions of a free-form surface, -1 to 1 over its nominal points."""
+    """Return places (n,) of points along the two longest directions of a free-form surface, -1 to 1 over its nominal points."""
     middle = nominal.mean(axis=0)
     ways = np.linalg.svd(nominal - middle, full_matrices=False)[2][:2].T
     half = np.maximum(np.abs((nominal - middle) @ ways).max(axis=0), NOTHING)
@@ -97,7 +97,7 @@ def _across(nominal: Array, points: Array) -> tuple[Array, Array]:
 
 
 def waves(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
-    """Departures (count, n) at every set of points of one feature."""
+    """Sample departures (count, n) at every set of points of one feature."""
     flat = ground.feature.kind in ("plane", "points")
     first = (
         rng.integers(0, AROUND + 1, (count, WAVES))
@@ -109,7 +109,7 @@ def waves(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
 
 
 def lobes(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
-    """Departures (count, n) of one wave alone: 2 to 7 lobes around, or one to three half waves along."""
+    """Sample departures (count, n) of one wave alone: 2 to 7 lobes around, or one to three half waves along."""
     if not ground.round:
         first = rng.integers(0, 4, (count, 1)) * (ground.feature.kind in ("plane", "points"))
         along = rng.integers(1, 4, (count, 1))
@@ -119,7 +119,7 @@ def lobes(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
 
 
 def _sum_of(rng: np.random.Generator, ground: Ground, first: Ints, along: Ints) -> list[Array]:
-    """Waves of numbers first and along (count, w), of random phase, amplitudes falling with their number."""
+    """Sum waves of numbers first and along (count, w), of random phase, with amplitudes that fall with their number."""
     from scipy.sparse import csr_array
 
     count, number = first.shape
@@ -138,7 +138,7 @@ def _sum_of(rng: np.random.Generator, ground: Ground, first: Ints, along: Ints) 
 
 
 def _products(a: Array, b: Array, scale: float) -> Array:
-    """(4 (AROUND + 1) (ALONG + 1), n): cos or sin of m a times cos or sin of l b."""
+    """Return cos or sin of m a times cos or sin of l b, (4 (AROUND + 1) (ALONG + 1), n)."""
     first = np.arange(AROUND + 1)[:, None] * scale * a
     second = np.arange(ALONG + 1)[:, None] * (np.pi / 2) * b
     rows = [f(first)[:, None] * g(second)[None] for f in (np.cos, np.sin) for g in (np.cos, np.sin)]
@@ -146,12 +146,12 @@ def _products(a: Array, b: Array, scale: float) -> Array:
 
 
 def bump(across: Array, along: Array, width: Array | float) -> Array:
-    """A round hill of height 1: exp(-d^2 / (2 width^2)) at the distance d from its top."""
+    """Return a round hill of height 1: exp(-d^2 / (2 width^2)) at the distance d from its top."""
     return np.asarray(np.exp(-0.5 * (across**2 + along**2) / width**2))
 
 
 def edges(rng: np.random.Generator, ground: Ground, count: int) -> list[Array]:
-    """Departures (count, n) of another kind: two bumps or dents of random place and width, and cusped lobes."""
+    """Sample departures (count, n) of another kind: two bumps or dents of random place and width, and cusped lobes."""
     at = (
         rng.uniform(-1.0, 1.0, (2, count, 2, 1))
         * np.array([np.pi if ground.round else 1.0, 1.0])[:, None, None, None]
@@ -173,7 +173,7 @@ KNOWN, OTHER = ("waves", "lobes"), "edges"
 
 
 def motions(feature: Feature, points: Array, normals: Array) -> Array:
-    """(n, k): displacement of every point along its normal for unit motions of the feature and changes of its sizes.
+    """Return the displacement of every point along its normal for unit motions of the feature and changes of its sizes, as (n, k).
 
     Three shifts (mm), three turns (rad) about the nominal centre (none of a circle, whose axis is that of the drawing), then
     the sizes (mm, rad).
@@ -193,7 +193,7 @@ def motions(feature: Feature, points: Array, normals: Array) -> Array:
 
 
 def left_over(feature: Feature, points: Array, normals: Array) -> Array:
-    """(n, n): what motions and sizes of the feature leave of displacements along the normals (least squares)."""
+    """Return the projection (n, n) that removes motions and sizes of the feature from displacements along the normals (least squares)."""
     columns = motions(feature, points, normals)
     largest = np.abs(columns).max(axis=0)
     columns = columns[:, largest > NOTHING] / largest[largest > NOTHING]

@@ -2,8 +2,8 @@
 
     value = baseline + N a + C z + X b + sigma u e
 
-    N a   nuisance nobody is to blame for (artefact pose, stylus offset): a is unknown (diffuse), N is projected out
-    C z   what the calibration does not know: z are standard normals, C is a low-rank factor of that covariance
+    N a   nuisance (artefact pose, stylus offset): a is unknown (diffuse), N is projected out
+    C z   uncertainty of the calibration: z are standard normals, C is a low-rank factor of that covariance
     X b   an effect under test, b has a normal prior of width `scale` in units of its typical amplitude
     u     standard uncertainty of each observation up to one common factor sigma, which is unknown
 
@@ -48,18 +48,18 @@ class Whitener:
         return len(self.weight) - self.nuisance.shape[1]
 
     def scale(self, x: Array) -> Array:
-        """(m,) or (m, k) in units of the noise, correlation of neighbours removed; nothing is projected."""
+        """Return x (m,) or (m, k) in units of the noise, with correlation of neighbours removed; nothing is projected."""
         x = (self.weight * x.T).T
         return innovations(x, self.before, self.rho)
 
     def apply(self, x: Array) -> Array:
-        """(m,) or (m, k) to the white space; the nuisance is gone, calibrated directions are shrunk."""
+        """Map (m,) or (m, k) to the white space; the nuisance is removed, calibrated directions are shrunk."""
         x = self.scale(x)
         x = x - self.nuisance @ (self.nuisance.T @ x)
         return x - self.known @ ((self.shrink * (self.known.T @ x).T).T)
 
     def adjoint(self, x: Array) -> Array:
-        """(m,) or (m, k) of the white space to A' x of the observations, A = `apply`: (A f)' x = f' (A' x) for any f."""
+        """Map (m,) or (m, k) of the white space to A' x of the observations, A = `apply`: (A f)' x = f' (A' x) for any f."""
         x = x - self.known @ ((self.shrink * (self.known.T @ x).T).T)
         x = x - self.nuisance @ (self.nuisance.T @ x)
         x = unchained_adjoint(x, self.before, self.rho)
@@ -67,7 +67,7 @@ class Whitener:
 
 
 def innovations(x: Array, before: Ints, rho: float) -> Array:
-    """AR(1) innovations of unit variance: (x_t - rho x_before) / sqrt(1 - rho^2); the first of a series stays."""
+    """Return AR(1) innovations of unit variance: (x_t - rho x_before) / sqrt(1 - rho^2); the first of a series stays."""
     if rho == 0.0:
         return x
     inner = before >= 0
@@ -77,7 +77,7 @@ def innovations(x: Array, before: Ints, rho: float) -> Array:
 
 
 def unchained_adjoint(x: Array, before: Ints, rho: float) -> Array:
-    """The transpose of `innovations`."""
+    """Apply the transpose of `innovations`."""
     if rho == 0.0:
         return x
     inner = before >= 0
@@ -91,7 +91,7 @@ def unchained_adjoint(x: Array, before: Ints, rho: float) -> Array:
 def whitener(
     u: Array, nuisance: Array, calibration: Array, before: Ints | None = None, rho: float = 0.0
 ) -> Whitener:
-    """Whitener of observations with standard uncertainty u (m,), nuisance columns (m, p) and a calibration factor (m, r).
+    """Return the whitener of observations with standard uncertainty u (m,), nuisance columns (m, p) and a calibration factor (m, r).
 
     Raises ModelLimit where u is not positive or the nuisance leaves fewer than three degrees of freedom.
     """
@@ -112,7 +112,7 @@ def whitener(
 
 
 def orthonormal(columns: Array, floor: float = RANK) -> Array:
-    """Orthonormal basis (m, rank) of the span; columns are scaled first so that mixed units do not decide the rank.
+    """Return the orthonormal basis (m, rank) of the span; columns are scaled first so that mixed units do not decide the rank.
 
     Directions below `floor` of the longest are dropped.
     """
@@ -125,7 +125,7 @@ def orthonormal(columns: Array, floor: float = RANK) -> Array:
 
 
 def thin_svd(x: Array) -> tuple[Array, Array]:
-    """Left singular vectors (m, k) and singular values (k,) of x.
+    """Return the left singular vectors (m, k) and singular values (k,) of x.
 
     The fast driver divides and conquers and now and then does not converge on a matrix of deficient rank; QR iteration
     does (Golub & Van Loan, Matrix Computations (2013), 8.6).
@@ -140,7 +140,7 @@ def thin_svd(x: Array) -> tuple[Array, Array]:
 
 
 def _principal(calibration: Array, q: Array) -> tuple[Array, Array]:
-    """Left singular vectors and values of the calibration factor outside the nuisance."""
+    """Return the left singular vectors and values of the calibration factor outside the nuisance."""
     rest = calibration - q @ (q.T @ calibration)
     if rest.shape[1] == 0 or not np.any(rest):
         return np.zeros((len(calibration), 0)), np.zeros(0)
@@ -186,17 +186,17 @@ def blocks(columns: Array, start: Ints) -> ColumnBlocks:
 
 
 def without_span(columns: Array, basis: Array) -> Array:
-    """Columns (m, K) or (m,) with their part in the span of orthonormal `basis` (m, p) removed."""
+    """Return columns (m, K) or (m,) with their part in the span of orthonormal `basis` (m, p) removed."""
     return columns - basis @ (basis.T @ columns) if basis.shape[1] else columns
 
 
 def left_beside(signal: Array, columns: Array) -> Array:
-    """What least squares on columns (m, k) leave of a signal (m,)."""
+    """Return the residual of a signal (m,) after least squares on columns (m, k)."""
     return np.asarray(signal - columns @ np.linalg.lstsq(columns, signal, rcond=RANK)[0])
 
 
 def log_evidence(groups: ColumnBlocks, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Array:
-    """ln Bayes factor (groups, M) of each group against nothing, for white residuals r (m, M).
+    """Return the ln Bayes factor (groups, M) of each group against no effect, for white residuals r (m, M).
 
     ln BF = -1/2 ln|I + s^2 G| - dof/2 ln(1 - q/R), q = b^T (G + s^-2)^-1 b, b = X^T r, R = r^T r, averaged over the
     prior widths s; the noise scale is integrated out with the Jeffreys prior.
@@ -239,7 +239,7 @@ class Posterior:
 
 @dataclass(frozen=True, eq=False)
 class Conditioned:
-    """Numbers F z, z unit normals, given readings of unit noise: x' x = G, x' y = b.
+    """Distribution of numbers F z, z unit normals, given readings of unit noise: x' x = G, x' y = b.
 
     lower: L L' = 1 + F' G F; factor: F (k, r), or (k,) of its diagonal; pull: L^-1 F' b. No eigenvalue of L L' is below 1, however
     small F is.
@@ -251,7 +251,7 @@ class Conditioned:
 
     @cached_property
     def half(self) -> Array:
-        """(k, r): half half' is their covariance."""
+        """Square root of the covariance (k, r): half half' is the covariance of the numbers."""
         from scipy.linalg import solve_triangular
 
         turned = np.diag(self.factor) if self.factor.ndim == 1 else self.factor.T
@@ -272,12 +272,12 @@ class Conditioned:
 
     @property
     def gained(self) -> Array:
-        """What the numbers take from the sum of squares, b' half half' b: of b (k,) one, of (k, M) M."""
+        """Reduction of the sum of squares by the numbers, b' half half' b: of b (k,) one, of (k, M) M."""
         return np.asarray((self.pull**2).sum(axis=0))
 
 
 def condition(gram: Array, b: Array, factor: Array) -> Conditioned:
-    """The numbers behind gram (k, k) and b (k,) or (k, M), with the prior covariance F F': factor (k, r), or (k,) of its diagonal.
+    """Condition the numbers on gram (k, k) and b (k,) or (k, M), with the prior covariance F F': factor (k, r), or (k,) of its diagonal.
 
     Woodbury's identity, so that no matrix is as large as the readings are many, and no prior is inverted.
     """
@@ -294,7 +294,7 @@ def condition(gram: Array, b: Array, factor: Array) -> Conditioned:
 
 
 def log_density(rest: Array, x: Array, factor: Array) -> Array:
-    """ln density of white residuals (m,) or (m, M) of unit noise, less that at rest 0 without columns; the coefficients of x (m, k)
+    """Return the ln density of white residuals (m,) or (m, M) of unit noise, less that at rest 0 without columns; the coefficients of x (m, k)
     have the covariance F F', factor (k, r).
     """
     told = condition(x.T @ x, x.T @ rest, factor)
@@ -302,7 +302,7 @@ def log_density(rest: Array, x: Array, factor: Array) -> Array:
 
 
 def posterior(x: Array, r: Array, dof: int, width: Array) -> Posterior:
-    """Posterior of the coefficients of white columns x (m, k), prior standard deviations width (k,) times sigma.
+    """Return the posterior of the coefficients of white columns x (m, k), prior standard deviations width (k,) times sigma.
 
     sigma^2 = (R - q) / dof. A coefficient that the data do not see keeps its prior.
     """
@@ -313,7 +313,7 @@ def posterior(x: Array, r: Array, dof: int, width: Array) -> Posterior:
 
 
 def evidence_from(gram: Array, b: Array, total: float, dof: int, width: Array) -> float:
-    """The log evidence of `posterior` from gram = X'X (k, k), b = X'r (k,) and total = r'r: many subsets share one product."""
+    """Return the log evidence of `posterior` from gram = X'X (k, k), b = X'r (k,) and total = r'r: many subsets share one product."""
     told = condition(gram, b, width)
     return _log_evidence(told, _rest(told, total), total, dof)
 
@@ -327,6 +327,6 @@ def _log_evidence(told: Conditioned, rest: float, total: float, dof: int) -> flo
 
 
 def best_width(x: Array, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Posterior:
-    """Posterior at the common prior width of highest evidence."""
+    """Return the posterior at the common prior width of highest evidence."""
     tried = [posterior(x, r, dof, np.full(x.shape[1], s)) for s in scales]
     return max(tried, key=lambda p: p.log_evidence)

@@ -1,4 +1,4 @@
-"""The result of a characteristic for any indicated value: interval of the true value, and the decision about it."""
+"""Results of a characteristic for any indicated value: interval of the true value, and the decision about it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vcmm.part.gps.decision import (
 
 
 def at_indication(result: CharacteristicResult, y: float, rule: str) -> CharacteristicResult:
-    """The result for an indicated value y, mm or rad: value, interval, k and decision by a rule of vcmm.part.gps.decision."""
+    """Return the result for an indicated value y, mm or rad: value, interval, k and decision by a rule of vcmm.part.gps.decision."""
     assert result.truth is not None
     limits = None
     if result.tolerance is not None:
@@ -72,7 +72,7 @@ def _decision(result: CharacteristicResult, statement: Statement, rule: str) -> 
 
 
 def _with_bias(result: CharacteristicResult, statement: Statement, rule: str) -> Decision:
-    """By U + |bias|, where a known bias is not corrected: nothing that a value off by the bias, either way, would decide otherwise."""
+    """Decide with U + |bias|, where a known bias is not corrected: no decision that a value shifted by the bias, either way, would change."""
     assert statement.p_reach is not None
     least, most = statement.p_reach
     u = result.u if math.isfinite(result.u) else None

@@ -49,7 +49,7 @@ class Linear:
     gains: Sequence[tuple[Law, Array]]
 
     def reflect(self, about: float) -> Linear:
-        """The law of about - y: what leaned upwards leans downwards."""
+        """Return the law of about - y, mirrored."""
         return Linear(about - self.mean, [(law, -np.asarray(gain, float)) for law, gain in self.gains])
 
     @cached_property
@@ -100,7 +100,7 @@ class Linear:
         return float(1 / t[np.argmax(np.abs(self.cf(t)) < math.exp(-0.5))])
 
     def cf(self, t: ArrayLike) -> Array:
-        """Characteristic function of y - mean, elementwise; complex if samples are among the terms."""
+        """Return the characteristic function of y - mean, elementwise; complex if samples are among the terms."""
         t = np.asarray(t, float)
         product: Array = np.ones(t.shape)
         for shape, g in self._groups.items():
@@ -109,7 +109,7 @@ class Linear:
 
     @cached_property
     def _end(self) -> float:
-        """Where the integral may stop (1/scale): |cf| / t below 1e-10, or 5e3."""
+        """Upper end of the integral (1/scale): |cf| / t below 1e-10, or 5e3."""
         t = np.geomspace(1.0, _LONGEST, 300)
         bound = np.ones(len(t))
         for shape, g in self._groups.items():
@@ -125,7 +125,7 @@ class Linear:
         return {}
 
     def _nodes(self, reach: float) -> tuple[Array, Array, Array]:
-        """t, weight * cf, both in units of the scale, fine enough for |x| <= reach scales; kept per reach."""
+        """Return t and weight * cf, both in units of the scale, fine enough for |x| <= reach scales; cached per reach."""
         if reach not in self._memo:
             finite = [shape for shape in self._groups if math.isfinite(shape.reach)]
             bounded = sum(shape.reach * float(np.abs(self._groups[shape]).sum()) for shape in finite)
@@ -135,7 +135,7 @@ class Linear:
         return self._memo[reach]
 
     def _integrate(self, x: Array) -> tuple[Array, Array]:
-        """P(X <= x) and its density, for x (n,) in scales from `mean`."""
+        """Integrate: return P(X <= x) and its density, for x (n,) in scales from `mean`."""
         t, real, imaginary = self._nodes(_reach(x))
         below, density = np.empty(len(x)), np.empty(len(x))
         for s in np.array_split(np.arange(len(x)), len(x) * len(t) // 2_000_000 + 1):
@@ -146,7 +146,7 @@ class Linear:
         return below, density
 
     def _tails(self, x: Array) -> Array:
-        """P(X <= x) far out, where one term alone makes the deviation: the sum of the terms' tails."""
+        """Return P(X <= x) far out, where one term alone makes the deviation: the sum of the terms' tails."""
         lower = np.zeros(len(x))
         for shape, g in self._groups.items():
             ratio = np.abs(x)[:, None] / np.abs(g)
@@ -155,7 +155,7 @@ class Linear:
         return np.where(x > 0, 1 - lower, lower)
 
     def cdf(self, y: ArrayLike) -> Array:
-        """P(Y <= y), elementwise, to about 1e-8 (1e-6 when every term has a bounded law)."""
+        """Return P(Y <= y), elementwise, to about 1e-8 (1e-6 when every term has a bounded law)."""
         y = np.asarray(y, float)
         if self._single:
             law, factor = self._single
@@ -171,12 +171,12 @@ class Linear:
 
     @cached_property
     def _near(self) -> float:
-        """|x| in scales up to which the integral serves; beyond, the tails of the single terms do."""
+        """Largest |x| in scales for which the integral serves; beyond, the tails of the single terms do."""
         largest = sum(shape.reach * float(np.abs(g).sum()) for shape, g in self._groups.items())
         return min(_FAR, largest / self.scale)
 
     def quantile(self, p: float) -> float:
-        """The value of y that is not exceeded with probability p, 0 < p < 1."""
+        """Return the value of y that is not exceeded with probability p, 0 < p < 1."""
         check_interval(p, "symmetric")
         if self._single:
             law, factor = self._single
@@ -193,7 +193,7 @@ class Linear:
         return float(self.cdf(self.mean + self.scale * x))
 
     def _root(self, p: float, low: float, high: float) -> float:
-        """x in scales with P(X <= x) = p between two bounds: Newton, halving where that leaves them."""
+        """Solve for x in scales with P(X <= x) = p between two bounds: Newton, halving where that leaves them."""
         x = (low + high) / 2
         for _ in range(100):
             near = abs(x) <= self._near
@@ -209,7 +209,7 @@ class Linear:
         return x
 
     def interval(self, p: float = 0.95, kind: str = "symmetric") -> tuple[float, float]:
-        """Coverage interval for probability p: symmetric in probability, or the shortest (JCGM 101, 5.3)."""
+        """Return the coverage interval for probability p: symmetric in probability, or the shortest (JCGM 101, 5.3)."""
         check_interval(p, kind)
         if kind == "shortest" and not all(shape.unimodal for shape in self._groups):
             return self._shortest(p)
@@ -233,7 +233,7 @@ class Linear:
         return low, self.quantile(min(float(self.cdf(low)) + p, 1 - 1e-7))
 
     def _grid(self) -> tuple[Array, Array]:
-        """1024 equidistant y (all but 1e-6 of each tail) and P(Y <= y): x = coarse + fine, a matrix product."""
+        """Return 1024 equidistant y (all but 1e-6 of each tail) and P(Y <= y): x = coarse + fine, a matrix product."""
         ends = (np.array([self.quantile(1e-6), self.quantile(1 - 1e-6)]) - self.mean) / self.scale
         step = (ends[1] - ends[0]) / 1023
         t, real, imaginary = self._nodes(_reach(ends))
@@ -245,13 +245,13 @@ class Linear:
         return y, np.maximum.accumulate(below)
 
     def probability(self, low: float = -math.inf, high: float = math.inf) -> float:
-        """P(low <= Y <= high): the probability of conformity for tolerance limits (JCGM 106, 7)."""
+        """Return P(low <= Y <= high): the probability of conformity for tolerance limits (JCGM 106, 7)."""
         ends = [float(self.cdf(v)) if math.isfinite(v) else float(v > 0) for v in (low, high)]
         return min(max(ends[1] - ends[0], 0.0), 1.0)  # far out the inversion leaves rounding of either sign
 
 
 def _reach(x: Array) -> float:
-    """Largest |x|, at least 16, rounded up to a power of two, so that few node sets serve all x."""
+    """Return the largest |x|, at least 16, rounded up to a power of two, so that few node sets serve all x."""
     return float(2.0 ** math.ceil(math.log2(max(16.0, float(np.abs(x).max(initial=0.0))))))
 
 
@@ -261,7 +261,7 @@ def _legendre() -> tuple[Array, Array]:
 
 
 def _panels(end: float, width: float) -> tuple[Array, Array]:
-    """16-point Gauss-Legendre nodes and weights on (0, end): panels of `width`, the first graded to 0."""
+    """Return 16-point Gauss-Legendre nodes and weights on (0, end): panels of `width`, the first graded to 0."""
     graded = width * 4.0 ** np.arange(-14, 1)
     edges = np.concatenate([[0.0], graded, np.arange(2, math.ceil(end / width) + 1) * width])
     node, weight = _legendre()
@@ -270,14 +270,14 @@ def _panels(end: float, width: float) -> tuple[Array, Array]:
 
 
 def _group_cf(shape: Law, g: Array, t: Array) -> Array:
-    """Product of cf(g_j t) over the terms of one shape, for t (n,)."""
+    """Return the product of cf(g_j t) over the terms of one shape, for t (n,)."""
     if isinstance(shape, StudentT):
         return np.asarray(np.exp(_sum_log_cf(shape, np.abs(g), t)))
     return _product(shape.cf, g, t)
 
 
 def _product(function: object, g: Array, t: Array) -> Array:
-    """Product of function(g_j t) over j, in slices that fit the cache."""
+    """Return the product of function(g_j t) over j, in slices that fit the cache."""
     assert callable(function)
     result: Array = np.ones(t.shape)
     for part in np.array_split(g, len(g) * len(t) // 500_000 + 1):
@@ -287,7 +287,7 @@ def _product(function: object, g: Array, t: Array) -> Array:
 
 @lru_cache(maxsize=64)
 def _log_cf_table(shape: StudentT) -> tuple[float, float, Array]:
-    """ln(-ln cf) of a standard t at equal steps of ln t: straight at both ends, so it interpolates well."""
+    """Return ln(-ln cf) of a standard t at equal steps of ln t: straight at both ends, so it interpolates well."""
     grid = np.linspace(math.log(1e-6), math.log(1e4), 1024)
     return grid[0], grid[1] - grid[0], np.log(-shape.log_cf(np.exp(grid)))
 

@@ -1,8 +1,8 @@
-"""The true value of an extreme one, whoever asks: the belts of a task, what was counted of them, and what the machine adds.
+"""Infer true values of extreme characteristics: the belts of a task, their counted coverage, and the uncertainty that the machine adds.
 
 `uncertainty`, `evaluate` and `audit` read extreme values (form, orientation, location, run-out, profile, sizes by contact)
-with the same belts: they are drawn from the task alone, so the same indicated value has the same true value in all of them.
-Belts reach to parts some times rougher than what was indicated; they are drawn when first asked for, and kept.
+with the same belts, which depend on the task alone, so the same indicated value has the same true value in all of them.
+Belts reach to parts some times rougher than the indicated value; they are sampled when first needed, and cached.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ FIXED_RATIOS = (0.0, 6.0, 20.0)
 EXCLUDED = 0.005  # a tenth of what an interval may miss: sizes of form that leave residuals as small no more often are not counted
 LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
 REACH = 3.0  # parts are drawn with forms up to so many times what was indicated
-FAR, FORMED = 20.0, 1.0  # over the noise: how far off, or how rough, the parts are for which U is told
+FAR, FORMED = 20.0, 1.0  # over the noise: how far off, or how rough, the parts are for which U is stated
 BLIND = 0.1  # of the true value: parts far off that indicate less are not seen
 MOST_LOST = 0.02  # of the drawn parts may have no such element: fewer than what the quantiles tell
 HIDDEN_FORM = (
@@ -68,7 +68,7 @@ TOO_FEW = (
 
 @dataclass(frozen=True, eq=False)
 class CountedInverse:
-    """The inverse of one characteristic with what was counted of it: parts of the family, parts of another one."""
+    """The inverse of one characteristic with its counted coverage: of parts of the family, and of parts of another one."""
 
     inverse: Reading
     counted: tuple[float, float]
@@ -78,7 +78,7 @@ class CountedInverse:
 
     @cached_property
     def groups(self) -> tuple[Reading, ...]:
-        """Inverses from which the ends take their own uncertainty."""
+        """Inverses from which the uncertainty of the ends is estimated."""
         return self.without()
 
     def state(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
@@ -92,23 +92,23 @@ class CountedInverse:
         return Statement(estimate, (low, high), within, self.shortfall(p), self.counted, u)
 
     def blind(self, p: float) -> bool:
-        """Whether some parts, however far off, indicate next to nothing: then no indication bounds the true value."""
+        """Return whether some parts, however far off, indicate next to nothing: then no indication bounds the true value."""
         return self.inverse.sight(p) < BLIND
 
     def shortfall(self, p: float) -> str:
-        """Why the interval is not claimed; empty where it is."""
+        """Return why the coverage of the interval is not claimed; empty where it is."""
         if self.blind(p):
             return HIDDEN_FORM
         return "" if self.is_enough(p) else TOO_FEW.format(*self.counted)
 
     def is_enough(self, p: float) -> bool:
-        """Whether enough of the drawn parts of both kinds had their true value in the interval for p."""
+        """Return whether enough of the sampled parts of both kinds had their true value in the interval for p."""
         return self.counted[0] >= p - (0.95 - LEAST) and self.counted[1] >= p - (0.95 - LEAST_OTHER)
 
 
 @dataclass(frozen=True)
 class NoInverse:
-    """Of a characteristic that too many parts do not have: nothing is known of its true value but that it is there."""
+    """The inverse of a characteristic that too many parts lack: its true value exists, and nothing else is known about it."""
 
     why: str
 
@@ -121,7 +121,8 @@ class NoInverse:
 
 @dataclass(frozen=True, eq=False)
 class AddedUncertainty:
-    """What the machine adds to one characteristic of parts that are off or rough: u and half of where p lie; by Input (m,), by the form."""
+    """Uncertainty that the machine adds to one characteristic of parts that are off or rough: u and half of where p lie; by Input (m,),
+    by the form."""
 
     u: float
     half: float
@@ -134,7 +135,7 @@ Reach = tuple[int, int]  # doublings of the largest form, and of the largest way
 
 
 def _doublings(over_noise: float) -> int:
-    """So often MOST is doubled to be REACH times as large as what was found."""
+    """Return how often MOST is doubled to be REACH times as large as the measured value."""
     asked = REACH * over_noise / MOST
     return max(int(np.ceil(np.log2(asked))), 0) if asked > 1.0 else 0
 
@@ -154,15 +155,15 @@ class Inversion:
     _form_parts: dict[float, list[FixedParts]] = field(default_factory=dict, repr=False)
 
     def column(self, i: int) -> int:
-        """Where characteristic i of the task stands among those that parts are drawn for."""
+        """Return the column of characteristic i of the task among those that parts are sampled for."""
         return self.numbers.index(i)
 
     def characteristic(self, i: int) -> Characteristic:
         return self.drawing.task.part.characteristics[self.column(i)]
 
     def reach(self, i: int, y: float, rest: float | None = None) -> Reach:
-        """How often the largest form, and how far features are out of place, are doubled so that they are well beyond what was
-        indicated. Orientation and location may be far off without any form: there the residuals say how rough the part may be.
+        """Return how often the largest form, and the largest departure of place, are doubled so that they are well beyond the
+        indicated value. Orientation and location may be far off without any form: there the residuals say how rough the part may be.
         """
         c, drawing = self.characteristic(i), self.drawing
         unit, away = min(drawing.unit(n) for n in gps.needs(c)), drawing.away
@@ -175,7 +176,7 @@ class Inversion:
         return both, both
 
     def inverse(self, i: int, y: float, rest: float | None) -> CountedInverse | NoInverse:
-        """The belt of characteristic i for an indicated value, mm or rad. rest: root mean square of the residuals, None: not known."""
+        """Return the belt of characteristic i for an indicated value, mm or rad. rest: root mean square of the residuals, None: not known."""
         c = self.characteristic(i)
         reach = self.reach(i, y, rest)
         drawn, seen = self.draw_parts(i, reach), None
@@ -187,14 +188,14 @@ class Inversion:
         return self._inverses[place]
 
     def expect(self, asked: Iterable[tuple[int, float, float | None]]) -> None:
-        """What will be asked for (characteristic, indicated value, residuals): parts of one reach are then evaluated for that alone."""
+        """Announce later requests (characteristic, indicated value, residuals): parts of one reach are then evaluated for these alone."""
         for i, y, rest in asked:
             if i in self.numbers:
                 self._expected_pairs.setdefault(self.reach(i, y, rest), set()).add(i)
 
     def draw_parts(self, i: int, reach: Reach = (0, 0)) -> DrawnParts:
-        """Parts drawn with forms up to MOST 2^reach[0] times the noise, and as far off as reach[1] says, with the values of
-        characteristic i and of what else is expected of such parts (nothing was said: of all).
+        """Return parts sampled with forms up to MOST 2^reach[0] times the noise, and departures of place by reach[1], with the values of
+        characteristic i and of the others expected of such parts (all, where nothing was announced).
         """
         kept = self._parts.setdefault(reach, [])
         held = {n for one in kept for n in one.numbers}
@@ -205,9 +206,9 @@ class Inversion:
         return next(one for one in kept if i in one.numbers)
 
     def parts_with_form(self, i: int, ratio: float) -> tuple[int, Sequence[Pairs]]:
-        """Where characteristic i stands in parts of which the form of all is so many times the noise, and these parts.
+        """Return the column of characteristic i in parts whose forms are all `ratio` times the noise, and these parts.
 
-        They go no further for a rougher part: all reaches share them.
+        They do not depend on the reach: all reaches share them.
         """
         kept = self._form_parts.setdefault(ratio, [])
         found = next((one for one in kept if i in one[0]), None)
@@ -220,9 +221,10 @@ class Inversion:
         return found[0].index(i), found[1]
 
     def added_uncertainty(self, i: int) -> AddedUncertainty:
-        """Of parts without form that are far off for orientation and location, of parts as rough as the noise for the others.
+        """Return the added uncertainty of parts without form that are far off for orientation and location, of parts as rough as the
+        noise for the others.
 
-        There the machine acts as on every part that is off by more; what indicated and true value differ by is the error.
+        There the machine acts as on every part that is off by more; the difference of indicated and true value is the error.
         """
         u, half, by_input, by_form = (
             self._far if self.characteristic(i).type in gps.LOCATED_TYPES else self._draw_rough_parts
@@ -242,7 +244,7 @@ class Inversion:
 @dataclass(frozen=True, eq=False)
 class TrueValueByBelt:
     """The true value of characteristic i by its belt. rest: root mean square of the residuals, mm, None where no points are
-    known; limit: why coverage may not be claimed whatever was counted.
+    known; limit: why coverage may not be claimed in spite of the counts.
     """
 
     inversion: Inversion
@@ -260,7 +262,7 @@ ANY = Largest()
 
 @dataclass(frozen=True, eq=False)
 class DrawnParts:
-    """Parts of every kind that go as far as `most`, drawn when they are asked for; characteristics number `numbers` of the task."""
+    """Sampled parts of every kind up to `most`, sampled on demand; characteristics number `numbers` of the task."""
 
     inversion: Inversion
     numbers: tuple[int, ...]
@@ -280,17 +282,17 @@ class DrawnParts:
         return int(np.clip(self.settings.trials, *COUNT_TRIALS))
 
     def column(self, i: int) -> int:
-        """Where characteristic i of the task stands in `Pairs` of these parts."""
+        """Return the column of characteristic i of the task in `Pairs` of these parts."""
         return self.numbers.index(i)
 
     @property
     def own_families(self) -> Sequence[Pairs]:
-        """For the belts, one family after another, on machines at their limit."""
+        """Parts for the belts, one family after another, on machines at their limit."""
         return self.known_of_shares[-1]
 
     @property
     def known_of_shares(self) -> Sequence[Sequence[Pairs]]:
-        """The same for all machines that are allowed."""
+        """Parts for the belts on all machines that the bounds allow."""
         task = self.inversion.drawing.task  # as many parts for all characteristics
         few, many = BY_CONTACT if in_contact(task) else PARTS
         many = int(np.clip(NUMBERS / task.touches.run.n, few, many))
@@ -299,25 +301,25 @@ class DrawnParts:
 
     @property
     def anew(self) -> Sequence[Pairs]:
-        """Of the same families, for counting, on all machines that are allowed."""
+        """Further parts of the same families, for counting, on all machines that the bounds allow."""
         drawn = self._families("anew", self.count // len(KNOWN), self.settings.seed + 1, most=self.most)
         return [one for of_share in drawn for one in of_share]
 
     @property
     def other_families(self) -> Sequence[Pairs]:
-        """Of another kind."""
+        """Parts of another kind, for counting."""
         drawn = self._families("other", self.count, self.settings.seed + 2, (OTHER,), self.most)
         return [of_share[0] for of_share in drawn]
 
     def with_form(self, ratio: float) -> Sequence[Pairs]:
-        """Of which the form of all is so many times the noise."""
+        """Return parts whose forms are all `ratio` times the noise."""
         seed = self.settings.seed + 3 + FIXED_RATIOS.index(ratio)
         drawn = self._families(f"form {ratio:g}", self.count // len(KNOWN), seed, ratio=ratio)
         return [together(of_share) for of_share in drawn]
 
     def is_possible(self, ratio: float, i: int, rest: float) -> bool:
-        """Whether parts whose form is so many times the noise leave residuals as small as were found (root mean square, mm) more often
-        than EXCLUDED: otherwise the part is none of them, and how often they are held says nothing of it.
+        """Return whether parts whose form is so many times the noise leave residuals as small as the measured ones (root mean square, mm) more often
+        than EXCLUDED: otherwise the part is none of them, and their coverage does not matter for it.
         """
         column, parts = self.inversion.parts_with_form(i, ratio)
         found = np.concatenate([one.rest[:, column] for one in parts])
@@ -332,7 +334,7 @@ class DrawnParts:
         most: Largest = ANY,
         ratio: float | None = None,
     ) -> Sequence[Sequence[Pairs]]:
-        """A list of families for every share of the machines, drawn once."""
+        """Return a list of families for every share of the machines, sampled once."""
         if what not in self._pairs:
             shares = self.drawing.machines.shares
             self._pairs[what] = families(
@@ -342,12 +344,12 @@ class DrawnParts:
 
 
 def inversion_of(task: Task, settings: Settings, numbers: Sequence[int]) -> Inversion:
-    """What the extreme values of a task (characteristics number `numbers`) are read with."""
+    """Return the inversion for the extreme values of a task (characteristics number `numbers`)."""
     return Inversion(prepare_drawing(task, settings.seed, numbers), settings, tuple(numbers))
 
 
 def in_contact(task: Task) -> bool:
-    """Whether a characteristic asks for elements by contact, which take a hundred times as long as least squares."""
+    """Return whether a characteristic needs elements by contact, which take a hundred times as long as least squares."""
     contact = any(
         set(asked) - {POINTS}
         for asked in criteria_needed(task.part.characteristics, task.part.features).values()
@@ -358,9 +360,9 @@ def in_contact(task: Task) -> bool:
 def _count_coverage(
     c: Characteristic, k: int, drawn: DrawnParts, p: float, seen: tuple[float, ...] | None
 ) -> CountedInverse | NoInverse:
-    """k: its column. seen: read with the roughness of every part, as points tell it, and the fixed sizes of form that it leaves possible;
-    None: blind, from the value alone.
-    """
+    """Count the coverage. k: its column. seen: read with the roughness of every part, as points show it, and the fixed sizes of form that
+    it leaves possible;
+    None: blind, from the value alone."""
     without = max(lost_share(k, one) for one in drawn.own_families)
     if without > MOST_LOST:
         largest = 1e3 * drawn.most.form * max(drawn.drawing.unit(n) for n in gps.needs(c))

@@ -1,10 +1,10 @@
-"""Does the part conform as a whole? All its tolerances judged together, with what their measurements share (JCGM 106:2012, 8.4).
+"""Decide whether the part conforms as a whole: all its tolerances judged together, with the common errors of their measurements (JCGM 106:2012, 8.4).
 
-The true values of sizes, distances and angles are drawn together from the linear model: what errs in common (a temperature, a scale,
-a datum) moves them in common. A known bias that is left in a value is carried as its own decision carries it: the probability is
-that of the true values, y - bias, and nothing is decided that values off by |bias|, either way, would decide otherwise. An extreme
-value is known by itself only; with it the joint probability lies between two bounds: at least 1 less all that is doubted, at most
-the smallest (Frechet).
+The true values of sizes, distances and angles are sampled together from the linear model: common errors (a temperature, a scale,
+a datum) move them together. A known bias that is left in a value is carried as its own decision carries it: the probability is
+that of the true values, y - bias, and no decision is made that values off by |bias|, either way, would change. An extreme
+value is known by itself only; with it the joint probability lies between two bounds: at least 1 less the sum of
+the probabilities of non-conformity, at most the smallest (Frechet).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ FORMS = 5  # names the stream of forms between points
 class JointJudgement:
     """least <= probability that all true values lie within their limits <= most; equal where no extreme value is among them.
 
-    independent: the product, as if nothing were shared. reason: why nothing is told (then the numbers are NaN), else empty.
+    independent: the product, as if nothing were shared. reason: why there is no result (then the numbers are NaN), else empty.
     """
 
     names: tuple[str, ...]
@@ -48,7 +48,8 @@ class JointJudgement:
 def judged_jointly(
     model: LinearModel, found: Sequence[CharacteristicResult], readings: Sequence[float], seed: int
 ) -> JointJudgement | None:
-    """Of all toleranced characteristics, `readings` what was indicated of each of `found`; None with fewer than two of them."""
+    """Judge all toleranced characteristics together, with the indicated values `readings` of each of `found`; return None for fewer than
+    two of them."""
     toleranced = [(c, y) for c, y in zip(found, readings) if c.decision is not None]
     if len(toleranced) < 2:
         return None
@@ -69,7 +70,7 @@ def judged_jointly(
 
 
 def _decision(each: Sequence[str], least: float, most: float) -> str:
-    """A part with a tolerance that is not kept does not conform; it conforms where all are kept, one by one and together."""
+    """Return the decision: a part with a tolerance that is not kept does not conform; it conforms where all are kept, one by one and together."""
     if REJECTED in each or most <= REJECT:
         return REJECTED
     return CONFORMS if set(each) == {CONFORMS} and least >= ACCEPT else UNDECIDED
@@ -77,7 +78,7 @@ def _decision(each: Sequence[str], least: float, most: float) -> str:
 
 @dataclass(frozen=True)
 class _Share:
-    """Of common draws, in which all lie within their limits: the true values; values off by a bias that is left in, both ways; either way."""
+    """Shares of common draws in which all lie within their limits: the true values; values off by a bias that is left in, both ways; either way."""
 
     true: float
     least: float
@@ -100,7 +101,8 @@ _DRAWN: WeakKeyDictionary[LinearModel, dict[tuple[tuple[int, ...], int], list[Ar
 
 
 def _drawn_values(model: LinearModel, numbers: tuple[int, ...], seed: int) -> list[Array]:
-    """What drawn machines indicate (TRIALS, k) of characteristics number `numbers`, in blocks: the same for all parts of a batch, and kept with their model."""
+    """Return the indications of sampled machines (TRIALS, k) of characteristics number `numbers`, in blocks: the same for all parts of a
+    batch, and cached with their model."""
     known = _DRAWN.setdefault(model, {})
     if (numbers, seed) not in known:
         terms, values = with_products(model, model.terms())
@@ -112,14 +114,14 @@ def _drawn_values(model: LinearModel, numbers: tuple[int, ...], seed: int) -> li
 
 
 def _by_form(c: CharacteristicResult, count: int, rng: np.random.Generator) -> Array:
-    """(m,): what a form between the points adds, of every characteristic by itself."""
+    """Sample the effect (m,) of a form between the points, for every characteristic by itself."""
     if not isinstance(c.truth, Additive) or not isinstance(c.truth.law, WidenedLaw):
         return np.zeros(count)
     return np.asarray(rng.choice(c.truth.law.sizes, count) * rng.choice([-1.0, 1.0], count))
 
 
 def _within(c: CharacteristicResult, y: float, drawn: Array) -> Array:
-    """Whether the true value lies within its limits (3, m), when y is read and the machine would have indicated `drawn`; besides whether
+    """Return whether the true value lies within its limits (3, m), when y is read and the machine would have indicated `drawn`; besides whether
     values do that are off by a bias that is left in, both ways and either way (`Additive.ways`).
     """
     assert isinstance(c.truth, Additive)

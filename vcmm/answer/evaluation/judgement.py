@@ -1,4 +1,4 @@
-"""What stands beside a decision: its zone, the limits for readings, its own risk and that of the production."""
+"""Details of a decision: its zone, the limits for readings, its own risk and that of the production."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ Limits = tuple[float, float]
 
 
 def limits_of(c: CharacteristicResult) -> Limits | None:
-    """Limits of the true value; the 0 of a zone is none."""
+    """Return the limits of the true value; the 0 of a zone is none."""
     if c.tolerance is None:
         return None
     return (-math.inf if c.one_sided else c.tolerance[0], c.tolerance[1])
 
 
 def zone_of(c: CharacteristicResult) -> str | None:
-    """Zone of ISO 14253-1 by the ends of the coverage interval; None where its coverage is not demonstrated."""
+    """Return the zone of ISO 14253-1 by the ends of the coverage interval; None where its coverage is not demonstrated."""
     limits = limits_of(c)
     if limits is None or not c.coverage_shown:
         return None
@@ -28,7 +28,7 @@ def zone_of(c: CharacteristicResult) -> str | None:
 
 
 def reading_limits(c: CharacteristicResult) -> Limits | None:
-    """What the shop floor may read: the limits moved inwards by the guard band of the rule. None where there is none."""
+    """Return the limits for readings on the shop floor, moved inwards by the guard band of the rule. None where there is none."""
     limits = limits_of(c)
     if limits is None or c.decision is None or c.decision.guard is None or c.extreme:
         return None
@@ -36,7 +36,7 @@ def reading_limits(c: CharacteristicResult) -> Limits | None:
 
 
 def decision_risk(c: CharacteristicResult) -> float | None:
-    """Probability that this decision is wrong (specific risk, JCGM 106, 9.3.2); None where nothing was decided."""
+    """Return the probability that this decision is wrong (specific risk, JCGM 106, 9.3.2); None where nothing was decided."""
     d = c.decision
     if d is None or d.p_conform is None or d.text not in (CONFORMS, REJECTED):
         return None
@@ -44,7 +44,7 @@ def decision_risk(c: CharacteristicResult) -> float | None:
 
 
 def production_risk(c: CharacteristicResult) -> GlobalRisk | None:
-    """Risks over the production that the job states; None where none is stated, or a value is no sum of truth and error."""
+    """Return the risks over the production that the job states; None where none is stated, or a value is no sum of truth and error."""
     limits = limits_of(c)
     if c.production is None or limits is None or c.extreme or not c.coverage_shown:
         return None

@@ -43,7 +43,7 @@ IN_ALIGNMENT = ("position", *gps.PROFILE)  # evaluated in the frame of the align
 
 @dataclass(frozen=True)
 class FeatureBlock:
-    """Where one feature's numbers stand in q: point 3, axis 3, sizes s, residuals (n or 0), and displacements of its
+    """Places of one feature's numbers in q: point 3, axis 3, sizes s, residuals (n or 0), and displacements of its
     touches (n or 0), where a criterion of contact is evaluated on the points themselves.
     """
 
@@ -55,7 +55,7 @@ class FeatureBlock:
 
     @property
     def at_touches(self) -> int:
-        """Where the displacements begin."""
+        """Index at which the displacements begin."""
         return self.start + 6 + self.sizes + self.residuals
 
     @property
@@ -65,7 +65,7 @@ class FeatureBlock:
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """q0 (K,), gains of every Input, and what turns q into characteristics."""
+    """q0 (K,), gains of every Input, and the functions that turn q into characteristics."""
 
     task: Task
     blocks: Mapping[str, FeatureBlock]
@@ -83,11 +83,11 @@ class LinearModel:
 
     @cached_property
     def taken_up(self) -> dict[str, Array | None]:
-        """By feature, what its element takes up of displacements: kept by `vcmm.answer.evaluation.submodel.displace`."""
+        """Cache by feature for `vcmm.answer.evaluation.submodel.displace`: displacements that its element takes up."""
         return {}
 
     def unpack(self, q: Array) -> dict[str, FittedElement]:
-        """q (..., K) to fitted elements, axes of unit length."""
+        """Convert q (..., K) to fitted elements, axes of unit length."""
         fitted = {name: _unpack(block, self.base[name], q) for name, block in self.blocks.items()}
         part = self.task.part
         return with_criteria(
@@ -95,7 +95,7 @@ class LinearModel:
         )
 
     def _displace(self, name: str, q: Array) -> Array:
-        """Points (..., n, 3) of a feature after the displacements in q, along the approach."""
+        """Return the points (..., n, 3) of a feature after the displacements in q, along the approach."""
         block, rows = self.blocks[name], self.task.touches.rows[name]
         along = q[..., block.at_touches : block.stop]
         return np.asarray(self.points[rows] + along[..., None] * per_normal(self.task.touches)[rows])
@@ -106,11 +106,12 @@ class LinearModel:
         return self.values(self.q0)
 
     def values(self, q: Array) -> Array:
-        """Characteristics (..., C) of q (..., K), mm or rad."""
+        """Evaluate characteristics (..., C) of q (..., K), mm or rad."""
         return evaluate_all(self.task, self.unpack(q))
 
     def only(self, numbers: Sequence[int], aligned: bool = False) -> LinearModel:
-        """The same q, of which some characteristics are evaluated. aligned: in the frame of the alignment whatever they need, which
+        """Return the model with the same q, of which some characteristics are evaluated. aligned: in the frame of the alignment whatever
+        they need, which
         keeps every bit of their values, and with no features beside theirs and its own.
         """
         kept, scheme = tuple(self.characteristics[i] for i in numbers), self.task.plan.alignment
@@ -126,7 +127,7 @@ class LinearModel:
         )  # fmt: skip
 
     def gradient(self) -> Array:
-        """d characteristics / d q (C, K) at q0 by central differences; exact to 1e-7 for smooth characteristics."""
+        """Return d characteristics / d q (C, K) at q0 by central differences; exact to 1e-7 for smooth characteristics."""
         step = np.full(len(self.q0), 1e-4)
         for block in self.blocks.values():
             step[block.start + 3 : block.start + 6] = 1e-6  # components of unit vectors
@@ -139,19 +140,19 @@ class LinearModel:
         return np.asarray(np.einsum("nik,ni->nk", influence.response, self.task.touches.run.normal))
 
     def term(self, influence: Influence, keep: bool = False) -> Term:
-        """The Input as a term of the Monte Carlo (linear model): gain (K, L), one lane per element and copy.
+        """Return the Input as a term of the Monte Carlo (linear model): gain (K, L), one lane per element and copy.
 
         Lanes that act on nothing are dropped unless `keep` (their draws may act through a product).
         """
         return term_of(influence, self.along_normal(influence), self.operator, keep)
 
     def terms(self) -> tuple[Term, ...]:
-        """One Term per Influence, in order."""
+        """Return one Term per Influence, in order."""
         kept = {i for p in self.products for i in (p.first, p.second)}
         return tuple(self.term(influence, i in kept) for i, influence in enumerate(self.influences))
 
     def product_gains(self, product: Product) -> list[tuple[int, int, Array]]:
-        """(copy of the first, copy of the second, gain (K,) of q per product of their departures)."""
+        """Return (copy of the first, copy of the second, gain (K,) of q per product of their departures)."""
         along = np.einsum("ni,ni->n", product.response, self.task.touches.run.normal)
         first, second = (self.influences[i].codes for i in (product.first, product.second))
         out = []
@@ -166,7 +167,7 @@ class LinearModel:
 
 
 def term_of(influence: Influence, change: Array, operator: Array, keep: bool = False) -> Term:
-    """The Input as a Term of K quantities operator (K, n) @ what changes in n rows; change (n, k): per element of the Input.
+    """Return the Input as a Term of K quantities operator (K, n) @ the change in n rows; change (n, k): per element of the Input.
 
     One lane per element and copy; lanes that act on nothing are dropped unless `keep`.
     """
@@ -191,7 +192,7 @@ def term_of(influence: Influence, change: Array, operator: Array, keep: bool = F
 
 
 def prepare_model(task: Task, world: World | None = None) -> LinearModel:
-    """All that an evaluation does before it draws anything: what it refuses, it refuses here."""
+    """Prepare a model: all steps of an evaluation before the first draw, with all their errors."""
     if not task.part.characteristics:
         raise UsageError(
             "the part has no characteristics; add [[part.characteristics]] with name, type and of"
@@ -223,7 +224,7 @@ def build(task: Task, world: World | None = None) -> LinearModel:
 
 
 def _with_moments(task: Task, base: Mapping[str, FittedElement], points: Array) -> dict[str, FittedElement]:
-    """Datums whose orientation others constrain, with the normal matrix that tells where they then lie."""
+    """Return datums whose orientation others constrain, with the normal matrix that determines their place."""
     out = dict(base)
     for name in constrained_features(task.part.characteristics, task.part.features) & set(base):
         out[name] = replace(base[name], moments=normal_matrix(base[name], points[task.touches.rows[name]]))
@@ -233,7 +234,7 @@ def _with_moments(task: Task, base: Mapping[str, FittedElement], points: Array) 
 def _operator(
     task: Task, base: Mapping[str, FittedElement], points: Array
 ) -> tuple[dict[str, FeatureBlock], Array]:
-    """Blocks of q, and its change per displacement of each touch along the outward normal."""
+    """Return blocks of q, and its change per displacement of each touch along the outward normal."""
     t = task.touches
     direction = per_normal(t)
     shapes = {c for name in base for c in (name,) if _needs_residuals(task.part.characteristics, name)}

@@ -3,7 +3,7 @@
     for block in simulate(start, terms, seed=1, trials=1_000_000): ...      # blocks (m, K)
 
 Columns without effect are dropped. With `fold` the normal terms are replaced by at most K normals under the stream
-name "gaussian" (their joint law is the same, their single values are not kept); without it every input is drawn
+name "gaussian" (their joint law is the same, their single values are not kept); without it every input is sampled
 from its own stream, as common random numbers between poses, machines or "with and without an effect" need.
 Trial number t is the same number for number in any block, shard (`first`) and worker: the inner product adds the
 lanes of a trial one after another, in numpy and in numba alike, and leaves nothing to the matrix library.
@@ -68,7 +68,7 @@ class Term:
 
 
 def _active(terms: Sequence[Term]) -> list[Term]:
-    """Terms with joint normals turned into independent ones, without lanes that act on nothing."""
+    """Return terms with joint normals turned into independent ones, without lanes that act on nothing."""
     kept = []
     for term in terms:
         term = _independent(term) if isinstance(term.law, MultivariateNormal) else term
@@ -79,7 +79,7 @@ def _active(terms: Sequence[Term]) -> list[Term]:
 
 
 def _independent(term: Term) -> Term:
-    """A joint normal law as r standard normals per copy: the factor goes into the gain."""
+    """Return a joint normal law as r standard normals per copy: the factor goes into the gain."""
     assert isinstance(term.law, MultivariateNormal)
     factor = term.law.factor
     gains, lanes = [], []
@@ -91,7 +91,7 @@ def _independent(term: Term) -> Term:
 
 
 def _fold(terms: Sequence[Term]) -> list[Term]:
-    """All normal terms as at most K standard normals of the stream "gaussian"."""
+    """Fold all normal terms into at most K standard normals of the stream "gaussian"."""
     gains = [term.gain * term.law.u for term in terms if isinstance(term.law, Normal)]
     rest = [term for term in terms if not isinstance(term.law, Normal)]
     if not gains:
@@ -112,7 +112,7 @@ class _LaneGroup:
 
 
 def _groups(terms: Sequence[Term], seed: int) -> list[_LaneGroup]:
-    """Lanes of all terms, in order, gathered by shape of law."""
+    """Gather the lanes of all terms, in order, by shape of law."""
     by_law: dict[streams.Drawable, list[tuple[Array, Array, Array]]] = {}
     for term in terms:
         assert not isinstance(term.law, MultivariateNormal)
@@ -129,7 +129,7 @@ _Step = Callable[[Array, int], None]  # (y (K, m), first trial): adds some lanes
 
 
 def _steps(groups: Sequence[_LaneGroup], fast: ModuleType | None) -> list[_Step]:
-    """What is to be added, in order: lanes with a table by one call of the numba twin, all others by numpy."""
+    """Return the steps that add trials, in order: lanes with a table by one call of the numba twin, all others by numpy."""
     steps: list[_Step] = []
     for tabled, some in itertools.groupby(groups, lambda g: streams.is_tabled(g.shape)):
         together = list(some)
@@ -142,7 +142,7 @@ def _steps(groups: Sequence[_LaneGroup], fast: ModuleType | None) -> list[_Step]
 
 
 def _by_kernel(fast: ModuleType, groups: Sequence[_LaneGroup]) -> _Step:
-    """One call for all lanes of these groups: it holds no interpreter lock and keeps its numbers in the cache."""
+    """Return one call for all lanes of these groups, without the interpreter lock and with its numbers in the cache."""
     tables = np.stack([streams.table(g.shape).nodes for g in groups])
     which = np.repeat(np.arange(len(groups)), [len(g.lanes) for g in groups])
     ids = np.concatenate([np.concatenate([g.keys, g.lanes], axis=1) for g in groups])
@@ -152,13 +152,13 @@ def _by_kernel(fast: ModuleType, groups: Sequence[_LaneGroup]) -> _Step:
 
 
 def _acting(gain: Array) -> tuple[int, int]:
-    """First and last + 1 of the quantities that some lanes act on: scatter of a touch moves its own feature alone."""
+    """Return first and last + 1 of the quantities that some lanes act on: scatter of a touch moves its own feature alone."""
     on = np.flatnonzero(gain.any(axis=1))
     return (int(on[0]), int(on[-1]) + 1) if len(on) else (0, 0)
 
 
 def _add_trials(group: _LaneGroup, fast: ModuleType | None, y: Array, first: int) -> None:
-    """Trials of the lanes of a group, added to y piece by piece: what fits the second cache."""
+    """Add trials of the lanes of a group to y piece by piece, each small enough for the second cache."""
     done, count = 0, y.shape[1]
     while done < count:
         size = min(streams.BLOCK - (first + done) % streams.BLOCK, count - done)
@@ -181,7 +181,7 @@ def simulate(
     block: int = 8192,
     of: int = 0,
 ) -> Iterator[Array]:
-    """Trials first .. first + trials - 1 of y = start + sum of gain z, in blocks (m <= block, K).
+    """Yield trials first .. first + trials - 1 of y = start + sum of gain z, in blocks (m <= block, K).
 
     `start` (K,) is y where every deviation is zero. Each block is a new array in which every quantity is
     contiguous. To share work, let worker i take its own `first` and `trials`; the trials are the same bits. of: trials of
@@ -207,7 +207,7 @@ def simulate(
 
 
 def _block(start: Array, steps: Sequence[_Step], at: int, count: int) -> Array:
-    """Trials at .. at + count - 1, (K, count); rows a little apart: at powers of two they would share places of the cache."""
+    """Return trials at .. at + count - 1, (K, count); rows a little apart: at powers of two they would share places of the cache."""
     y = np.empty((len(start), count + 8))[:, :count]
     y[:] = start[:, None]
     for add in steps:
@@ -216,21 +216,21 @@ def _block(start: Array, steps: Sequence[_Step], at: int, count: int) -> Array:
 
 
 def _accumulate(y: Array, at: int, gain: Array, z: Array) -> None:
-    """Numpy twin of vcmm.answer.evaluation._stream_kernels.accumulate: y[:, at : at + n] += gain @ z (L, n), lane after lane."""
+    """Add as vcmm.answer.evaluation._stream_kernels.accumulate does, in numpy: y[:, at : at + n] += gain @ z (L, n), lane after lane."""
     part = y[:, at : at + z.shape[1]]
     for j in range(len(z)):
         part += gain[:, j, None] * z[j]
 
 
 def _copies(term: Term) -> Iterator[tuple[Array, Array]]:
-    """Gain (K, l) and components (l,) of each independent copy of a joint input."""
+    """Yield the gain (K, l) and components (l,) of each independent copy of a joint input."""
     for copy in np.unique(term.lanes[:, 1]):
         mine = term.lanes[:, 1] == copy
         yield term.gain[:, mine], term.lanes[mine, 0]
 
 
 def covariance(terms: Sequence[Term]) -> Array:
-    """Closed-form covariance (K, K) = G Sigma G^T of the outputs (JCGM 100, 5; JCGM 102, 6.2).
+    """Return the closed-form covariance (K, K) = G Sigma G^T of the outputs (JCGM 100, 5; JCGM 102, 6.2).
 
     Raises ModelLimit for t-laws with nu <= 2, which have none; `uncertainty` gives inf there.
     """
@@ -248,7 +248,7 @@ def covariance(terms: Sequence[Term]) -> Array:
 
 
 def uncertainty(terms: Sequence[Term]) -> Array:
-    """Closed-form standard uncertainties (K,) of the outputs; inf where a t-law with nu <= 2 acts."""
+    """Return closed-form standard uncertainties (K,) of the outputs; inf where a t-law with nu <= 2 acts."""
     endless = [t for t in terms if isinstance(t.law, Law) and not math.isfinite(t.law.u)]
     u = np.sqrt(np.diag(covariance([t for t in terms if t not in endless])))
     u = u if len(u) or not terms else np.zeros(len(terms[0].gain))
@@ -258,7 +258,7 @@ def uncertainty(terms: Sequence[Term]) -> Array:
 
 
 def marginal(start: float, terms: Sequence[Term], output: int) -> Linear:
-    """The exact law of output number `output` (vcmm.answer.evaluation.interval): intervals, u, and the scale of an Accumulator."""
+    """Return the exact law of output number `output` (vcmm.answer.evaluation.interval): intervals, u, and the scale of an Accumulator."""
     gains: list[tuple[Law, Array]] = []
     for term in _active(terms):
         if isinstance(term.law, Law):
@@ -282,7 +282,7 @@ def adaptive(
     batch: int = 10_000,
     most: int = 10_000_000,
 ) -> Summary:
-    """Adaptive Monte Carlo of JCGM 101:2008, 7.9: trials until mean, u and interval ends are stable.
+    """Run the adaptive Monte Carlo of JCGM 101:2008, 7.9: trials until mean, u and interval ends are stable.
 
     `run(first, count)` returns trials (count,). Batches of max(batch, 100 / (1 - p)) trials go on until twice the
     standard deviation of the average of each of the four results is below the numerical tolerance of u given to
@@ -314,20 +314,20 @@ def adaptive(
 
 
 def _stability_results(batch: Summary, p: float, kind: str) -> list[float]:
-    """The results of one batch that must become stable: finite ends of the interval, mean, and u if unknown."""
+    """Return the results of one batch that must become stable: finite ends of the interval, mean, and u if unknown."""
     moments = [batch.mean] if math.isfinite(batch.u) else []
     moments += [] if batch.exact_u else [batch.u]
     return [v for v in batch.interval(p, kind) if math.isfinite(v)] + moments
 
 
 def _width(u0: float | None, summary: Summary) -> float:
-    """u0 if it is given and finite, else the u of the trials, else from the middle of the trials; never 0."""
+    """Return u0 if it is given and finite, else the u of the trials, else a width from the middle of the trials; never 0."""
     low, high = summary.interval(0.6827)
     return next((w for w in (u0 or 0.0, summary.u, (high - low) / 2) if 0 < w < math.inf), 1.0)
 
 
 def _stable(results: Sequence[Sequence[float]], delta: float) -> bool:
-    """JCGM 101, 7.9.4 e to h: 2 s of the average over the batches within delta for all results."""
+    """Return whether JCGM 101, 7.9.4 e to h is met: 2 s of the average over the batches within delta for all results."""
     if len(results) < 2:
         return False
     s = np.std(results, axis=0, ddof=1) / math.sqrt(len(results))

@@ -1,4 +1,4 @@
-"""What a claim does not cover: defects that no touch met, and what a surface does beyond its outermost touches."""
+"""Defects that a claim does not cover: those that no touch met, and the surface beyond its outermost touches."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ COUNTED = ": of {kind} with a scratch 1 mm wide an outside count held {held} of 
 
 
 def between_touches(task: Task, c: Characteristic) -> tuple[str, ...]:
-    """Of extreme values, and of elements by contact: the families of forms hold no scratch between two points."""
+    """Return the remarks on extreme values, and on elements by contact: the families of forms hold no scratch between two points."""
     if not gps.is_one_sided(c) and choose_criteria(c).gauss:
         return ()
     rows, places, ends = task.touches.rows, [], []
@@ -54,9 +54,9 @@ def between_touches(task: Task, c: Characteristic) -> tuple[str, ...]:
 
 
 def beyond_touches(feature: Feature, points: Array) -> tuple[float, float]:
-    """Of touches (n, 3): mm from the outermost to the end of the feature, and the share of its range that a cubic along it shows them.
+    """Return, for touches (n, 3), mm from the outermost to the end of the feature, and the share of its range that a cubic along it shows them.
 
-    u^3 - 3 u / 5 (Legendre, u from -1 to 1) has its range at the ends, 0.8. At touches up to u = m what a line leaves of the same
+    u^3 - 3 u / 5 (Legendre, u from -1 to 1) has its range at the ends, 0.8. At touches up to u = m, the residual of a line through the same
     cubic is that of a length m times as long, m^3 of it.
 
     >>> 0.9**3  # a line of 80 mm, touched from 4 mm to 76 mm
@@ -73,7 +73,7 @@ def beyond_touches(feature: Feature, points: Array) -> tuple[float, float]:
 
 
 def spacing(points: Array) -> float:
-    """From a point (n, 3) to the nearest other one, of the point that is farthest from all others, mm; 0 of a single point."""
+    """Return the distance from a point (n, 3) to the nearest other one, of the point that is farthest from all others, mm; 0 of a single point."""
     from scipy.spatial import cKDTree
 
     places = np.unique(np.round(points / SAME), axis=0) * SAME

@@ -1,4 +1,4 @@
-"""A result in one line, as a notebook or a debugger shows it: name, value +- U with unit and k, decision with its probability."""
+"""Write a result in one line for a notebook or a debugger: name, value +- U with unit and k, decision with its probability."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from typing import Any, Protocol, TypeVar
 from vcmm.core.errors import choose_from
 from vcmm.core.views import say
 
-SHOWN = 4  # characteristics of a line; of more the number of the rest is said
+SHOWN = 4  # characteristics of a line; only the number of further ones is shown
 
 
 def value_text(value: float, unit: str) -> str:
-    """29.99998 mm, or an angle in degrees."""
+    """Return 29.99998 mm, or an angle in degrees."""
     return f"{value:.5f} mm" if unit == "mm" else f"{math.degrees(value):.6f}°"
 
 
 def answer(c: Any) -> str:
-    """Of a CharacteristicResult: value ± U (k, p), or the interval where U has no end; the decision with its probability."""
+    """Return the line of a CharacteristicResult: value ± U (k, p), or the interval where U has no end; the decision with its probability."""
     return say(c)
 
 
 def first_few(texts: Iterable[str]) -> str:
-    """The first few, and how many more."""
+    """Return the first few texts, and the number of the others."""
     every = list(texts)
     rest = f"; {len(every) - SHOWN} more" if len(every) > SHOWN else ""
     return "; ".join(every[:SHOWN]) + rest
@@ -38,7 +38,7 @@ T = TypeVar("T", bound=HasName)
 
 
 def of_name(all_of_them: Iterable[T], name: str) -> T:
-    """The one of this name. KeyError with the closest names where none has it."""
+    """Return the item of this name. KeyError with the closest names where none has it."""
     every = list(all_of_them)
     for one in every:
         if one.name == name:

@@ -1,8 +1,8 @@
-"""Parts drawn at random and measured by the machine as it is known: true and indicated values, side by side.
+"""Sample parts at random and measure them with the machine as it is known: true and indicated values, side by side.
 
 Every part has forms of a family on all its features and, where location and orientation are toleranced, features that are
 shifted and tilted; sizes of forms and motions are spread evenly over the decades from far below the noise of the machine to
-far above what was found. The machine errs as its Inputs say; both sides are evaluated by the linear model of the task.
+far above the measured value. The errors of the machine follow its Inputs; both sides are evaluated by the linear model of the task.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ PartValues = tuple[Array, Array, Array]  # of parts: true, indicated, rest
 
 @dataclass(frozen=True)
 class Largest:
-    """How far the parts that are drawn go: the largest form over the noise, how far features are out of place over what the machine
-    moves, or both over UNIT (`Drawing.unit`, `Drawing.away`).
+    """Largest departures of sampled parts: the largest form over the noise, the largest displacement of features over that by the
+    machine, or both over UNIT (`Drawing.unit`, `Drawing.away`).
     """
 
     form: float = MOST
@@ -60,7 +60,7 @@ class Largest:
 @dataclass(frozen=True, eq=False)
 class Pairs:
     """true, indicated (N, C) mm or rad, NaN where a part has no such element; rest (N, C): root mean square of the residuals of
-    the features of each characteristic. C: the characteristics that parts are drawn for.
+    the features of each characteristic. C: the characteristics that parts are sampled for.
     """
 
     true: Array
@@ -68,13 +68,13 @@ class Pairs:
     rest: Array
 
     def of(self, column: int, parts: Ints | slice = slice(None)) -> Pairs:
-        """One characteristic of some of the parts, (N, 1)."""
+        """Return one characteristic of some of the parts, (N, 1)."""
         return Pairs(*(a[parts, column : column + 1] for a in (self.true, self.indicated, self.rest)))
 
 
 @dataclass(frozen=True, eq=False)
 class Machines:
-    """What drawn machines do to the `touches` of a model (None: all); drawn once for parts of every size and kind.
+    """Effect of sampled machines on the `touches` of a model (None: all); sampled once for parts of every size and kind.
 
     shares: the machines allowed, from the least to those of the model itself (`vcmm.answer.evaluation.bound_shares`).
     """
@@ -88,7 +88,7 @@ class Machines:
         return possible_shares(self.model.influences)
 
     def errors(self, seed: int, first: int, count: int, share: Share = FULL) -> Array:
-        """Displacements (count, n) of the touches along their normals, see `machine_part`."""
+        """Return displacements (count, n) of the touches along their normals, see `machine_part`."""
         place = seed, first, count
         if place not in self._draws:
             parts = [self.model] if len(self.shares) == 1 else split(self.model)
@@ -100,8 +100,8 @@ class Machines:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """What pairs are drawn from: the measured and the dense model of the characteristics asked for, and per feature the noise left
-    over by a fit. touches: those of the whole task that they need.
+    """Models from which pairs are sampled: the measured and the dense model of the characteristics, and per feature the noise
+    that remains after a fit. touches: those of the whole task that they need.
     """
 
     measured: LinearModel
@@ -119,19 +119,19 @@ class Drawing:
         return self.measured.task
 
     def unit(self, name: str) -> float:
-        """mm, in which sizes of the forms of a feature are drawn: the noise.
+        """Return the unit in mm of the sizes of the forms of a feature: the noise.
 
-        Where that is a limit's, parts must not depend on it: other parts would be drawn for a worse limit, and other ends found.
+        Where the noise comes from a limit, parts must not depend on it: otherwise a worse limit would give other parts, and other ends.
         """
         return UNIT if self.bound else self.noise[name]
 
     @property
     def away(self) -> float:
-        """mm, in which it is drawn how far features are out of place."""
+        """Unit in mm of the displacement of features."""
         return UNIT if self.bound else self.attitude
 
     def only(self, columns: Sequence[int]) -> Drawing:
-        """The same parts and machines, of which some characteristics are evaluated: no feature is drawn that they do not need."""
+        """Return the same parts and machines, of which some characteristics are evaluated: features that these do not need are not sampled."""
         if list(columns) == list(range(len(self.measured.characteristics))):
             return self
         (measured, kept), (surface, _) = (
@@ -145,7 +145,7 @@ class Drawing:
 
     @cached_property
     def grounds(self) -> Mapping[str, Ground]:
-        """Per feature its touches and its points all over."""
+        """Touches of each feature and its points all over."""
         models = (self.measured, self.surface)
         return {
             n: Ground(f, tuple(m.task.touches.points[m.task.touches.rows[n]] for m in models))
@@ -154,7 +154,7 @@ class Drawing:
 
 
 def prepare_drawing(task: Task, seed: int, numbers: Sequence[int]) -> Drawing:
-    """Models of the characteristics `numbers` about the nominal part, and how large the noise of the machine is at each feature."""
+    """Prepare models of the characteristics `numbers` about the nominal part, and the noise of the machine at each feature."""
     plain = replace(task, form=np.zeros_like(task.form), forms={})
     model, kept = narrow_model(build(plain), numbers)
     t = model.task.touches
@@ -170,15 +170,15 @@ def prepare_drawing(task: Task, seed: int, numbers: Sequence[int]) -> Drawing:
 
 
 def _size(noise: Array, left: Array) -> float:
-    """Standard deviation of what a fit leaves of the noise at a feature; of all of it where a fit leaves nothing."""
+    """Return the standard deviation of the noise at a feature after a fit; of all of it where a fit leaves nothing."""
     remains = noise @ left if np.trace(left) > 0.5 else noise
     return max(float(remains.std()), SMALLEST)
 
 
 def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array:
-    """Displacements (count, n) of the touches along their normals by drawn machines, the known errors not among them.
+    """Return displacements (count, n) of the touches along their normals by sampled machines, without the known errors.
 
-    Trials of the collapsed model whose quantities are the touches themselves: Inputs of normal law are drawn together.
+    Trials of the collapsed model whose quantities are the touches themselves: Inputs of normal law are sampled together.
     """
     n = model.task.touches.run.n
     if not model.influences:
@@ -193,7 +193,7 @@ def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array
 
 
 def _one_by_one(model: LinearModel, seed: int, first: int, count: int) -> Array:
-    """The same, every Input by itself: in time proportional to the touches."""
+    """Return the result of `machine_part` with every Input by itself: in time proportional to the touches."""
     drawn = draw_inputs(model, seed, first, count)
     total = np.zeros((count, model.task.touches.run.n))
     for one in drawn:
@@ -207,7 +207,7 @@ def _one_by_one(model: LinearModel, seed: int, first: int, count: int) -> Array:
 
 
 def of_input(model: LinearModel, one: Draws) -> Array:
-    """Displacements (count, n) of the touches along their normals by the draws of one Input."""
+    """Return displacements (count, n) of the touches along their normals by the draws of one Input."""
     codes, along = one.influence.codes, model.along_normal(one.influence)
     if one.departures.shape[1] == 1:
         return np.asarray(one.departures[:, 0] @ along.T)
@@ -224,7 +224,7 @@ def families(
     ratio: float | None = None,
     shares: Sequence[Share] = (FULL,),
 ) -> list[list[Pairs]]:
-    """`count` parts of each family, measured by the same machines; a list of families for every share. ratio: form over noise of all."""
+    """Return `count` parts of each family, measured by the same machines; a list of families for every share. ratio: form over noise of all."""
     blocks: list[list[list[PartValues]]] = [[[] for _ in names] for _ in shares]
     for at in range(0, count, BLOCK):
         size = min(BLOCK, count - at)
@@ -243,26 +243,26 @@ def pairs(
     most: Largest = Largest(),
     ratio: float | None = None,
 ) -> Pairs:
-    """`count` parts of one family."""
+    """Return `count` parts of one family."""
     return families(drawing, count, seed, (family,), most, ratio)[0][0]
 
 
 def both(
     drawing: Drawing, count: int, seed: int, most: Largest = Largest(), ratio: float | None = None
 ) -> Pairs:
-    """Parts of the families that the inverse knows, as many of each."""
+    """Return parts of the families that the inverse knows, equal numbers of each."""
     return together(families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)[0])
 
 
 def together(drawn: Sequence[Pairs]) -> Pairs:
-    """One after the other."""
+    """Join parts one after the other."""
     return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
 
 
 def _block(
     drawing: Drawing, noise: Sequence[Array], place: tuple[int, int], how: tuple[str, Largest, float | None]
 ) -> list[PartValues]:
-    """The same parts for every noise (count, n)."""
+    """Return the same parts for every noise (count, n)."""
     touched, surface = surfaces(drawing, len(noise[0]), place, how)
     true = values(drawing.surface, surface)
     return [(true, values(drawing.measured, touched + one), _rest(drawing, touched + one)) for one in noise]
@@ -275,7 +275,7 @@ def surfaces(
     how: tuple[str, Largest, float | None],
     off: float | None = None,
 ) -> tuple[Array, Array]:
-    """Departures of `count` parts at the touches (count, n), and all over (count, N); mm along the outward normals.
+    """Return departures of `count` parts at the touches (count, n), and all over (count, N); mm along the outward normals.
 
     place: seed, number of the first part; how: family, how far they go, the form of all (None: any); off: how far all are
     out of place and direction (None: as their forms, in the units of `Drawing`), over the noise.
@@ -294,9 +294,9 @@ def surfaces(
 
 
 def values(model: LinearModel, displacements: Array) -> Array:
-    """Characteristics (m, C) after displacements (m, n); NaN where a part has no such element.
+    """Return characteristics (m, C) after displacements (m, n); NaN where a part has no such element.
 
-    Where some parts have none, every characteristic is evaluated by itself, and loses its own.
+    Where some parts have none, every characteristic is evaluated by itself, and is NaN for its own parts only.
     """
     q = displace(model, displacements)
     try:
@@ -307,7 +307,7 @@ def values(model: LinearModel, displacements: Array) -> Array:
 
 
 def _each(model: LinearModel, q: Array) -> Array:
-    """The one characteristic (m, 1) of a model, NaN for parts without it: for all of them where many of the first have none."""
+    """Return the one characteristic (m, 1) of a model, NaN for parts without it: for all of them where many of the first have none."""
     few = _values_by_halves(model, q[:SHOWN])
     return np.full((len(q), 1), np.nan) if np.isnan(few).sum() >= GIVEN_UP else _values_by_halves(model, q)
 
@@ -329,7 +329,7 @@ def _departures(
     how: tuple[str, Largest, float | None],
     off: float | None,
 ) -> list[Array]:
-    """Departures of one feature at its touches and all over.
+    """Sample departures of one feature at its touches and all over.
 
     ratio (count, 1): form over noise of every part. Place and direction vary by themselves.
     """
@@ -354,7 +354,7 @@ def _departures(
 
 
 def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | None) -> Array:
-    """(count, 1): evenly over the decades, some of nothing; or all the same."""
+    """Sample the ratios (count, 1): evenly over the decades, some of them 0; or all the same."""
     if fixed is not None:
         return np.full((count, 1), fixed)
     ratio = np.exp(rng.uniform(np.log(LEAST), np.log(most), (count, 1)))
@@ -362,7 +362,7 @@ def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | No
 
 
 def _rest(drawing: Drawing, found: Array) -> Array:
-    """(N, C) mm: what the fits of a characteristic's features leave, root mean square."""
+    """Return the residuals of the fits of a characteristic's features, root mean square (N, C) mm."""
     rows = drawing.task.touches.rows
     square = {n: ((found[:, r] @ drawing.noise_left[n]) ** 2).mean(axis=1) for n, r in rows.items()}
     columns = [
@@ -373,7 +373,7 @@ def _rest(drawing: Drawing, found: Array) -> Array:
 
 
 def rest_of(drawing: Drawing, points: Array) -> Array:
-    """(C,) mm: the same of the measured points (n, 3) of the whole task."""
+    """Return the same residuals (C,) mm of the measured points (n, 3) of the whole task."""
     t = drawing.task.touches
     found = ((points[drawing.touches] - t.points) * t.normals).sum(axis=1)
     return _rest(drawing, found[None])[0]

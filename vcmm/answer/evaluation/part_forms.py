@@ -1,8 +1,8 @@
-"""Stated forms of features: what is known of them is a form, what is not is an Input of its own.
+"""Stated forms of features: the known part is a form, the unknown part is a separate Input.
 
 form = { lobes = 3, amplitude = "1 um", phase = "20 deg" }   known: a bias where the points do not average it
-form = { lobes = 3, amplitude = "1 um" }                     the phase is not known: any
-form = { amplitude = "1 um" }                                nothing but its size: forms of the default families
+form = { lobes = 3, amplitude = "1 um" }                     the phase is not known: any value
+form = { amplitude = "1 um" }                                only its size is known: forms of the default families
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PHASES, SHAPES = 720, 2000
 
 
 def without_unknown(task: Task) -> Task:
-    """The task with its known forms only: what is not known of them is drawn. Measured points hold the form that they met: it stays."""
+    """Return the task with its known forms only: the unknown part of them is sampled. Measured points contain the form that they met: it stays."""
     if task.from_points:
         return task
     out = task.form.copy()
@@ -40,7 +40,7 @@ def without_unknown(task: Task) -> Task:
 
 
 def form_influences(task: Task) -> tuple[Influence, ...]:
-    """How forms of which the phase or the shape is not known move the touches; drawn per part."""
+    """Return the effect on the touches of forms of which the phase or the shape is not known; sampled per part."""
     out = []
     for name, form in task.forms.items():
         rows = task.touches.rows.get(name)
@@ -57,7 +57,7 @@ def form_influences(task: Task) -> tuple[Influence, ...]:
 
 
 def _lobes(form: Lobes, feature: Feature, points: Array) -> tuple[Array, MultivariateSamples, str]:
-    """(n, 2) heights of the cosine and of the sine, whose amounts go round a circle."""
+    """Return heights (n, 2) of the cosine and of the sine, whose amounts go round a circle."""
     height = np.stack(
         [replace(form, amplitude=1.0, phase=p).deviation(feature, points) for p in (0.0, np.pi / (2 * form.lobes))], axis=1
     )  # fmt: skip
@@ -70,7 +70,7 @@ def _lobes(form: Lobes, feature: Feature, points: Array) -> tuple[Array, Multiva
 
 
 def _shapes(form: Lobes, feature: Feature, points: Array) -> tuple[Array, MultivariateSamples, str]:
-    """(n, n): every touch its own height, drawn together from the default families."""
+    """Return separate heights (n, n) for all touches, sampled together from the default families."""
     rng = np.random.default_rng(20261122)
     values = [random_forms(feature, points, SHAPES // 2, family, rng) for family in (SMOOTH, SINGLE)]
     values = [np.concatenate([v, -v]) for v in values]  # as many one way up as the other
@@ -78,7 +78,7 @@ def _shapes(form: Lobes, feature: Feature, points: Array) -> tuple[Array, Multiv
 
 
 def true_values(task: Task) -> Array:
-    """Characteristics (C,) of the part itself: elements through the whole surface where a known form is stated."""
+    """Return characteristics (C,) of the part itself: elements through the whole surface where a known form is stated."""
     known = {n: f for n, f in task.forms.items() if f.has_phase and n in task.touches.rows}
     if not known:
         return task.without_errors
@@ -95,7 +95,7 @@ def true_values(task: Task) -> Array:
 
 
 def _less_known(task: Task, known: Mapping[str, Lobes]) -> Array:
-    """Characteristics (C,) of measured points less the known forms at them, which have no size, place or direction of their own."""
+    """Return characteristics (C,) of measured points less the known forms at them, which have no size, place or direction of their own."""
     form = task.form.copy()
     for name, one in known.items():
         rows = task.touches.rows[name]

@@ -1,4 +1,4 @@
-"""What an uncertainty evaluation returns: results and budgets as frozen values."""
+"""Results and budgets of an uncertainty evaluation, as frozen values."""
 
 from __future__ import annotations
 
@@ -55,17 +55,17 @@ class PlottedBudget(tuple[BudgetLine, ...]):
     """The lines of a budget, with a picture."""
 
     def plot(self, ax: Any = None, title: str = "budget") -> Axes:
-        """Shares of u^2, the largest first."""
+        """Plot shares of u^2, the largest first."""
         drawn: Axes = draw(self, ax, title)
         return drawn
 
     def to_dataframe(self, library: str | None = None) -> Any:
-        """The lines as a data frame of pandas or polars; u in mm or rad, share of u^2."""
+        """Return the lines as a data frame of pandas or polars; u in mm or rad, share of u^2."""
         return frame_of([vars(line) for line in self], library)
 
 
 def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[str, ...]]]:
-    """Physical cause -> (share of u^2, names of its lines), of those that more than one line has."""
+    """Return physical cause -> (share of u^2, names of its lines), for those that more than one line has."""
     out: dict[str, tuple[float, tuple[str, ...]]] = {}
     for line in budget:
         if line.cause:
@@ -76,11 +76,11 @@ def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[
 
 CLOSED_BARS = 80  # of the picture of a closed form
 ROUNDING = 5e-4  # of u^2: less is printed as 0.0 %
-LEAST_U = 1e-6  # mm or rad: of a u below a nanometre no shares are told
+LEAST_U = 1e-6  # mm or rad: no shares are stated for a u below a nanometre
 
 
 def budget_interaction(c: CharacteristicResult) -> float:
-    """What the inputs do only together as a share of u^2: 1 less the shares of the lines; 0 where that is rounding.
+    """Return the interaction of the inputs as a share of u^2: 1 less the shares of the lines; 0 where that is rounding.
 
     A line is the standard deviation with one input alone, the others held at their estimates (JCGM 101:2008, Annex B); only of a
     linear output do the squares add to u^2 (JCGM 100, 5.1.2).
@@ -92,8 +92,8 @@ def budget_interaction(c: CharacteristicResult) -> float:
 
 @dataclass(frozen=True)
 class TrueValue:
-    """What is known of the true value beside the indicated one, mm. claimed: whether the interval was seen to hold it;
-    counted: in what share of drawn parts it did, and in what share of parts of another kind. interval_u: standard uncertainty of
+    """Statement about the true value beside the indicated one, mm. claimed: whether the interval was shown to hold it;
+    counted: the share of sampled parts in which it did, and the share of parts of another kind. interval_u: standard uncertainty of
     its two ends from the number of draws, None where that is not known.
     """
 
@@ -172,7 +172,8 @@ class CharacteristicResult:
 
     @property
     def stated(self) -> tuple[float, float]:
-        """U and k as a result states them: NaN where the interval of the true value has no end, so that value +- U would promise one.
+        """U and k as a result states them: NaN where the interval of the true value has no end, so that value +- U would be misleading.
+        u and `expanded` then still give the uncertainty that the machine adds, by which places and plans are compared.
 
         u and `expanded` then still say what the machine adds: by them places and plans are compared.
         """
@@ -181,13 +182,13 @@ class CharacteristicResult:
         return self.expanded, self.k
 
     def plot(self, ax: Any = None) -> Axes:
-        """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""
+        """Plot the distribution of the trials as deviation from nominal (um or urad), with the coverage interval and the limits."""
         drawn: Axes = draw(self, ax)
         return drawn
 
 
 def closed_form(c: CharacteristicResult) -> tuple[Array, Array]:
-    """Edges and what lies between them by the law of the true value (or of the part to come), where no trials were run."""
+    """Return the edges and the probabilities between them by the law of the true value (or of the part to come), where no trials were run."""
     law = c.truth.of(c.indicated) if isinstance(c.truth, Additive) else getattr(c.truth, "law", None)
     if not isinstance(law, Linear) or not (0.0 < c.u < math.inf):
         return np.zeros(1), np.zeros(0)
@@ -199,12 +200,12 @@ class Budgets(dict[str, PlottedBudget]):
     """The budget of each characteristic by its name."""
 
     def plot(self) -> list[Axes]:
-        """One picture below the other."""
+        """Plot one picture below the other."""
         drawn: list[Axes] = draw(self)
         return drawn
 
     def to_dataframe(self, library: str | None = None) -> Any:
-        """All lines as one data frame of pandas or polars, with the characteristic that each belongs to."""
+        """Return all lines as one data frame of pandas or polars, with the characteristic that each belongs to."""
         return frame_of(
             [{"characteristic": c, **vars(b)} for c, lines in self.items() for b in lines], library
         )
@@ -212,7 +213,7 @@ class Budgets(dict[str, PlottedBudget]):
 
 @dataclass(frozen=True, eq=False)
 class UncertaintyResult(Readable):
-    """All characteristics of a task. trials: what was asked for; each result says what it used."""
+    """All characteristics of a task. trials: the number requested; each result states the number used."""
 
     characteristics: tuple[CharacteristicResult, ...]
     trials: int
@@ -225,15 +226,15 @@ class UncertaintyResult(Readable):
         return f"<UncertaintyResult: {first_few(f'{c.name} {answer(c)}' for c in self.characteristics)}>"
 
     def __getitem__(self, name: str) -> CharacteristicResult:
-        """The characteristic of this name. KeyError: none has it."""
+        """Return the characteristic of this name. KeyError: none has it."""
         return of_name(self.characteristics, name)
 
     @property
     def budget(self) -> Budgets:
-        """Characteristic -> its budget."""
+        """The budgets by characteristic."""
         return Budgets((c.name, c.budget) for c in self.characteristics)
 
     def plot(self) -> list[Axes]:
-        """Distribution, coverage interval and limits of every characteristic, one below the other."""
+        """Plot distribution, coverage interval and limits of every characteristic, one below the other."""
         drawn: list[Axes] = draw(self)
         return drawn

@@ -47,7 +47,7 @@ class Sampler:
         self.start = np.concatenate([model.q0, np.zeros(rows - len(model.q0))])
 
     def summaries(self, needed: Sequence[int]) -> dict[int, Summary]:
-        """Distribution of the chosen characteristics."""
+        """Return the distribution of the chosen characteristics."""
         exact = self.settings.engine == "exact"
         self.progress("exact trials" if exact else "Monte Carlo", 0.0)
         if self.settings.digits and not exact:
@@ -64,7 +64,7 @@ class Sampler:
         return {i: a.summary() for i, a in zip(needed, found)}
 
     def _key(self, first: Array, needed: Sequence[int]) -> str:
-        """The job by what it draws: the first values of all characteristics, gains, laws, seed, engine and version."""
+        """Return the key of the job by its draws: the first values of all characteristics, gains, laws, seed, engine and version."""
         digest = hashlib.sha256(
             f"{__version__} {self.settings.seed} {self.settings.engine} {list(needed)}".encode()
         )
@@ -76,7 +76,7 @@ class Sampler:
         return digest.hexdigest()[:24]
 
     def draw(self, first: int, trials: int) -> Array:
-        """Characteristics (trials, C) of trials from `first` on, by the engine of the settings."""
+        """Return characteristics (trials, C) of trials from `first` on, by the engine of the settings."""
         if self.settings.engine == "exact":
             found = exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, trials))
             return (
@@ -87,7 +87,7 @@ class Sampler:
     def tally(
         self, block: Block, needed: Sequence[int], places: Sequence[tuple[float, float]]
     ) -> list[Accumulator]:
-        """The trials of one block, counted."""
+        """Count the trials of one block."""
         accumulators = [Accumulator(*place) for place in places]
         first, trials = block
         if self.settings.engine == "exact":
@@ -108,7 +108,7 @@ class Sampler:
         return accumulators
 
     def _values(self, block: Array) -> Array:
-        """Characteristics of a block of draws. A ModelLimit there means draws of no use, not a wrong pose."""
+        """Return characteristics of a block of draws. A ModelLimit there means useless draws, not a wrong pose."""
         try:
             return self.values(block)
         except ModelLimit as error:
@@ -119,7 +119,7 @@ class Sampler:
         return np.concatenate([self._values(b) for b in blocks])
 
     def _adaptive(self, i: int) -> Summary:
-        """JCGM 101, 7.9; the tolerance is fixed by a pilot, so that it cannot jump."""
+        """Run the adaptive Monte Carlo of JCGM 101, 7.9; a pilot fixes the tolerance, so that it cannot jump."""
         self.progress(f"adaptive Monte Carlo, {self.settings.digits} digits", 0.5)
         u0 = float(self._trials(0, 8192)[:, i].std())
         chosen = self.settings
@@ -129,7 +129,7 @@ class Sampler:
         )  # fmt: skip
 
     def alone(self) -> Array:
-        """(terms, C): standard deviation with one Input at a time over that with all, on the same draws.
+        """Return the standard deviation with one Input at a time over that with all, on the same draws (terms, C).
 
         A non-linear output has no sensitivity coefficient; the interaction of the inputs is `interaction`.
         """
@@ -150,7 +150,7 @@ class Sampler:
 
 @dataclass(frozen=True, eq=False)
 class SampledJob:
-    """What a worker needs to count blocks: the model, what is wanted, and where the histograms stand."""
+    """Input of a worker that counts blocks: the model, the characteristics, and the places of the histograms."""
 
     model: LinearModel
     terms: tuple[Term, ...]
@@ -160,7 +160,7 @@ class SampledJob:
 
 
 def count(job: SampledJob, block: Block) -> list[PackedAccumulator]:
-    """One block of a job, by any worker."""
+    """Count one block of a job; any worker can do it."""
     sampler = Sampler(job.model, job.terms, job.settings, lambda text, share: None)
     return [pack(a) for a in sampler.tally(block, job.columns, job.places)]
 
@@ -171,7 +171,7 @@ def _place(values: Array) -> tuple[float, float]:
 
 
 def with_products(model: LinearModel, terms: Sequence[Term]) -> tuple[list[Term], Callable[[Array], Array]]:
-    """Terms whose extra rows carry the departures that meet in products, and the evaluation that multiplies them."""
+    """Return terms whose extra rows carry the departures that meet in products, and the evaluation that multiplies them."""
     widened, multiplied = multiplying(model, terms)
     if multiplied is None:
         return widened, model.values
@@ -180,7 +180,7 @@ def with_products(model: LinearModel, terms: Sequence[Term]) -> tuple[list[Term]
 
 
 def _of_sizes(model: LinearModel) -> bool:
-    """Whether all characteristics are Gauss sizes: each is read from one quantity, so that the layout of q changes no digit.
+    """Return whether all characteristics are Gauss sizes: each is read from one quantity, so that the layout of q changes no digit.
 
     Quantity after quantity then takes a third of the time. Sums over the components of a vector, as any position has them, are
     rounded another way in another layout (2e-14 mm), so those keep trial after trial.
@@ -191,7 +191,8 @@ def _of_sizes(model: LinearModel) -> bool:
 def multiplying(
     model: LinearModel, terms: Sequence[Term]
 ) -> tuple[list[Term], Callable[[Array], Array] | None]:
-    """The same, with what turns a block of trials into q (m, K), one quantity after another; None where nothing meets."""
+    """Return the result of `with_products`, with the function that turns a block of trials into q (m, K), one quantity after another;
+    None where nothing meets."""
     pairs = [
         ((p.first, a), (p.second, b), gain) for p in model.products for a, b, gain in model.product_gains(p)
     ]
@@ -212,7 +213,7 @@ def multiplying(
 
 
 def _with_departures(model: LinearModel, j: int, term: Term, carried: Sequence[tuple[int, int]]) -> Term:
-    """The term with one more row per carried (Influence, copy): the departure itself, canonical units."""
+    """Return the term with one more row per carried (Influence, copy): the departure itself, canonical units."""
     rows = np.zeros((len(carried), term.gain.shape[1]))
     influence = model.influences[j]
     for i, (number, copy) in enumerate(carried):

@@ -48,14 +48,14 @@ _WORTH_CALL = 4_000  # the same once numba is loaded
 
 
 def key(seed: int, name: str) -> tuple[int, int]:
-    """64-bit Philox key of an input: see the rule at the head of this file."""
+    """Return the 64-bit Philox key of an input: see the rule in the docstring of this module."""
     digest = hashlib.blake2b(f"{int(seed)}\n{name}".encode(), digest_size=8).digest()
     return int.from_bytes(digest[:4], "little"), int.from_bytes(digest[4:], "little")
 
 
 @functools.lru_cache(maxsize=1 << 14)
 def copy_code(label: str | int) -> int:
-    """Stable uint32 of a label value (pose "B", touch 17), so that adding rows does not change the others.
+    """Return a stable uint32 of a label value (pose "B", touch 17), so that adding rows does not change the others.
 
     Whole numbers 0..2^31-1, given as numbers or as text, are their own code (no collisions among row numbers);
     any other text is 2^31 + 31 bits of its BLAKE2b hash.
@@ -67,7 +67,7 @@ def copy_code(label: str | int) -> int:
 
 
 def _philox(counter: Array, block: int, lanes: Array, keys: Array) -> Array:
-    """Philox4x32-10 words, (4, L, m) uint64, of counters (counter[m], block, lanes[L]) under keys (L, 2)."""
+    """Return Philox4x32-10 words, (4, L, m) uint64, of counters (counter[m], block, lanes[L]) under keys (L, 2)."""
     words = np.empty((4, len(lanes), len(counter)), np.uint64)
     words[0], words[1], words[2], words[3] = counter, block, lanes[:, :1], lanes[:, 1:]
     a, b, c, d = words
@@ -89,7 +89,7 @@ def _philox(counter: Array, block: int, lanes: Array, keys: Array) -> Array:
 
 
 def _block_words(keys: Array, lanes: Array, block: int, first: int, last: int) -> Array:
-    """Words (L, last - first) uint32 of trials first..last-1 of one block, on as few counters as possible."""
+    """Return words (L, last - first) uint32 of trials first..last-1 of one block, on as few counters as possible."""
     if last - first >= _QUARTER:
         words = np.empty((len(lanes), 4, _QUARTER), np.uint32)
         words[:] = np.moveaxis(_philox(np.arange(_QUARTER), block, lanes, keys), 0, 1)
@@ -108,7 +108,7 @@ def check_range(start: int, count: int) -> None:
 
 
 def _spans(start: int, count: int) -> list[tuple[int, int, int, int]]:
-    """(block, first, last, column): the parts of trials start..start+count-1 that lie in one block each."""
+    """Return (block, first, last, column): the parts of trials start..start+count-1 that lie in one block each."""
     check_range(start, count)
     spans, at = [], start
     while at < start + count:
@@ -120,7 +120,7 @@ def _spans(start: int, count: int) -> list[tuple[int, int, int, int]]:
 
 
 def bits(key: tuple[int, int], component: int, copy: int, start: int, count: int) -> NDArray[np.uint32]:
-    """The random words (count,) uint32 of trials start..start+count-1 of one component and copy."""
+    """Return the random words (count,) uint32 of trials start..start+count-1 of one component and copy."""
     keys, lanes = np.array([key], np.uint32), np.array([[component, copy]], np.uint32)
     parts = [
         _block_words(keys, lanes, block, first, last)[0] for block, first, last, _ in _spans(start, count)
@@ -144,7 +144,7 @@ class QuantileTable:
         return np.stack([self.value, self.slope], axis=1).view(np.uint64).ravel()
 
     def lookup(self, words: Array) -> Array:
-        """Standard values (float32) of random words (uint32), elementwise."""
+        """Return standard values (float32) of random words (uint32), elementwise."""
         v = (words >> np.uint32(1)).view(np.int32).astype(np.float32)
         v *= np.float32(2.0**-31)
         pattern = v.view(np.int32)
@@ -161,7 +161,7 @@ class QuantileTable:
 
 @functools.lru_cache(maxsize=256)
 def table(shape: Law) -> QuantileTable:
-    """Quantile table of a symmetric standard law (`law.shape`); made once per shape."""
+    """Return the quantile table of a symmetric standard law (`law.shape`); made once per shape."""
     if isinstance(shape, Samples):
         raise UsageError("A law of samples has no quantile table: its values are drawn by index.")
     k = np.arange((_OCTAVES << _BITS) + 1)
@@ -172,7 +172,7 @@ def table(shape: Law) -> QuantileTable:
 
 @functools.cache
 def _load_kernels() -> ModuleType | None:
-    """The compiled twin, or None where numba is missing or cannot keep its cache."""
+    """Return the compiled twin, or None where numba is missing or cannot keep its cache."""
     try:
         import numba
 
@@ -184,7 +184,7 @@ def _load_kernels() -> ModuleType | None:
 
 
 def kernel_state() -> tuple[str, str]:
-    """Whether compiled kernels can be used, and "ok" or what to do: a row of `vcmm doctor`."""
+    """Return whether compiled kernels can be used, and "ok" or what to do: a row of `vcmm doctor`."""
     if _load_kernels():
         return "yes", "ok"
     return (
@@ -194,7 +194,7 @@ def kernel_state() -> tuple[str, str]:
 
 
 def kernels(numbers: int) -> ModuleType | None:
-    """The numba twin (vcmm.answer.evaluation._stream_kernels) if drawing so many numbers is worth it, else None: use numpy."""
+    """Return the numba twin (vcmm.answer.evaluation._stream_kernels) if sampling so many numbers is worth it, else None: use numpy."""
     loaded = "vcmm.answer.evaluation._stream_kernels" in sys.modules
     return _load_kernels() if numbers > (_WORTH_CALL if loaded else _WORTH_NUMBA) else None
 
@@ -203,7 +203,7 @@ Drawable = Law | MultivariateSamples
 
 
 def is_tabled(shape: Drawable) -> bool:
-    """Whether values are drawn through a quantile table; else by index of a sample."""
+    """Return whether values are sampled through a quantile table; else by index of a sample."""
     return isinstance(shape, Law) and not isinstance(shape, Samples)
 
 
@@ -241,7 +241,7 @@ def _fill_block(
 
 
 def _values(shape: Drawable, keys: Array, lanes: Array, block: int, first: int, last: int) -> Array:
-    """Values (L, last - first) of unit scale within one block."""
+    """Return values (L, last - first) of unit scale within one block."""
     if isinstance(shape, MultivariateSamples):
         common = lanes * np.array([0, 1], np.uint32)  # component 0: one row for all components of a copy
         return shape.values[_index(_block_words(keys, common, block, first, last), shape), lanes[:, :1]]
@@ -252,15 +252,15 @@ def _values(shape: Drawable, keys: Array, lanes: Array, block: int, first: int, 
 
 
 def _index(words: Array, law: Samples | MultivariateSamples) -> Array:
-    """Row numbers 0..m-1 from words: the multiply-shift rule."""
+    """Return the row numbers 0..m-1 from words: the multiply-shift rule."""
     return (words.astype(np.uint64) * np.uint64(len(law.values))) >> _HALF
 
 
 def draw(seed: int, name: str, lanes: Array, law: Drawable, start: int, count: int) -> NDArray[np.float64]:
-    """Deviations (count, L) of the input `name` in trials start..start+count-1.
+    """Return deviations (count, L) of the input `name` in trials start..start+count-1.
 
     `lanes` (L, 2) uint32 lists (component, copy) of each column. For `MultivariateSamples` the component names the
-    column of its values; a `MultivariateNormal` is drawn as Normal(1) for components 0..r-1 and multiplied by its
+    column of its values; a `MultivariateNormal` is sampled as Normal(1) for components 0..r-1 and multiplied by its
     `factor`. Raises ModelLimit when trials leave 0..2^43.
     """
     lanes = np.ascontiguousarray(lanes, np.uint32).reshape(-1, 2)

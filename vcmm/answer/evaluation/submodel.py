@@ -1,4 +1,4 @@
-"""A linear model of some of its characteristics: no touch, feature or draw that they do not need."""
+"""Reduce a linear model to some of its characteristics: no touch, feature or draw that they do not need."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EXACT = 1e-9  # mm per mm
 
 
 def needed_rows(model: LinearModel) -> Ints:
-    """Numbers of the touches (n,) of the features that a model still has, in their order."""
+    """Return the numbers of the touches (n,) of the features that a model still has, in their order."""
     rows = model.task.touches.rows
     return np.sort(np.concatenate([rows[n] for n in rows if n in model.blocks or n in _pointwise(model)]))
 
@@ -25,7 +25,7 @@ def needed_rows(model: LinearModel) -> Ints:
 def narrow_model(
     model: LinearModel, numbers: Sequence[int], aligned: bool = False
 ) -> tuple[LinearModel, Ints]:
-    """The model of characteristics number `numbers` alone, and which of the touches it keeps. q keeps its places. aligned: see `only`."""
+    """Return the model of characteristics number `numbers` alone, and the touches that it keeps. q keeps its places. aligned: see `only`."""
     few = model.only(numbers, aligned)
     kept = needed_rows(few)
     task = replace(few.task, touches=_touches(few.task.touches, kept), form=few.task.form[kept])
@@ -40,7 +40,7 @@ def narrow_model(
 
 
 def displace(model: LinearModel, displacements: Array) -> Array:
-    """q (m, K) after displacements (m, n) of the touches along their normals, feature by feature."""
+    """Return q (m, K) after displacements (m, n) of the touches along their normals, feature by feature."""
     out = np.zeros((len(displacements), len(model.q0)))
     for name, block in model.blocks.items():
         out[:, block.start : block.stop] = model.q0[block.start : block.stop]
@@ -64,7 +64,7 @@ def displace(model: LinearModel, displacements: Array) -> Array:
 
 
 def _taken_up(element: Array, residuals: Array) -> Array | None:
-    """(n, k): what an element takes up of displacements of its n touches, by its k quantities; found once for all trials.
+    """Return the displacements of its n touches that an element takes up, by its k quantities (n, k); computed once for all trials.
 
     Residuals are displacements less that, which has few freedoms: n times cheaper than the operator (n, n) itself. None where touches
     did not approach along normals, and the operator serves.
@@ -77,7 +77,7 @@ def _taken_up(element: Array, residuals: Array) -> Array | None:
 
 
 def _pointwise(model: LinearModel) -> set[str]:
-    """Features without an element, whose points are read."""
+    """Return the features without an element, whose points are read."""
     return {n for c in model.characteristics for n in c.features}
 
 

@@ -46,7 +46,7 @@ class Summary:
     warnings: tuple[str, ...] = ()
 
     def reflect(self, about: float) -> Summary:
-        """The distribution of about - y: what leaned upwards leans downwards."""
+        """Return the distribution of about - y, mirrored."""
         edges, counts = self.histogram
         return replace(
             self, mean=about - self.mean, minimum=about - self.maximum, maximum=about - self.minimum,
@@ -54,7 +54,7 @@ class Summary:
         )  # fmt: skip
 
     def quantile(self, p: float) -> float:
-        """The value not exceeded with probability p. ModelLimit where the trials are too few to tell."""
+        """Return the value not exceeded with probability p. ModelLimit where the trials are too few to determine it."""
         check_interval(p, "symmetric")
         if min(p, 1 - p) * self.trials < 0.5:
             need = math.ceil(0.5 / min(p, 1 - p))
@@ -62,7 +62,7 @@ class Summary:
         return float(np.interp(p, self.below, self.grid))
 
     def interval(self, p: float = 0.95, kind: str = "symmetric") -> tuple[float, float]:
-        """Coverage interval for probability p (JCGM 101, 7.7): symmetric, shortest, or upper = (-inf, y_p)."""
+        """Return the coverage interval for probability p (JCGM 101, 7.7): symmetric, shortest, or upper = (-inf, y_p)."""
         check_interval(p, kind, KINDS)
         if kind == "upper":
             return -math.inf, self.quantile(p)
@@ -76,12 +76,12 @@ class Summary:
         return float(low[k]), float(low[k] + width[k])
 
     def probability(self, low: float = -math.inf, high: float = math.inf) -> float:
-        """P(low <= Y <= high): the share of conforming trials for tolerance limits."""
+        """Return P(low <= Y <= high): the share of conforming trials for tolerance limits."""
         ends = np.interp([low, high], self.grid, self.below, left=0.0, right=1.0)
         return float(ends[1] - ends[0])
 
     def numerical_error(self, p: float = 0.95) -> float:
-        """Largest standard deviation, over repeated runs, of mean, u and the ends of the symmetric interval for p.
+        """Return the largest standard deviation, over repeated runs, of mean, u and the ends of the symmetric interval for p.
 
         From the large-sample formulas: u / sqrt(M), u sqrt((kurtosis - 1) / (4 M)), and the binomial law of the
         number of trials below a quantile. Mean and u are left out where they do not exist or u is a closed form.
@@ -97,11 +97,11 @@ class Summary:
         return max(errors)
 
     def ends_u(self, p: float = 0.95) -> tuple[float, float]:
-        """Standard deviations, over repeated runs, of the ends of the symmetric interval for p."""
+        """Return the standard deviations, over repeated runs, of the ends of the symmetric interval for p."""
         return self._error((1 - p) / 2), self._error((1 + p) / 2)
 
     def digits(self, p: float = 0.95) -> int:
-        """Significant digits of u to which all results are established, 0 to 6 (JCGM 101, 7.9.2).
+        """Return the significant digits of u to which all results are established, 0 to 6 (JCGM 101, 7.9.2).
 
         Twice `numerical_error` must not exceed the tolerance. An infinite u counts as half the half-width of the
         interval.
@@ -116,19 +116,19 @@ class Summary:
         return next((n for n in range(6, 0, -1) if error <= tolerance(u, n)), 0)
 
     def _error(self, p: float) -> float:
-        """Standard deviation of the quantile for p: binomial, through the empirical distribution itself."""
+        """Return the standard deviation of the quantile for p: binomial, through the empirical distribution itself."""
         e = math.sqrt(p * (1 - p) / self.trials)
         high, low = np.interp([p + e, p - e], self.below, self.grid)
         return float(high - low) / 2
 
 
 def tolerance(u: float, digits: int) -> float:
-    """Numerical tolerance delta of a standard uncertainty given to so many significant digits (JCGM 101, 7.9.2)."""
+    """Return the numerical tolerance delta of a standard uncertainty given to so many significant digits (JCGM 101, 7.9.2)."""
     return 0.5 * 10.0 ** (math.floor(math.log10(u)) - digits + 1)
 
 
 def summarise(samples: ArrayLike, u: float | None = None) -> Summary:
-    """Summary of a sample (m,) held in memory. `u`: the closed-form standard uncertainty, if it is known.
+    """Return the summary of a sample (m,) held in memory. `u`: the closed-form standard uncertainty, if it is known.
 
     Give `u` when t-laws with nu <= 4 take part: a sample's standard deviation has no finite variance then.
     """
@@ -202,7 +202,7 @@ class Accumulator:
             self._add_wide(np.rint((block - self.centre) * factor))
 
     def _add_wide(self, steps: Array) -> None:
-        """Sums of the few trials beyond 2048 scales, whose squares do not fit 64 bits."""
+        """Add sums of the few trials beyond 2048 scales, whose squares do not fit 64 bits."""
         for q in map(int, steps[np.abs(steps) >= _WIDE]):
             self._first += q
             self._second += q * q
@@ -229,7 +229,7 @@ class Accumulator:
         self.take(*other.sums)
 
     def summary(self, u: float | None = None) -> Summary:
-        """Summary of all trials so far. `u`: the closed-form standard uncertainty, if known (see `summarise`)."""
+        """Return the summary of all trials so far. `u`: the closed-form standard uncertainty, if known (see `summarise`)."""
         n = self.trials
         if n < 2:
             raise ModelLimit(f"A summary needs at least 2 trials; got {n}.")
@@ -255,14 +255,14 @@ class Accumulator:
         return self.centre + self.scale / _BINS * np.arange(-_REACH * _BINS, _REACH * _BINS + 1)
 
     def _distribution(self) -> tuple[Array, Array]:
-        """Edges and P(Y <= edge); trials beyond the histogram lie evenly between it and the extremes."""
+        """Return edges and P(Y <= edge); trials beyond the histogram lie evenly between it and the extremes."""
         edges = np.clip(self._edges(), self.minimum, self.maximum)
         below = np.cumsum(self.counts)[:-1] / self.trials
         return np.concatenate([[self.minimum], edges, [self.maximum]]), np.concatenate([[0.0], below, [1.0]])
 
 
 def _tally(values: Array, centre: float, factor: float, counts: Array, sums: Array) -> None:
-    """Numpy twin of vcmm.answer.evaluation._stream_kernels.tally: counts, and sums of q, of the low and the high half of q^2."""
+    """Count as vcmm.answer.evaluation._stream_kernels.tally does, in numpy: counts, and sums of q, of the low and the high half of q^2."""
     steps = np.rint((values - centre) * factor)
     q = np.clip(steps, -_WIDE, _WIDE).astype(np.int64)
     k = np.clip((q >> 10) + len(counts) // 2, 0, len(counts) - 1)

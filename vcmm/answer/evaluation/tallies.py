@@ -1,5 +1,5 @@
-"""Monte Carlo in blocks of trials: tallies of whole numbers, whose sum does not depend on who counted what, in which order, or
-how often the work was taken up again.
+"""Monte Carlo in blocks of trials: tallies of whole numbers, whose sum does not depend on the workers, the order of blocks or
+the number of interruptions.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def sum_blocks(
     blocks: Sequence[Block],
     progress: Callable[[float], None],
 ) -> list[Accumulator]:
-    """The sum of all blocks, one accumulator per characteristic. Raises ShardDone where a share is wanted."""
+    """Return the sum of all blocks, one accumulator per characteristic. Raises ShardDone where a share is wanted."""
     wanted = sharing.share.take(blocks) if sharing.share else blocks
     total = _Total(sum(n for _, n in wanted), progress)
     for block, tallies in sharing.finish(key, count, job, {b: b for b in blocks}):
@@ -33,7 +33,7 @@ def sum_blocks(
 
 
 class _Total:
-    """Adds tallies up as they come."""
+    """Running total that adds tallies as they come."""
 
     def __init__(self, trials: int, progress: Callable[[float], None]) -> None:
         self.trials, self.progress, self.seen = trials, progress, 0
@@ -51,7 +51,7 @@ class _Total:
 
 
 def pack(accumulator: Accumulator) -> PackedAccumulator:
-    """The integers of an accumulator as JSON holds them; floats by their hexadecimal digits, so that no bit is lost."""
+    """Return the integers of an accumulator as JSON holds them; floats by their hexadecimal digits, so that no bit is lost."""
     bins = np.flatnonzero(accumulator.counts)
     return {
         "place": [accumulator.centre.hex(), accumulator.scale.hex()],
@@ -64,7 +64,7 @@ def pack(accumulator: Accumulator) -> PackedAccumulator:
 
 
 def unpack(found: PackedAccumulator) -> Accumulator:
-    """The accumulator that `pack` wrote."""
+    """Return the accumulator that `pack` wrote."""
     centre, scale = (float.fromhex(text) for text in found["place"])
     low, high = (float.fromhex(text) for text in found["range"])
     out = Accumulator(centre, scale, trials=int(found["trials"]), minimum=low, maximum=high)

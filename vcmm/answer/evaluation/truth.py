@@ -1,4 +1,4 @@
-"""What an indicated value says of the true one: interval and probability of conformance.
+"""Infer the true value from an indicated value: interval and probability of conformance.
 
     indicated y = true value + error            so the true value given y follows  y - error
 
@@ -23,7 +23,7 @@ Limits = tuple[float, float]
 class Statement:
     """About the true value: estimate, coverage interval, probability that it lies within the limits (None without).
 
-    Belts (vcmm.answer.evaluation.inversion) also say in what share of drawn parts the interval held the true value.
+    Belts (vcmm.answer.evaluation.inversion) also state the share of sampled parts in which the interval held the true value.
     """
 
     estimate: float
@@ -41,7 +41,7 @@ class Truth(Protocol):
     """The true value as a function of the indicated one."""
 
     def state(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
-        """Statement about the true value, mm or rad, when y is indicated. limits: of the true value, infinite where none."""
+        """Return the statement about the true value, mm or rad, when y is indicated. limits: of the true value, infinite where none."""
         ...
 
 
@@ -64,7 +64,7 @@ class Additive:
         return self._with_bias_outside(statement, y, limits) if self.bias else statement
 
     def _with_bias_outside(self, statement: Statement, y: float, limits: Limits | None) -> Statement:
-        """The interval reaches further by |bias| on both sides; the probability to conform is that of the true value, y - bias."""
+        """Extend the interval by |bias| on both sides; the probability to conform is that of the true value, y - bias."""
         low, high = statement.interval
         interval = (low - abs(self.bias), high + abs(self.bias))
         if limits is None:
@@ -74,15 +74,15 @@ class Additive:
         return replace(statement, interval=interval, p_conform=true, p_reach=reach)
 
     def ways(self) -> tuple[float, float, float]:
-        """What is added to y where a bias is left in: least, for the true value, most."""
+        """Return the amounts added to y where a bias is left in: least, for the true value, most."""
         return -abs(self.bias), -self.bias, abs(self.bias)
 
     def of(self, y: float) -> Linear | Summary | WidenedLaw:
-        """The law of the true value."""
+        """Return the law of the true value."""
         return self.law.reflect(y - self.shift + self.at)
 
     def coverage(self, p: float, kind: str, bias: float) -> float:
-        """Probability that the interval for p holds the true value when all indications are off by `bias`, mm or rad."""
+        """Return the probability that the interval for p holds the true value when all indications are off by `bias`, mm or rad."""
         law = self.law.reflect(2 * self.at)
         low, high = law.interval(p, kind)
         return law.probability(low + bias, high + bias)
@@ -90,7 +90,7 @@ class Additive:
 
 @dataclass(frozen=True, eq=False)
 class PredictedPart:
-    """Nothing is indicated: the law of the trials is that of the part to come, estimate what is expected of it."""
+    """No indication: the law of the trials is that of the part to come, and the estimate is its expected value."""
 
     law: Linear | Summary
     estimate: float
@@ -108,5 +108,5 @@ def _statement(
 
 
 def holds(attained: float, p: float) -> bool:
-    """Whether an interval that is said to hold in the share p of cases holds in nearly as many: |bias| = U / 10 of a normal law."""
+    """Return whether an interval for the share p of cases holds in nearly as many: |bias| = U / 10 of a normal law."""
     return 1 - attained <= (1 + MORE_MISSES) * (1 - p) + 1e-9

@@ -66,9 +66,9 @@ def evaluate(
     *,
     read: bool = True,
 ) -> UncertaintyResult:
-    """Evaluate a task. world: where the errors come from (default: the task's machine); sharing: who counts the trials.
+    """Evaluate a task. world: where the errors come from (default: the task's machine); sharing: the workers that count the trials.
 
-    read: also what the planned value of an extreme one says of the true value, which parts are drawn for. Without it those
+    read: also infer the true value of an extreme characteristic from its planned value, for which parts are sampled. Without it those
     results wait for `at_indication`, and no warnings are given (`warnings_of`).
 
     Raises UsageError without characteristics, and for a measurement in which nothing is uncertain (a prediction may be
@@ -85,9 +85,9 @@ def evaluate(
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What a tier says about one characteristic, before bias and decision.
+    """The result of a tier for one characteristic, before bias and decision.
 
-    law: of what is indicated; error: its mean beyond the indicated value, where the laws of Inputs have one.
+    law: of the indicated value; error: its mean beyond the indicated value, where the laws of Inputs have one.
     """
 
     tier: str
@@ -106,7 +106,7 @@ class _Outcome:
 
 
 class Evaluation:
-    """One run over all characteristics; terms, gradient and values are made once."""
+    """One run over all characteristics; terms, gradient and values are computed once."""
 
     def __init__(
         self,
@@ -159,11 +159,11 @@ class Evaluation:
         )
 
     def is_tangent(self, i: int) -> bool:
-        """Whether result i is linear over its own spread."""
+        """Return whether result i is linear over its own spread."""
         return self.smooth[i] and not self._is_curved(i)
 
     def without_trials(self, i: int, inversion: Inversion | None) -> CharacteristicResult:
-        """Result i by its closed form; with an inversion by what the machine adds, with neither interval nor decision."""
+        """Return result i by its closed form; with an inversion by the uncertainty that the machine adds, without interval and decision."""
         outcome = (
             self._closed_form_outcome(i)
             if inversion is None
@@ -182,12 +182,12 @@ class Evaluation:
         return bool(self.check.curvature[i] > CURVATURE)
 
     def _variances(self, i: int) -> tuple[float, float]:
-        """Closed-form variance of a smooth output: sum of (c u)^2, and of (d2y u_i u_j)^2 over products (JCGM 100, 5.1.2)."""
+        """Return the closed-form variance of a smooth output: sum of (c u)^2, and of (d2y u_i u_j)^2 over products (JCGM 100, 5.1.2)."""
         terms = self._terms_on(i)
         return float(closed_form_u(terms)[0]) ** 2 if terms else 0.0, sum(u**2 for u in self._products_on(i))
 
     def _products_on(self, i: int) -> list[float]:
-        """Standard uncertainty of one characteristic by every product of two Inputs."""
+        """Return the standard uncertainty of one characteristic by every product of two Inputs."""
         out = []
         for product in self.model.products:
             u = self._scalar_u(product.first) * self._scalar_u(product.second)
@@ -201,7 +201,7 @@ class Evaluation:
         return float(law.u) * abs(float(factor[0, 0]))
 
     def _terms_on(self, i: int) -> list[Term]:
-        """The terms acting on one characteristic: gain (1, L)."""
+        """Return the terms acting on one characteristic: gain (1, L)."""
         return [replace(t, gain=(self.gradient[i] @ t.gain)[None]) for t in self.terms]
 
     def _closed_form_outcome(self, i: int) -> _Outcome:
@@ -240,7 +240,7 @@ class Evaluation:
         )  # fmt: skip
 
     def is_invertible(self, i: int) -> bool:
-        """Whether parts can be drawn for an extreme value: something is measured, on features whose forms are known by families."""
+        """Return whether parts can be sampled for an extreme value: something is measured, on features whose forms are known by families."""
         c = self.model.characteristics[i]
         if self.model.world.predicts or not (gps.is_one_sided(c) or self._by_contact(c)):
             return False  # of a distance or angle of nearly nothing the error depends on the value itself
@@ -248,7 +248,7 @@ class Evaluation:
         return not any(self.features[n].kind in ("mesh", "point") for n in named if n in self.features)
 
     def _by_contact(self, c: Characteristic) -> bool:
-        """A size, distance or angle of elements by contact, well away from zero."""
+        """Return whether it is a size, distance or angle of elements by contact, well away from zero."""
         return not choose_criteria(c).gauss and gps.nominal(c, self.features) > LEAST_NOTE
 
     def _invert(self, i: int, law: Linear | Summary, inversion: Inversion) -> _Outcome:
@@ -277,7 +277,7 @@ class Evaluation:
         linear: bool,
         of: Sequence[Influence] = (),
     ) -> tuple[BudgetLine, ...]:
-        """of: the Influences of the terms, where they are not all."""
+        """Return the lines of a budget. of: the Influences of the terms, where they are not all."""
         world = self.model.world
         rows = [
             budget_line(world, f, t, x, u, linear) for f, t, x in zip(of or self.model.influences, terms, u_i)
@@ -285,7 +285,7 @@ class Evaluation:
         return tuple(sorted(rows, key=lambda line: -line.u))
 
     def _shift(self, i: int) -> float:
-        """What is taken off the indicated value: its known bias, when the settings say so.
+        """Return the correction of the indicated value: its known bias, when the settings require it.
 
         A form or position is not corrected: it is no sum of a true value and an error.
         """
@@ -334,7 +334,7 @@ class Evaluation:
         return f"{words(c.filter)}, tip radius {' and '.join(f'{r:g}' for r in radii)} mm"
 
     def _why_not_shown(self, c: Characteristic, outcome: _Outcome) -> str:
-        """Why the interval is not shown to hold the true value of a part that was measured; empty where it is."""
+        """Return why the interval is not shown to hold the true value of a part that was measured; empty where it is."""
         if outcome.inverse is not None:
             return ""  # counted where the value is read
         if not outcome.tangent:
@@ -344,7 +344,7 @@ class Evaluation:
         return ""
 
     def _bias_left_in(self, outcome: _Outcome, i: int, truth: Additive) -> float:
-        """The known bias that the interval has to hold besides, mm or rad; 0 where it is taken off, or too small to matter."""
+        """Return the known bias that the interval has to hold besides, mm or rad; 0 where it is corrected, or too small to matter."""
         bias = float(self.bias[i]) - truth.shift
         if self.model.world.predicts or not outcome.tangent or not bias:
             return 0.0
@@ -353,7 +353,7 @@ class Evaluation:
 
 
 def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
-    """Why the linear model is not good enough for the interval; empty where it is, or where nothing was compared."""
+    """Return why the linear model is not good enough for the interval; empty where it is, or where nothing was compared."""
     if outcome.tier == EXACT or not np.isfinite(outcome.linear_error):
         return ""
     low, high = outcome.law.interval(settings.p, settings.kind)
@@ -363,7 +363,7 @@ def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
 
 
 def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
-    """What a reader must know about one result. predicts: of a part still to be cut, whose errors are its deviation."""
+    """Return the warnings about one result. predicts: of a part still to be cut, whose errors are its deviation."""
     out = list(r.summary.warnings) if r.summary else []
     unit, scale = ("um", 1e3) if r.unit == "mm" else ("urad", 1e6)
     if r.bias_in_U:
@@ -385,7 +385,7 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
         out.append(told)
     if not np.isfinite(r.u):
         out.append(
-            f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval stands all the same"
+            f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval is valid nevertheless"
         )
     if (
         r.tier != EXACT

@@ -1,4 +1,4 @@
-"""Measure: one virtual measurement, errors at their estimates or drawn once from what is known."""
+"""Measure: one virtual measurement, with errors at their estimates or sampled once from the Inputs."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Measurement(Readable):
         return f"<Measurement of {len(self.points)} points: {values}>"
 
     def __getitem__(self, name: str) -> MeasuredValue:
-        """The value of this name. KeyError: none has it."""
+        """Return the value of this name. KeyError: none has it."""
         return of_name(self.values, name)
 
 

@@ -1,8 +1,8 @@
-"""A law with what a form adds to it: y = x + s d, s = -1 or 1 with the same probability, d one of given sizes.
+"""A law widened by a form: y = x + s d, s = -1 or 1 with the same probability, d one of given sizes.
 
     P(Y <= y) = mean over the sizes of [F(y - d) + F(y + d)] / 2         F of x, on a table between its far quantiles
 
-Which way a form that nobody saw moves a result is not known, so the law keeps its middle (JCGM 101:2008, 6.4; law of total
+The direction in which an unseen form moves a result is unknown, so the law keeps its middle (JCGM 101:2008, 6.4; law of total
 probability).
 """
 
@@ -28,18 +28,18 @@ HALVINGS = 60
 
 @dataclass(frozen=True, eq=False)
 class WidenedLaw:
-    """Table (n,) of x, rising, with P(X <= x); sizes (m,) >= 0 of what is added to either side; mm or rad."""
+    """Table (n,) of x, rising, with P(X <= x); sizes (m,) >= 0 of the additions to either side; mm or rad."""
 
     x: Array
     below: Array
     sizes: Array
 
     def reflect(self, about: float) -> WidenedLaw:
-        """The law of about - y: what leaned upwards leans downwards."""
+        """Return the law of about - y, mirrored."""
         return WidenedLaw(about - self.x[::-1], 1.0 - self.below[::-1], self.sizes)
 
     def cdf(self, y: float) -> float:
-        """P(Y <= y)."""
+        """Return P(Y <= y)."""
         moved = np.concatenate([y - self.sizes, y + self.sizes])
         return float(np.interp(moved, self.x, self.below, left=0.0, right=1.0).mean())
 
@@ -49,7 +49,7 @@ class WidenedLaw:
         return float(self.x[0]) - most, float(self.x[-1]) + most
 
     def quantile(self, p: float) -> float:
-        """The value not exceeded with probability p: halving, the law has no gaps that matter."""
+        """Return the value not exceeded with probability p: halving, the law has no gaps that matter."""
         check_interval(p, "symmetric")
         low, high = self._bounds
         for _ in range(HALVINGS):
@@ -58,7 +58,7 @@ class WidenedLaw:
         return (low + high) / 2
 
     def interval(self, p: float = 0.95, kind: str = "symmetric") -> tuple[float, float]:
-        """Coverage interval for probability p (JCGM 101, 7.7): symmetric, shortest, or upper = (-inf, y_p)."""
+        """Return the coverage interval for probability p (JCGM 101, 7.7): symmetric, shortest, or upper = (-inf, y_p)."""
         check_interval(p, kind, KINDS)
         if kind == "upper":
             return -math.inf, self.quantile(p)
@@ -69,13 +69,13 @@ class WidenedLaw:
         return min(ends, key=lambda pair: pair[1] - pair[0])
 
     def probability(self, low: float = -math.inf, high: float = math.inf) -> float:
-        """P(low <= Y <= high)."""
+        """Return P(low <= Y <= high)."""
         ends = [self.cdf(v) if math.isfinite(v) else float(v > 0) for v in (low, high)]
         return min(max(ends[1] - ends[0], 0.0), 1.0)
 
 
 def widen(law: Linear | Summary | WidenedLaw, sizes: Array) -> WidenedLaw:
-    """The law with sizes (m,) added to either side."""
+    """Return the law with sizes (m,) added to either side."""
     if isinstance(law, WidenedLaw):
         return WidenedLaw(law.x, law.below, together([law.sizes, sizes]))
     if isinstance(law, Summary):
@@ -88,14 +88,14 @@ def widen(law: Linear | Summary | WidenedLaw, sizes: Array) -> WidenedLaw:
 
 @lru_cache(maxsize=64)
 def _table(law: Linear) -> tuple[Array, Array]:
-    """Places x (n,) and P(X <= x): one table for all parts that were measured by the same task."""
+    """Return places x (n,) and P(X <= x): one table for all parts that were measured by the same task."""
     place = np.sinh(np.linspace(-1.0, 1.0, TABLE) * math.asinh(FAR * 20.0)) / 20.0
     x = law.mean + law.scale * place
     return x, np.maximum.accumulate(law.cdf(x))
 
 
 def together(sizes: list[Array], seed: int = 0) -> Array:
-    """Sizes (m,) of a sum of independent parts, each of either sign: of every feature its own draw."""
+    """Return sizes (m,) of a sum of independent parts, each of either sign: every feature has its own draw."""
     rng = np.random.default_rng(seed)
     most = max(len(s) for s in sizes)
     total = np.resize(sizes[0], most).astype(float)

@@ -1,4 +1,4 @@
-"""World: where the errors of a task come from, and how what is known of them reaches each touch.
+"""World: the source of the errors of a task, and their propagation to each touch.
 
 Measuring knows one machine that touches the part. Cutting knows the machine that made the part as well: its errors are
 departures of the surface, and they reach the touches along their normals. What comes after (fits, characteristics,
@@ -25,7 +25,7 @@ from vcmm.task.response.trials import Draws, exact_errors
 class World(Protocol):
     """Errors are indicated - true of every touch (n, 3), workpiece axes, mm.
 
-    predicts: the trials are what will be found (a part still to be cut), so their spread is the answer itself; without it
+    predicts: the trials are future results (a part still to be cut), so their spread is the answer itself; without it
     a true value is inferred from an indication, which the spread of an extreme value does not tell.
     """
 
@@ -33,23 +33,23 @@ class World(Protocol):
     def predicts(self) -> bool: ...
 
     def errors(self) -> Array:
-        """At the estimates, first order (n, 3)."""
+        """Return the errors at the estimates, first order (n, 3)."""
         ...
 
     def influences(self) -> tuple[Influence, ...]:
-        """How every Input moves every touch."""
+        """Return the effect of every Input on every touch."""
         ...
 
     def products(self, known: Sequence[Influence]) -> tuple[Product, ...]:
-        """Second-order terms of Inputs that act together."""
+        """Return second-order terms of Inputs that act together."""
         ...
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
-        """In every trial (m, n, 3), transforms multiplied."""
+        """Return the errors in every trial (m, n, 3), transforms multiplied."""
         ...
 
     def machine_of(self, one: Input) -> tuple[Machine, Run]:
-        """The machine and the run on which an Input acts, for the words of the budget."""
+        """Return the machine and the run on which an Input acts, for the words of the budget."""
         ...
 
 

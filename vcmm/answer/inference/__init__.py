@@ -1,1 +1,1 @@
-"""What measured data say of the true values: points and values taken in, the audit."""
+"""Infer true values from measured data: points and values of parts, and the audit of the intervals."""

@@ -1,9 +1,9 @@
-"""Are the intervals right? Parts and machines drawn from the stated knowledge, measured, evaluated, and counted.
+"""Audit the intervals: sample parts and machines from the stated knowledge, measure them, evaluate, and count.
 
-A size, distance or angle is drawn with the exact engine (transforms multiplied, contact found, fits iterated) on parts as the
+A size, distance or angle is sampled with the exact engine (transforms multiplied, contact found, fits iterated) on parts as the
 scenario states them. Extreme values are counted on parts with forms: over the whole prior, at fixed sizes of the form (so many
-times the noise of the machine), and on parts of another family, which the inverse does not know. Then all of them are counted by
-the door that users take, points in and answers out (`audit_by_points`).
+times the noise of the machine), and on parts of another family, which the inverse does not know. Then all of them are counted as users
+evaluate them, from points to results (`audit_by_points`).
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ ABOVE = (
 class AuditResult:
     """How often the intervals of one characteristic held the true value. width: mean over the parts, mm or rad.
 
-    oracle: mean width, over the prior, of who knows the family of every part, oracle_held: its coverage (`vcmm.answer.inference.oracle`).
-    claimed: the interval says of itself that its coverage is shown, why: why it does not; least, most: the band that it is held to.
+    oracle: mean width, over the prior, of an oracle that knows the family of every part, oracle_held: its coverage (`vcmm.answer.inference.oracle`).
+    claimed: the result states that the coverage of the interval is shown, why: why it does not; least, most: the band that it is held to.
     """
 
     name: str
@@ -81,12 +81,12 @@ class AuditResult:
 
     @property
     def interval95(self) -> tuple[float, float]:
-        """Of the attained share, from the finite number of parts (Wilson score)."""
+        """Interval of the attained share, from the finite number of parts (Wilson score)."""
         return wilson(self.attained, self.parts)
 
     @property
     def p_value(self) -> float:
-        """Probability of a count as far or further out, were the coverage at the end of the band: 1 inside (exact binomial test)."""
+        """Probability of a count as far or further out, if the coverage were at the end of the band: 1 inside (exact binomial test)."""
         from scipy.special import betainc, betaincc  # the binomial sums; scipy.stats takes a second to import
 
         held, n = round(self.attained * self.parts), self.parts
@@ -96,12 +96,12 @@ class AuditResult:
 
     @property
     def outside(self) -> bool:
-        """Claimed, and outside the band by more than the count may err."""
+        """Whether the coverage is claimed, and outside the band by more than the count may err."""
         return self.claimed and self.p_value < CERTAIN
 
 
 def wilson(share: float, count: int, z: float = 1.959964) -> tuple[float, float]:
-    """Score interval of a binomial share (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
+    """Return the score interval of a binomial share (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
     middle = (share + z * z / (2 * count)) / (1 + z * z / count)
     half = z / (1 + z * z / count) * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
     return min(max(middle - half, 0.0), share), max(min(middle + half, 1.0), share)
@@ -132,7 +132,7 @@ BY_POINTS: Piece = (-1, 0)
 
 @dataclass(frozen=True, eq=False)
 class CountingJob:
-    """What a worker needs to count: the evaluated task, and how many parts of a kind."""
+    """Input of a worker that counts: the evaluated task, and the number of parts of a kind."""
 
     task: PreparedTask
     parts: int
@@ -148,7 +148,7 @@ def audit_task(
     key: str = "",
     scenario: Scenario | None = None,
 ) -> tuple[AuditResult, ...]:
-    """scenario: whose points are evaluated, None: they are not."""
+    """Audit a task. scenario: whose points are evaluated, None: they are not."""
     report = progress or (lambda text, share: None)
     prepared = PreparedTask(task, evaluate(task, settings, progress, read=False))
     extreme = [
@@ -182,7 +182,7 @@ def audit_task(
 
 
 def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
-    """One block of an audit, by any worker: indicated values (count, C), or the counts of one kind of part as plain values."""
+    """Compute one block of an audit, on any worker: indicated values (count, C), or the counts of one kind of part as plain values."""
     first, count = asked
     if (first, count) == BY_POINTS:
         assert job.scenario is not None
@@ -199,7 +199,7 @@ def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
 
 
 def _kind(inversion: Inversion, number: int, parts: int) -> tuple[str, Pairs]:
-    """Parts that were used neither for the belts nor for what they say of themselves."""
+    """Return parts that were used neither for the belts nor for their counted coverage."""
     drawing, fresh = inversion.drawing, inversion.settings.seed + 1000
     if number == 0:
         return PRIOR, both(drawing, parts, fresh)
@@ -210,7 +210,7 @@ def _kind(inversion: Inversion, number: int, parts: int) -> tuple[str, Pairs]:
 
 
 def fixed_form_in_words(bound: bool, ratio: float) -> str:
-    """Of parts whose forms are all of one size: standard deviations of the noise of the machine, um where a limit is all that is known."""
+    """Describe parts whose forms are all of one size: standard deviations of the noise of the machine, um where only a limit is known."""
     if ratio == 0.0:
         return "parts without form"
     return (
@@ -221,7 +221,7 @@ def fixed_form_in_words(bound: bool, ratio: float) -> str:
 
 
 def _by_points(result: CharacteristicResult, held_by_points: HeldByPoints) -> AuditResult:
-    """What was claimed is counted; where nothing was, all are, without a verdict."""
+    """Return the counts by points: claimed intervals are counted; where none was claimed, all are, without a verdict."""
     other, p, counted = (
         IN_WORDS[OTHER] in held_by_points.kind,
         result.p,
@@ -237,7 +237,7 @@ def _by_points(result: CharacteristicResult, held_by_points: HeldByPoints) -> Au
 def _count_held(
     result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str
 ) -> AuditResult:
-    """Measured by points, whose residuals tell the roughness of every part."""
+    """Count parts measured by points, whose residuals show the roughness of every part."""
     p, one, k = result.p, inversion.inverse(i, 0.0, 0.0), inversion.column(i)
     held, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
     best: IntervalLengths | None = None
@@ -255,12 +255,12 @@ def _count_held(
 
 
 def _wider(one: CountedInverse | NoInverse) -> bool:
-    """Whether its interval also holds what better machines than those counted here would say (`vcmm.answer.evaluation.bound_shares`)."""
+    """Return whether the interval also holds the results of better machines than those counted here (`vcmm.answer.evaluation.bound_shares`)."""
     return isinstance(one, CountedInverse) and isinstance(one.inverse, UnitedInverse)
 
 
 def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths | None:
-    """Of characteristic i, for parts over the prior, one family after the other; None where parts have no such element."""
+    """Compare with the oracle characteristic i, for parts over the prior, one family after the other; None where parts have no such element."""
     one, k = inversion.inverse(i, 0.0, 0.0), inversion.column(i)
     if not isinstance(one, CountedInverse):
         return None
@@ -280,7 +280,7 @@ def _width(inverse: Reading, k: int, drawn: Pairs, p: float) -> float:
 def _held_exactly(
     prepared: PreparedTask, wanted: Sequence[int], indicated: Array
 ) -> list[tuple[int, AuditResult]]:
-    """Sizes, distances and angles: y of the exact engine (N, C), the interval at y, and the true value of the part."""
+    """Count sizes, distances and angles: y of the exact engine (N, C), the interval at y, and the true value of the part."""
     model = prepared.result.model
     truth = model.at_estimates - np.array([r.bias for r in prepared.result.characteristics])
     return [
@@ -290,7 +290,7 @@ def _held_exactly(
 
 
 def _shift_interval(result: CharacteristicResult, indicated: Array, truth: float) -> AuditResult:
-    """The interval moves with what is indicated: its ends at one value serve all."""
+    """Shift the interval with the indicated value: its ends at one value serve all."""
     p, rule = result.p, "probability 95 %"
     low, high = (end - result.indicated for end in at_indication(result, result.indicated, rule).interval)
     inside = (indicated + low <= truth) & (truth <= indicated + high)

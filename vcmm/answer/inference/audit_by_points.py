@@ -1,12 +1,12 @@
-"""The audit through the door that users take: points of drawn parts are evaluated as a file of points is, and its intervals counted.
+"""Audit as users evaluate: points of sampled parts are evaluated as a file of points is, and the intervals counted.
 
-    part       forms of the families that vcmm draws (`vcmm.answer.evaluation.form_family`) on all features, sizes and distances among
+    part       forms of the families that vcmm samples (`vcmm.answer.evaluation.form_family`) on all features, sizes and distances among
                them; its true values from its surface all over
-    machine    drawn from the Inputs; where limits are all that is known from perfect to its limit, one share after another
-    points     surface + what the machine does to it, known errors among it
-    claims     what `vcmm evaluate --points` says of each: the interval, and whether its coverage is claimed
+    machine    sampled from the Inputs; where only limits are known from perfect to its limit, one share after another
+    points     surface + errors of the machine, known ones included
+    claims     the result of `vcmm evaluate --points` for each: the interval, and whether its coverage is claimed
 
-Outliers, noise with memory and what points cannot bound cost claims here as there. Intervals are counted where they are claimed.
+Outliers, noise with memory and forms that points cannot bound withdraw claims here as there. Intervals are counted where they are claimed.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ KINDS: tuple[tuple[str, float | None], ...] = (
 
 @dataclass(frozen=True)
 class HeldByPoints:
-    """Of one characteristic and one kind of parts: how many were claimed, and how many of these (of all, where none was) hold the
+    """Counts of one characteristic and one kind of parts: the number claimed, and how many of them (of all, where none was) hold the
     true value; width: mean, mm or rad; why: the first reason where nothing was claimed.
     """
 
@@ -59,7 +59,7 @@ class HeldByPoints:
 
 
 def why_not_by_points(scenario: Scenario) -> str:
-    """Why parts of a scenario cannot be drawn with forms; empty where they can."""
+    """Return why parts of a scenario cannot be sampled with forms; empty where they can."""
     task = scenario.task()
     if task.forms:
         return "the scenario states forms of its features: parts are not drawn with others"
@@ -70,7 +70,7 @@ def why_not_by_points(scenario: Scenario) -> str:
 def count_by_points(
     scenario: Scenario, settings: Settings, parts: int, progress: Progress | None = None
 ) -> tuple[HeldByPoints, ...]:
-    """Every characteristic, kind after kind. Raises what `evaluate_points` raises."""
+    """Count every characteristic, kind after kind. Raises what `evaluate_points` raises."""
     task = scenario.task()
     names = task.part.characteristics
     drawing = prepare_drawing(task, settings.seed, range(len(names)))
@@ -94,7 +94,7 @@ def _kind_in_words(drawing: Drawing, family: str, ratio: float | None) -> str:
 def _draw(
     task: Task, drawing: Drawing, seed: int, count: int, kind: tuple[str, float | None]
 ) -> tuple[Array, list[GivenPoints]]:
-    """True values (count, C), and the points of every part as if they came from a file."""
+    """Return true values (count, C), and the points of every part as if they came from a file."""
     family, ratio = kind
     touched, surface = surfaces(drawing, count, (seed, 0), (family, Largest(), ratio))
     true = values(drawing.surface, surface)
@@ -121,7 +121,7 @@ def _names(task: Task) -> tuple[str, ...]:
 
 
 def _count(i: int, kind: str, found: Sequence[EvaluatedPart], true: Array) -> HeldByPoints:
-    """Of the claimed ones; where nothing is claimed, of all."""
+    """Count the claimed intervals; where none is claimed, all."""
     there = [(p.characteristics[i].result, float(t)) for p, t in zip(found, true) if np.isfinite(t)]
     claimed = [
         (r, t) for r, t in there if r.coverage_shown and (r.true_value is None or r.true_value.claimed)

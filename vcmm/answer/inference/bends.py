@@ -1,12 +1,12 @@
-"""Bends of lines and planes, carried on beyond the outermost points to the ends of the feature.
+"""Bends of lines and planes, extrapolated beyond the outermost points to the ends of the feature.
 
     d = c0 + c1 u + c2 u^2 + c3 u^3 + e      departures at the points, u from -1 to 1 over a line (of planes all products up to the third degree)
 
 A part that is bent as u^3 and touched on nine tenths of its length shows 0.9^3 = 0.73 of its straightness: the belts, whose forms are
 waves, do not reach that far. So the polynomial that least squares put through the points is evaluated all over the feature, its
-amounts drawn with their covariance (t-law of the degrees of freedom that the fit leaves), and the upper end of the interval is no
+amounts sampled with their covariance (t-law of the degrees of freedom that the fit leaves), and the upper end of the interval is no
 lower than that of these draws. A polynomial that the residuals do not show (F-test, N. R. Draper, H. Smith, Applied Regression
-Analysis, 1998, 1.3) carries nothing on, and nothing ever becomes shorter.
+Analysis, 1998, 1.3) is not extrapolated, and no interval ever becomes shorter.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ CARRIED_ON = ", but for bends up to the third degree, which are carried on to th
 
 @dataclass(frozen=True, eq=False)
 class WithBends:
-    """What a belt says, with the bend that the points show carried on. forms (m,): drawn ranges of the whole feature, mm."""
+    """The result of a belt, with the bend that the points show extrapolated. forms (m,): sampled ranges of the whole feature, mm."""
 
     truth: Truth
     forms: Array
@@ -56,7 +56,7 @@ class WithBends:
 
 
 def upper_end(forms: Array, p: float) -> float:
-    """As much probability lies above it as above a symmetric interval for p."""
+    """Return the upper end above which lies as much probability as above a symmetric interval for p."""
     return float(np.quantile(forms, (1.0 + p) / 2.0))
 
 
@@ -68,8 +68,8 @@ def _end_u(forms: Array, p: float) -> float:
 def bend_ranges(
     c: Characteristic, feature: Feature, points: Array, departures: Array, seed: int
 ) -> Array | None:
-    """Ranges (m,) mm of the bends that the points (n, 3) of a line or plane with these departures (n,) leave possible all over it; None where
-    the points reach its ends, show no bend, or are too few to tell one.
+    """Return ranges (m,) mm of the bends that the points (n, 3) of a line or plane with these departures (n,) leave possible all over it; None where
+    the points reach its ends, show no bend, or are too few to determine one.
     """
     if c.type not in TYPES or c.filter is not None or 1.0 - beyond_touches(feature, points)[1] <= UNSEEN:
         return None
@@ -95,13 +95,13 @@ def bend_ranges(
 
 
 def _products(u: Array, v: Array) -> Array:
-    """(n, k): 1, then the products of u and v of one degree after another; u is 0 all over a line, whose place is v."""
+    """Return 1, then the products of u and v of one degree after another (n, k); u is 0 all over a line, whose place is v."""
     pairs = [(i, d - i) for d in range(DEGREE + 1) for i in range(d, -1, -1)]
     return np.stack([u**i * v**j for i, j in pairs if i == 0 or np.any(u)], axis=1)
 
 
 def _independent_columns(columns: Array) -> list[int]:
-    """Numbers of the columns that the points tell from those before them."""
+    """Return the numbers of the columns that the points distinguish from those before them."""
     kept: list[int] = []
     base = np.zeros((len(columns), 0))
     for k, column in enumerate(columns.T):
@@ -114,7 +114,7 @@ def _independent_columns(columns: Array) -> list[int]:
 
 
 def _is_shown(motions: Array, departures: Array, rest: float, bends: int, free: int) -> bool:
-    """Whether the bends explain more of the departures than noise does, at the level SHOWN."""
+    """Return whether the bends explain more of the departures than noise does, at the level SHOWN."""
     from scipy.stats import f
 
     flat = departures - motions @ np.linalg.lstsq(motions, departures, rcond=None)[0]
@@ -123,7 +123,7 @@ def _is_shown(motions: Array, departures: Array, rest: float, bends: int, free: 
 
 
 def with_bends(r: CharacteristicResult, forms: Array) -> CharacteristicResult:
-    """The result, of which the upper end is no lower than that of the bend carried on."""
+    """Return the result with an upper end no lower than that of the extrapolated bend."""
     assert r.truth is not None
     said = tuple(f"{one}{CARRIED_ON}" if one.startswith(BEYOND_SAID) else one for one in r.not_covered)
     return replace(r, truth=WithBends(r.truth, forms), not_covered=said)

@@ -1,14 +1,14 @@
-"""Form between the points: what the residuals of a feature say of its form, and how far that form moves a size or distance.
+"""Form between the points: estimate the form of a feature from its residuals, and its effect on a size or distance.
 
     f = s (c1 b1 + c2 b2 + ...)      form of the surface, waves around and along it without size, place or direction; s its root mean square
-    r = M (f + e)                    residuals of the fit at the points; e: what the machine adds, known from its Inputs
+    r = M (f + e)                    residuals of the fit at the points; e: errors of the machine, known from its Inputs
     a f                              how far the form moves a result: a = d result / d point along its normal, the fit included
 
-What shapes the form has nobody knows, so several are asked: one number of lobes (or half waves) alone, waves of all numbers that
+The shape of the form is unknown, so several are tried: one number of lobes (or half waves) alone, waves of all numbers that
 fall by different powers, and of planes and lines polynomials of second and third degree. A parabola of 1 touched at -0.9, 0 and 0.9
-moves the mean by 2/3 0.81 - 1/3 = 0.207, a cosine as high at these points (0.81) by 0.125: neither stands for the other. For each of
-them the residuals tell s (evidence over a grid of s, evenly over the decades) with as few degrees of freedom as they have, and then
-how large a f may be; its sign is left open, so that no fit of a model is taken off the result. The interval holds for every shape
+moves the mean by 2/3 0.81 - 1/3 = 0.207, a cosine as high at these points (0.81) by 0.125: neither can replace the other. For each of
+them the residuals determine s (evidence over a grid of s, evenly over the decades) with as few degrees of freedom as they have, and then
+how large a f may be; its sign is left open, so that no fitted model is subtracted from the result. The interval holds for every shape
 that the residuals leave plausible: it takes the widest, not the mean of them. A shape that the points do not meet (four lobes at four
 points) has no bound, and then no coverage is claimed. Means over a surface are those of the middles of equal pieces of it.
 
@@ -55,8 +55,8 @@ MOVES = 0.03  # an end that moves by more when the largest form is halved has no
 class Shape:
     """One kind of form at the points of one feature, its root mean square over the surface 1.
 
-    The form is a sum of c waves of amounts y, standard normal for a form of size 1. filter (k, n), strength (k,): what residuals (n,) tell
-    of the first k amounts, in units of the noise, and how strongly; reach: per characteristic what each amount moves it by (c,).
+    The form is a sum of c waves of amounts y, standard normal for a form of size 1. filter (k, n), strength (k,): information in residuals (n,)
+    about the first k amounts, in units of the noise, and how strongly; reach: per characteristic what each amount moves it by (c,).
     """
 
     words: str
@@ -70,9 +70,9 @@ class Shape:
         return len(next(iter(self.reach.values())))
 
     def evidence(self, residuals: Array, grid: Array) -> Array:
-        """log P(residuals | size), with the probability of each size before (g,), for every size of the grid, mm.
+        """Return log P(residuals | size), with the prior probability of each size (g,), for every size of the grid, mm.
 
-        Before anything is seen sizes have the law of Jeffreys, root of the Fisher information: sizes that the points could not show
+        The prior of the sizes is the law of Jeffreys, root of the Fisher information: sizes that the points could not show
         count little, and above that all decades count alike.
         """
         z, more = self.filter @ residuals, 1.0 + np.multiply.outer(grid**2, self.strength**2)
@@ -82,7 +82,7 @@ class Shape:
         return np.asarray(likelihood + np.log(before / before.sum()))
 
     def amounts(self, residuals: Array, size: Array, normals: Array) -> Array:
-        """(c, m) mm: drawn given the residuals, of forms of these sizes (m,); normals (c, m)."""
+        """Sample the amounts (c, m) mm given the residuals, for forms of these sizes (m,); normals (c, m)."""
         z, s = self.filter @ residuals, self.strength
         more, k = 1.0 + np.multiply.outer(s**2, size**2), len(s)
         held = size**2 * (s * z)[:, None] / more + size / np.sqrt(more) * normals[:k]
@@ -91,8 +91,8 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Waves:
-    """Waves of one feature: words and weights (c,) of every kind of form; what the fit leaves of them at the points (n, c), and all
-    over (N, c); basis (n, d): orthonormal, of what is left; effects: per characteristic what each wave moves it by (c,).
+    """Waves of one feature: words and weights (c,) of every kind of form; their residuals after the fit at the points (n, c), and all
+    over (N, c); basis (n, d): orthonormal, of these residuals; effects: change of each characteristic by each wave (c,).
     """
 
     kinds: tuple[tuple[str, Array], ...]
@@ -103,11 +103,11 @@ class Waves:
 
     @property
     def most(self) -> int:
-        """Waves of the kind that has most of them."""
+        """Number of waves of the kind that has most of them."""
         return max(int((weight > 0).sum()) for _, weight in self.kinds)
 
     def shapes(self, whitening: Array) -> tuple[Shape, ...]:
-        """As residuals show them whose noise this (d, d) makes independent."""
+        """Return shapes for residuals whose noise this (d, d) makes independent."""
         seeing = whitening @ self.basis.T
         return tuple(
             _shape(words, w, (self.residuals, self.whole), seeing, self.effects) for words, w in self.kinds
@@ -116,14 +116,14 @@ class Waves:
 
 @dataclass(frozen=True, eq=False)
 class FeatureForms:
-    """All shapes of one feature, and what the machine may add to its residuals. Of many points the residuals of one in `every` is read."""
+    """All shapes of one feature, and the errors of the machine in its residuals. Of many points one residual in `every` is read."""
 
     name: str
     points: int
     every: int
     waves: Waves
     noises: Noises
-    machine_share: Array  # (n,) what of the known errors of the machine stands in the residuals
+    machine_share: Array  # (n,) share of the known errors of the machine in the residuals
     normals: Array  # (c, m) standard normal numbers, the same for every part
     _shapes: dict[Rung, tuple[Shape, ...]] = field(default_factory=dict, repr=False)
 
@@ -134,17 +134,17 @@ class FeatureForms:
 
     @property
     def noise(self) -> float:
-        """Of a point, root mean square, mm: all that the machine may add."""
+        """Noise of a point, root mean square, mm: all errors that the machine may add."""
         return self.noises.whitening(STATED)[1]
 
     def without_form(self, rung: Rung, residuals: Array) -> float:
-        """log P(residuals) with this noise alone, but for a constant."""
+        """Return log P(residuals) with this noise alone, but for a constant."""
         whitening = self.noises.whitening(rung)[0]
         independent = whitening @ (self.waves.basis.T @ residuals)
         return float(np.log(np.diag(whitening)).sum() - 0.5 * independent @ independent)
 
     def shapes(self, rung: Rung) -> tuple[Shape, ...]:
-        """As residuals with this noise show them."""
+        """Return shapes for residuals with this noise."""
         if rung not in self._shapes:
             self._shapes[rung] = self.waves.shapes(self.noises.whitening(rung)[0])
         return self._shapes[rung]
@@ -152,7 +152,7 @@ class FeatureForms:
 
 @dataclass(frozen=True, eq=False)
 class FormTold:
-    """How far the form of one feature moves one characteristic: drawn sizes (m,), mm or rad, of either sign; unseen: shapes of any size
+    """Effect of the form of one feature on one characteristic: sampled sizes (m,), mm or rad, of either sign; unseen: shapes of any size
     that the points do not meet, in words.
     """
 
@@ -166,7 +166,7 @@ class FormTold:
 def forms_of(
     model: LinearModel, characteristics: Sequence[int], stated: Mapping[str, object]
 ) -> tuple[FeatureForms, ...]:
-    """Of every feature that moves one of the characteristics (their numbers) and of which no form is stated."""
+    """Return the forms of every feature that moves one of the characteristics (their numbers) and of which no form is stated."""
     gradient, out = model.gradient(), []
     for name, rows in model.task.touches.rows.items():
         feature = model.task.part.features[name]
@@ -202,7 +202,7 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
 
 
 def _moved_by_waves(feature: Feature, points: Array, dense: Array, across: Array) -> Array:
-    """(c,): what each wave moves a result by that changes by across (n,) per height of the points, a block of them at a time."""
+    """Return the change (c,) by each wave of a result that changes by across (n,) per height of the points, a block of them at a time."""
     blocks = range(0, len(points), MOST_POINTS)
     waves = (
         (_waves(feature, points[k : k + MOST_POINTS], dense)[0], across[k : k + MOST_POINTS]) for k in blocks
@@ -211,7 +211,7 @@ def _moved_by_waves(feature: Feature, points: Array, dense: Array, across: Array
 
 
 def _waves(feature: Feature, at: Array, dense: Array) -> tuple[Array, Array]:
-    """(c, n) at points (n, 3), and all over: waves, then of planes and lines polynomials, motions and sizes left out of both."""
+    """Return waves (c, n) at points (n, 3), and all over: waves, then of planes and lines polynomials, motions and sizes left out of both."""
     ground = Ground(feature, (at, dense))
     waves = ground.waves
     bent = [_polynomials(feature, *place) for place in ground.coordinates]
@@ -221,14 +221,14 @@ def _waves(feature: Feature, at: Array, dense: Array) -> tuple[Array, Array]:
 
 
 def _polynomials(feature: Feature, first: Array, along: Array) -> Array:
-    """(k, n): products of the polynomials of Legendre along both sides, in the order of `_degrees`."""
+    """Return products of the polynomials of Legendre along both sides, in the order of `_degrees`, (k, n)."""
     p = np.polynomial.legendre.legvander
     a, b = (p(x, BENT[-1]).T for x in (first, along))
     return np.array([a[i] * b[j] for i, j in _degrees(feature)]).reshape(-1, len(along))
 
 
 def _degrees(feature: Feature) -> list[tuple[int, int]]:
-    """Of the polynomials along both sides of a plane, along a line; none of round features."""
+    """Return the degrees of the polynomials along both sides of a plane, along a line; none for round features."""
     most = BENT[-1]
     return [
         (i, j)
@@ -239,7 +239,7 @@ def _degrees(feature: Feature) -> list[tuple[int, int]]:
 
 
 def _motions(feature: Feature, points: Array) -> Array:
-    """(n, k) orthonormal: displacements of its points that motions and sizes of the feature take up."""
+    """Return orthonormal displacements (n, k) of its points by motions and sizes of the feature."""
     columns = motions(feature, points, normal(feature, points))
     largest = np.abs(columns).max(axis=0)
     columns = columns[:, largest > 1e-9] / largest[largest > 1e-9]
@@ -248,7 +248,7 @@ def _motions(feature: Feature, points: Array) -> Array:
 
 
 def _kinds(feature: Feature) -> list[tuple[str, Array]]:
-    """Words and the weights (c,) of `_waves` for every kind of form."""
+    """Return words and the weights (c,) of `_waves` for every kind of form."""
     around = np.repeat(np.arange(AROUND + 1), ALONG + 1)
     along = np.tile(np.arange(ALONG + 1), AROUND + 1)
     if feature.kind in ROUND:
@@ -286,9 +286,9 @@ def _half_waves(m: int, n: int, flat: bool) -> str:
 def _shape(
     words: str, weight: Array, waves: tuple[Array, Array], seeing: Array, met: Mapping[int, Array]
 ) -> Shape:
-    """waves: what the fit leaves of them at the points (n, c), and all over (N, c); seeing (d, n): residuals to independent numbers;
-    met: per characteristic what each wave moves it by (c,).
-    """
+    """Return a shape. waves: their residuals after the fit at the points (n, c), and all over (N, c); seeing (d, n): residuals to
+    independent numbers;
+    met: change of each characteristic by each wave (c,)."""
     used = weight > 0
     left, whole = (w[:, used] * weight[used] for w in waves)
     size = np.sqrt((whole**2).sum() / len(whole))
@@ -302,9 +302,10 @@ def _shape(
 def told_by(
     forms: FeatureForms, residuals: Array, p: float, floors: Mapping[int, float]
 ) -> dict[int, FormTold]:
-    """By residuals (n,) along the normals: how far the form moves each characteristic. floors: half of its U without any form, mm or rad.
+    """Return, from residuals (n,) along the normals, the effect of the form on each characteristic. floors: half of its U without any
+    form, mm or rad.
 
-    Of all noises that the machine may have the one that leaves most possible.
+    Of all noises that the machine may have, the one that leaves the widest result counts.
     """
     residuals = residuals[:: forms.every] - forms.machine_share
     moved: dict[int, tuple[Array, str]] = {i: (np.zeros(1), "") for i in floors}
@@ -322,8 +323,8 @@ def _read_with(
     floors: Mapping[int, float],
     told: tuple[dict[int, tuple[Array, str]], dict[int, dict[str, None]]],
 ) -> None:
-    """Puts into `told` what moves a characteristic by more than what is there, and shapes that have no bound. rungs: noises of
-    which the residuals say how likely each is.
+    """Put into `told` the effects that exceed those already there, and shapes that have no bound. rungs: noises of
+    which the residuals give the probability of each.
     """
     (moved, unseen), of_rungs = told, [forms.shapes(rung) for rung in rungs]
     noises, found = [forms.noises.whitening(r)[1] for r in rungs], float(np.sqrt((residuals**2).mean()))
@@ -353,7 +354,7 @@ def _read_with(
 def _amounts(
     of_rungs: Sequence[Shape], residuals: Array, grid: Array, weight: Array, normals: Array
 ) -> list[Array]:
-    """For every rung (c, m) mm of amounts, drawn given the residuals, as many of each as its weights (rung, size) say, DRAWS in all."""
+    """Sample amounts (c, m) mm for every rung, given the residuals, as many of each as its weights (rung, size) say, DRAWS in all."""
     at = np.searchsorted(np.cumsum(weight), (np.arange(DRAWS) + 0.5) / DRAWS).clip(0, weight.size - 1)
     at = np.random.default_rng(2).permutation(at)
     rung, size = np.divmod(at, len(grid))
@@ -363,10 +364,11 @@ def _amounts(
 
 
 def _matters(reach: Array, forms: FeatureForms, floor: float) -> bool:
-    """Whether a shape that is MOST times as large as the noise would move a result by more than a tenth of U."""
+    """Return whether a shape that is MOST times as large as the noise would move a result by more than a tenth of U."""
     return float(np.linalg.norm(reach)) * MOST * forms.noise > MORE_MISSES * floor
 
 
 def slim(p: float) -> float:
-    """Times less than the mean of all: of what an interval for p may miss, a tenth goes to shapes that were left out."""
+    """Return the factor below the mean evidence of all at which shapes are left out: an interval for p may miss 1 - p, of which a tenth
+    goes to these shapes."""
     return 1.0 / (MORE_MISSES * (1.0 - p))

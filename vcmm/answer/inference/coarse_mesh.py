@@ -1,4 +1,4 @@
-"""A mesh as nominal shape is flat between its corners: what that adds to a profile, told where it is not small."""
+"""Check the facets of a mesh as nominal shape: report their share in a profile where it is not small."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SMALL = 0.1
 
 
 def coarse_mesh(task: Task, results: Sequence[CharacteristicResult]) -> tuple[str, ...]:
-    """One sentence for each profile to which the facets at its points may add more than `SMALL`. task: with the measured places.
+    """Return one sentence for each profile to which the facets at its points may add more than `SMALL`. task: with the measured places.
 
     A profile is twice the largest distance, so a sag adds up to twice itself.
     """

@@ -1,4 +1,4 @@
-"""What measured points say against the assumptions of their evaluation, and which claims that costs."""
+"""Doubts from measured points about the assumptions of their evaluation, and the claims that they withdraw."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ CURE = "state what drifts ([[inputs]] with another redraw), scan more slowly, or
 
 @dataclass(frozen=True)
 class Doubts:
-    """notes: sentences for the result; features: per feature why claims that need it are lost; all: why all are; digits: why those
-    are that the digits of the file lead.
+    """notes: sentences for the result; features: per feature why claims that need it are withdrawn; all: why all are; digits: why those
+    are in which the digits of the file contribute most.
     """
 
     notes: tuple[str, ...] = ()
@@ -49,7 +49,7 @@ class Doubts:
     digits: str = ""
 
     def reasons(self, task: Task, result: UncertaintyResult) -> dict[str, str]:
-        """By name of a characteristic, why its coverage may not be claimed."""
+        """Return, by name of a characteristic, why its coverage may not be claimed."""
         out = {}
         for c, r in zip(task.part.characteristics, result.characteristics):
             named = (
@@ -64,7 +64,7 @@ class Doubts:
 
 
 def _features_needed(task: Task, c: Characteristic) -> list[str]:
-    """Features whose points a characteristic depends on, its frame among them."""
+    """Return the features whose points a characteristic depends on, its frame among them."""
     scheme = task.plan.alignment
     frame = scheme.features if scheme is not None and c.type in IN_FRAME else ()
     return list(dict.fromkeys([*gps.needs(c), *frame]))
@@ -77,7 +77,7 @@ def doubts_of(
     given: tuple[GivenPoints, Ints],
     result: UncertaintyResult,
 ) -> Doubts:
-    """found: measured points (n, 3) of the touches and the elements through them; given: the file, and its row of every touch."""
+    """Return the doubts. found: measured points (n, 3) of the touches and the elements through them; given: the file, and its row of every touch."""
     digits, step = coarse(task.machine), step_of(task.machine)
     notes = [w for r in result.characteristics for w in said_of_digits(r, step)]
     n = task.touches.run.n
@@ -105,7 +105,7 @@ def doubts_of(
 
 
 def outward(task: Task, name: str, points: Array, fitted: Mapping[str, FittedElement]) -> Array:
-    """Residuals (n,) of a feature, mm outwards; of a surface of nominal points its departures from nominal."""
+    """Return residuals (n,) of a feature, mm outwards; of a surface of nominal points its departures from nominal."""
     t, rows = task.touches, task.touches.rows[name]
     one = fitted.get(name)
     if task.part.features[name].free or one is None or len(one.residuals) != len(rows):
@@ -137,13 +137,13 @@ def _of_memory(memory: Memory, n: int, tests: ResidualTests) -> str:
 
 
 def _p(p: float, tests: ResidualTests) -> str:
-    """The least p value of a Monte Carlo test is that of its draws: "below" it."""
+    """Return the p value as text; the least p value of a Monte Carlo test is that of its draws: "below" it."""
     least = 1.0 / (tests.draws + 1)
     return f"{p:.2g}" if p > 1.5 * least else f"{least:.2g} or less"
 
 
 def without_claim(r: CharacteristicResult, doubts: Mapping[str, str] | None) -> CharacteristicResult:
-    """The result, of which no coverage is claimed where there are doubts."""
+    """Return the result, without claimed coverage where there are doubts."""
     why = (doubts or {}).get(r.name, "")
     if not why:
         return r

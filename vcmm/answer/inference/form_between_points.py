@@ -1,4 +1,4 @@
-"""A result with what the form between the points adds: a wider law of the true value, a line in the budget, and no claim where some
+"""Add the form between the points to a result: a wider law of the true value, a line in the budget, and no claim where some
 form of any size would not show at the points.
 """
 
@@ -21,12 +21,12 @@ CURE = 'touch more points, all over the feature, or state what is known of its f
 
 
 def is_moved_by_form(c: CharacteristicResult) -> bool:
-    """Whether form moves it as an error does: sizes, distances and angles of least-squares elements."""
+    """Return whether form moves it as an error does: sizes, distances and angles of least-squares elements."""
     return isinstance(c.truth, Additive) and not c.extreme
 
 
 def with_form(c: CharacteristicResult, told: Sequence[FormTold]) -> CharacteristicResult:
-    """The result, whatever is indicated, with the forms of its features."""
+    """Return the result, for any indicated value, with the forms of its features."""
     truth = c.truth
     if not told or not isinstance(truth, Additive):
         return c
@@ -57,7 +57,7 @@ def _line(one: FormTold, u_i: float, u: float) -> BudgetLine:
 
 
 def _unseen(told: Sequence[FormTold]) -> str:
-    """Why nothing bounds the form; empty where the points do."""
+    """Return why the form is not bounded; empty where the points bound it."""
     found = []
     for one in told:
         if one.unseen:

@@ -1,4 +1,4 @@
-"""Measured data as they were handed in: points and values of one part, each with the place where it stands."""
+"""Measured data as read from files: points and values of one part, each with its place in the file."""
 
 from __future__ import annotations
 

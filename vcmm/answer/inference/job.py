@@ -1,4 +1,4 @@
-"""Measured data to statements about the part: what was measured, what is true, and whether it conforms."""
+"""Evaluate measured data: measured values, true values, and conformity of the part."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_
 NEAR = (
     1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
 )
-KEPT = 20  # parts back that are asked for such an evaluation: parts of several kinds may take turns
+KEPT = 20  # earlier parts that are searched for such an evaluation: parts of several kinds may take turns
 
 UNITS_TAKEN = {
     "in inches": (25.4, "value_in"),
@@ -71,7 +71,7 @@ class EvaluatedCharacteristic:
 
 @dataclass(frozen=True, eq=False)
 class EvaluatedPart(Readable):
-    """All characteristics of one part; uncertainty: the evaluation behind them; task: where the machine stood."""
+    """All characteristics of one part; uncertainty: the evaluation behind them; task: the positions of the machine."""
 
     part: str
     characteristics: tuple[EvaluatedCharacteristic, ...]
@@ -84,7 +84,7 @@ class EvaluatedPart(Readable):
         return f"<EvaluatedPart{of}: {first_few(f'{e.result.name} {answer(e.result)}' for e in self.characteristics)}>"
 
     def __getitem__(self, name: str) -> EvaluatedCharacteristic:
-        """The characteristic of this name. KeyError: none has it."""
+        """Return the characteristic of this name. KeyError: none has it."""
         return of_name(self.characteristics, name)
 
     @cached_property
@@ -97,14 +97,14 @@ class EvaluatedPart(Readable):
 
 @dataclass(frozen=True, eq=False)
 class PreparedTask:
-    """What does not depend on the measured numbers: the evaluation of a task, with the belts of its extreme values."""
+    """Everything that does not depend on the measured numbers: the evaluation of a task, with the belts of its extreme values."""
 
     task: Task
     result: UncertaintyResult
     _memory: dict[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
 
     def serves(self, task: Task) -> bool:
-        """Whether another part was touched at the same places (within NEAR)."""
+        """Return whether another part was touched at the same places (within NEAR)."""
         mine, other = self.task.touches, task.touches
         if list(mine.rows) != list(other.rows) or mine.points.shape != other.points.shape:
             return False
@@ -113,7 +113,7 @@ class PreparedTask:
 
     @cached_property
     def tests(self) -> ResidualTests:
-        """Of the residuals of measured points; their nulls are drawn when first asked for."""
+        """Tests of the residuals of measured points; their nulls are sampled when first needed."""
         return ResidualTests(self.result.model, self.result.seed)
 
     @property
@@ -125,7 +125,7 @@ class PreparedTask:
         return next(found, None)
 
     def rest(self, points: Array) -> Array:
-        """(C,) mm: root mean square of the residuals of measured points (n, 3), NaN for what is no extreme value."""
+        """Return the root mean square of the residuals of measured points (n, 3), (C,) mm, NaN for values that are not extreme."""
         out = np.full(len(self.result.characteristics), np.nan)
         if self.inversion is not None:
             out[list(self.inversion.numbers)] = rest_of(self.inversion.drawing, points)
@@ -133,12 +133,12 @@ class PreparedTask:
 
     @cached_property
     def forms(self) -> tuple[FeatureForms, ...]:
-        """Forms of the features that move sizes, distances and angles, but those that the scenario states."""
+        """Forms of the features that move sizes, distances and angles, except those that the scenario states."""
         smooth = [i for i, c in enumerate(self.result.characteristics) if is_moved_by_form(c)]
         return forms_of(self.result.model, smooth, self.task.forms) if smooth else ()
 
     def memory_not_covered(self, task: Task, rows: Ints) -> tuple[str, ...]:
-        """Counted once: parts that share an evaluation have the same points. rows: of the file, per touch."""
+        """Return the remarks on memory; counted once, since parts that share an evaluation have the same points. rows: of the file, per touch."""
         if "said" not in self._memory:
             order = {n: np.argsort(rows[task.touches.rows[n]], kind="stable") for n in self.tests.features}
             self._memory["said"] = (
@@ -147,7 +147,7 @@ class PreparedTask:
         return self._memory["said"]
 
     def bends(self, task: Task, points: Array, fitted: Mapping[str, FittedElement]) -> dict[int, Array]:
-        """By characteristic: ranges (m,) mm of what the bends of measured points (n, 3) leave possible up to the ends of a feature."""
+        """Return, by characteristic, ranges (m,) mm that the bends of measured points (n, 3) leave possible up to the ends of a feature."""
         out, parts = dict[int, Array](), task.part
         for i, c in enumerate(parts.characteristics):
             name = c.of[0] if len(c.of) == 1 else ""
@@ -162,7 +162,7 @@ class PreparedTask:
         return out
 
     def form_statements(self, task: Task, fitted: Mapping[str, FittedElement]) -> dict[int, list[FormTold]]:
-        """By characteristic: what the residuals of its features say of the form between their points."""
+        """Return, by characteristic, the effect of the form between the points of its features, from their residuals."""
         p, out = self.result.characteristics[0].p, defaultdict[int, list[FormTold]](list)
         for one in self.forms:
             rows, found = task.touches.rows[one.name], fitted[one.name]
@@ -175,9 +175,9 @@ class PreparedTask:
 
 @dataclass(frozen=True, eq=False)
 class ReadPart:
-    """What was measured of one part, without its points.
+    """Measured values of one part, without its points.
 
-    measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points; forms: what these say of
+    measured (C,): NaN where none was given. rest (C,): root mean square of the residuals, of points; forms: estimates from them of
     the form between them, by characteristic; doubts: by the name of a characteristic, why its coverage may not be claimed; unseen:
     what no test of the residuals would notice; bends: by characteristic, how far the bends that the points show may go beyond them.
     """
@@ -193,7 +193,7 @@ class ReadPart:
 
     @property
     def readings(self) -> list[tuple[int, float, float | None]]:
-        """Number, value and residuals of what was handed in."""
+        """Number, value and residuals of the given data."""
         rests = [None] * len(self.measured) if self.rest is None else [float(x) for x in self.rest]
         return [(i, float(y), rests[i]) for i, y in enumerate(self.measured) if np.isfinite(y)]
 
@@ -207,7 +207,7 @@ def evaluate_points(
     settings: Settings | None = None,
     progress: Progress | None = None,
 ) -> tuple[EvaluatedPart, ...]:
-    """Measured points of one or several parts. DataError for points that are not those of the part (see `checked`)."""
+    """Evaluate measured points of one or several parts. DataError for points that are not those of the part (see `checked`)."""
     chosen, report = settings or scenario.settings, progress or (lambda text, share: None)
     read: list[tuple[PreparedTask, ReadPart]] = []
     for i, one in enumerate(given):
@@ -237,7 +237,7 @@ def evaluate_values(
     settings: Settings | None = None,
     progress: Progress | None = None,
 ) -> tuple[EvaluatedPart, ...]:
-    """Measured values of one or several parts: the points are those of the plan. DataError: unknown or wrong kind of value."""
+    """Evaluate measured values of one or several parts: the points are those of the plan. DataError: unknown or wrong kind of value."""
     chosen, report = settings or scenario.settings, progress or (lambda text, share: None)
     measured = [absolute_values(scenario, values) for values in given]
     task = scenario.task()
@@ -259,7 +259,7 @@ def evaluate_values(
 
 
 def absolute_values(scenario: Scenario, values: Sequence[GivenValue]) -> dict[str, float]:
-    """Characteristic -> mm or rad. DataError: an unknown name, an angle in mm, a value no such characteristic can have."""
+    """Convert values: characteristic -> mm or rad. DataError: an unknown name, an angle in mm, a value no such characteristic can have."""
     known = {c.name: c for c in scenario.part.characteristics}
     out, problems = {}, []
     for v in values:
@@ -290,7 +290,7 @@ def absolute_values(scenario: Scenario, values: Sequence[GivenValue]) -> dict[st
 
 
 def _implausible(c: Characteristic, nominal: float, value: float, given: GivenValue) -> str:
-    """Why a number cannot be meant: a negative form, a deviation written as a value, another unit."""
+    """Return why a number is implausible: a negative form, a deviation written as a value, another unit."""
     if gps.is_one_sided(c):
         return f'"{c.name}": {c.type} is never negative' if value < 0 else ""
     if abs(value - nominal) <= 0.1 * max(abs(nominal), 1.0):
@@ -307,7 +307,7 @@ def _implausible(c: Characteristic, nominal: float, value: float, given: GivenVa
 
 
 def _other_unit(nominal: float, value: float) -> str:
-    """What to do where a number would be the nominal one, within 1 %, in another unit."""
+    """Return what to do where a number would be the nominal one, within 1 %, in another unit."""
     for words, (factor, column) in UNITS_TAKEN.items():
         if nominal and abs(value * factor / nominal - 1.0) < 0.01:
             small = " (or deviation_mm, if it is meant from nominal)" if abs(value) < 1.0 else ""
@@ -318,7 +318,7 @@ def _other_unit(nominal: float, value: float) -> str:
 def _all_parts(
     scenario: Scenario, read: Sequence[tuple[PreparedTask, ReadPart]], settings: Settings, report: Progress
 ) -> tuple[EvaluatedPart, ...]:
-    """All parts are known before the first is judged: what is drawn for one then serves the others too."""
+    """Evaluate all parts; all are read before the first is judged, so that parts sampled for one serve the others too."""
     for known, part in read:
         if known.inversion is not None:
             known.inversion.expect(part.readings)
@@ -367,7 +367,7 @@ def _claims_missing(found: Sequence[EvaluatedCharacteristic], doubts: Mapping[st
 def _read(
     r: CharacteristicResult, y: float, rest: float | None, settings: Settings, bends: Array | None
 ) -> CharacteristicResult:
-    """The result where y was indicated; of an extreme value U is half the interval of this very part."""
+    """Return the result where y was indicated; of an extreme value U is half the interval of this very part."""
     if isinstance(r.truth, TrueValueByBelt):
         r = replace(r, truth=replace(r.truth, rest=rest), half_width=None, indicated=y)
         r = r if bends is None else with_bends(r, bends)

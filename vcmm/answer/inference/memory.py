@@ -28,20 +28,20 @@ class Whitening:
     penalty: float
 
     def rest(self, d: Array) -> Array:
-        """S (m,) of departures d (m, n)."""
+        """Return S (m,) of departures d (m, n)."""
         y = through(d, self.rho)
         return np.asarray((y**2).sum(axis=1) - ((y @ self.base) ** 2).sum(axis=1))
 
 
 def through(d: Array, rho: float) -> Array:
-    """W d of rows (m, n)."""
+    """Return W d of rows (m, n)."""
     y = d.copy()
     y[:, 1:] = (d[:, 1:] - rho * d[:, :-1]) / np.sqrt(1.0 - rho**2)
     return y
 
 
 def whitening(base: Array, rho: float) -> Whitening:
-    """base (n, k): orthonormal, rows in the order of the scan."""
+    """Return the whitening. base (n, k): orthonormal, rows in the order of the scan."""
     q, r = np.linalg.qr(through(base.T, rho).T)
     inside = (len(base) - 1) * np.log(1.0 - rho**2)  # ln |R|
     return Whitening(rho, q, float(inside + 2.0 * np.log(np.abs(np.diag(r))).sum()))
@@ -50,7 +50,7 @@ def whitening(base: Array, rho: float) -> Whitening:
 def likelihood_ratio(
     bases: Mapping[str, Sequence[Whitening]], departures: Mapping[str, Array]
 ) -> tuple[Array, Array]:
-    """2 ln of the largest likelihood over that of no memory (m,), and the rho of it (m,); one rho for all features.
+    """Return 2 ln of the largest likelihood over that of no memory (m,), and the rho of it (m,); one rho for all features.
 
     bases: per feature one for each rho, that of 0 first. departures: per feature (m, n) in the order of the scan.
     """

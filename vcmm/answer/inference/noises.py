@@ -1,19 +1,19 @@
-"""What stands in the residuals of a feature beside its form: from the least that is known of the machine to its limits.
+"""Noise in the residuals of a feature beside its form: from the known errors of the machine to its limits.
 
     C = C_known + a^2 C_own + b^2 I         covariance of residuals along orthonormal waves
 
 A limit is no observation: residuals may be read with any error between none and the limit, and each reading leaves another form
-possible. With little of it all residuals are form; with much of it a form may hide behind it. So what is said of a machine of which
-limits are known must not hang on them:
+possible. With little of it all residuals are form; with much of it a form may hide behind it. So results for a machine of which
+only limits are known must not depend on them:
 
-    b    what differs from touch to touch, scatter and roughness of the surface together: of any size, known by the residuals alone
-         (its law before: every size alike by its logarithm, H. Jeffreys, Proc. R. Soc. A 186 (1946) 453); R0 has no say
+    b    variation from touch to touch, scatter and roughness of the surface together: of any size, known from the residuals alone
+         (its law before: every size alike by its logarithm, H. Jeffreys, Proc. R. Soc. A 186 (1946) 453); R0 is not used
     a    errors of the machine itself: none, and all sizes up to the limit, on a ladder of which each rung is twice the one before and
          which depends on the residuals: a worse limit adds rungs and takes none away. The result holds for every rung.
 
 The ladders end where residuals exclude more. Independent departures of standard deviation s leave residuals below |r| = s q with
 a small probability, q^2 that quantile of chi-squared, and a form on top makes small residuals less likely still (T. W. Anderson,
-Proc. Am. Math. Soc. 6 (1955) 170). Errors of the machine lie along few waves, so they may be MOST_OWN times what was found.
+Proc. Am. Math. Soc. 6 (1955) 170). Errors of the machine lie along few waves, so they may be MOST_OWN times the measured residuals.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ NONE = -999  # rung of no error at all
 
 @dataclass(frozen=True)
 class Rung:
-    """own, white: half powers of two of a mm, 2^(n / 2); both None: all that is stated, where nothing is a mere limit."""
+    """own, white: half powers of two of a mm, 2^(n / 2); both None: the stated noise, where no Input is only a limit."""
 
     own: int | None
     white: int | None
@@ -53,7 +53,7 @@ STATED = Rung(None, None)
 
 @dataclass(frozen=True, eq=False)
 class Noises:
-    """Covariances (d, d) of what stands in the residuals along a base of d orthonormal waves, of n points."""
+    """Covariances (d, d) of the noise in the residuals along a base of d orthonormal waves, of n points."""
 
     machine: Array
     own: Array
@@ -63,11 +63,12 @@ class Noises:
 
     @property
     def is_bound(self) -> bool:
-        """Whether a limit is all that is known of some of it."""
+        """Whether some of it is known by a limit only."""
         return bool(self.own.any() or self.scatter.any())
 
     def rungs(self, residuals: Array, excluded: float) -> tuple[tuple[Rung, ...], ...]:
-        """Noises to read residuals (n,) with: for every size of the machine's own errors those of all else. excluded: see above."""
+        """Return the noises to read residuals (n,) with: for every size of the machine's own errors those of all else. excluded: see the
+        docstring of the module."""
         found = float(np.sqrt((residuals**2).mean()))
         if not self.is_bound or found <= SMALLEST:
             return ((STATED,),)
@@ -88,7 +89,8 @@ class Noises:
         ]
 
     def whitening(self, rung: Rung) -> tuple[Array, float]:
-        """What turns amounts of the waves in the residuals into independent numbers of variance 1, and the noise of a point, root mean
+        """Return the matrix that turns amounts of the waves in the residuals into independent numbers of variance 1, and the noise of a
+        point, root mean
         square, mm.
         """
         if rung not in self._whitenings:
@@ -110,7 +112,7 @@ class Noises:
 
 
 def _size(spread: Array) -> float:
-    """Root mean square at a point."""
+    """Return the root mean square at a point."""
     return float(np.sqrt(np.trace(spread) / len(spread))) if len(spread) else 0.0
 
 
@@ -119,14 +121,14 @@ def _power(size: float) -> int:
 
 
 def _quantile_of_chi_squared(p: float, d: int) -> float:
-    """Quantile of chi-squared with d degrees of freedom."""
+    """Return the quantile of chi-squared with d degrees of freedom."""
     from scipy.special import gammaincinv
 
     return max(2.0 * float(gammaincinv(0.5 * max(d, 1), p)), 1e-6)
 
 
 def noises_of(model: LinearModel, rows: Ints, basis: Array) -> Noises:
-    """rows (n,): touches of the feature whose residuals are read; basis (n, d): orthonormal waves in them."""
+    """Return the noises. rows (n,): touches of the feature whose residuals are read; basis (n, d): orthonormal waves in them."""
     operator = np.zeros((basis.shape[1], model.task.touches.run.n))
     operator[:, rows] = basis.T
     known, own, scatter = (_covariance(part, operator) for part in split(model))
@@ -144,6 +146,6 @@ def _covariance(model: LinearModel, operator: Array) -> Array:
 
 
 def _finite(term: Term) -> Term:
-    """A law without a variance counts by its scale: the noise is then not taken for larger than it is."""
+    """Return the term with a law of finite variance: a law without one counts by its scale, so that the noise is not overestimated."""
     law = term.law
     return replace(term, law=Normal(law.scale)) if isinstance(law, Law) and not np.isfinite(law.u) else term

@@ -1,4 +1,4 @@
-"""How long an interval must be: that of an oracle which knows what family of forms the part came from.
+"""Compare the length of intervals with that of an oracle which knows the family of forms of the part.
 
 The oracle knows the family, how the sizes of its forms are spread and the noise of the machine. Of the parts of that family it
 takes those that indicated as much (and whose residuals are as large, where the belts use them too) and gives the range of the
@@ -25,7 +25,7 @@ TINY = 1e-12  # mm or rad
 
 @dataclass(frozen=True)
 class IntervalLengths:
-    """Mean lengths over drawn parts (mm or rad) and coverages: of the belts of all families, of the belts of the part's own family, of
+    """Mean lengths over sampled parts (mm or rad) and coverages: of the belts of all families, of the belts of the part's own family, of
     the oracle.
     """
 
@@ -38,14 +38,14 @@ class IntervalLengths:
 
     @property
     def ratio(self) -> float:
-        """Length of the interval in lengths of the oracle's."""
+        """Length of the interval over that of the oracle."""
         return self.belts / self.oracle if self.oracle > 0 else float("nan")
 
 
 def lengths(
     c: Characteristic, k: int, inverse: Reading, known: Sequence[Pairs], drawn: Sequence[Pairs], p: float
 ) -> IntervalLengths:
-    """c: characteristic in column k; known: parts per family from which belts and oracle are made; drawn: others, to count."""
+    """Return the lengths. c: characteristic in column k; known: parts per family from which belts and oracle are made; drawn: others, to count."""
     found = []
     for family, mine, fresh in zip(inverse.families, known, drawn):
         true, indicated, rest = there(k, fresh)
@@ -80,7 +80,8 @@ def oracle(
 
 
 def _place(c: Characteristic, indicated: Array, rest: Array) -> Array:
-    """(n, d): what makes parts alike: the indicated value where it tells of the size of the form, residuals where they are used."""
+    """Return the coordinates (n, d) in which similar parts are near: the indicated value where it shows the size of the form, residuals
+    where they are used."""
     columns = [indicated] if gps.is_one_sided(c) else []
     columns += [rest] if sorted_by_roughness(c) else []
     return np.log(np.maximum(np.stack(columns, axis=1), TINY))

@@ -1,4 +1,4 @@
-"""Are these points of this part? Labels, unit, frame, tip, extent: refused in words that say what to do next."""
+"""Check that points belong to the part: labels, unit, frame, tip, extent. Messages say what to do next."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class OnSurface:
 
 
 def feature_rows(scenario: Scenario, given: GivenPoints) -> dict[str, Ints]:
-    """Rows of every feature. DataError: labels that match none, a wrong number of rows in plan order, a feature missing."""
+    """Return the rows of every feature. DataError: labels that match none, a wrong number of rows in plan order, a feature missing."""
     part, plan = scenario.part, scenario.plan
     if given.features is None:
         planned = [s.feature for s in plan.steps for _ in s.points]
@@ -69,7 +69,7 @@ def feature_rows(scenario: Scenario, given: GivenPoints) -> dict[str, Ints]:
 
 
 def repetition_remarks(given: GivenPoints) -> tuple[str, ...]:
-    """A remark where rows hold the very same point: a copied row counts as a touch of its own, and U is too small."""
+    """Return a remark where rows hold the very same point: a copied row counts as a touch of its own, and U is too small."""
     _, first, same = np.unique(given.points, axis=0, return_index=True, return_inverse=True)
     earlier = first[np.ravel(same)]  # the first row that holds the point of each row
     copies = [i for i, one in enumerate(earlier) if one != i]
@@ -87,7 +87,7 @@ def _first_of_each(words: Sequence[str], rows: Sequence[int]) -> list[int]:
 
 
 def _check_complete(scenario: Scenario, rows: Mapping[str, Ints], given: GivenPoints) -> None:
-    """Every feature that a characteristic or the alignment needs has points."""
+    """Check that every feature that a characteristic or the alignment needs has points."""
     from vcmm.part.gps.characteristics import needs
 
     asked = {n: f'the characteristic "{c.name}"' for c in scenario.part.characteristics for n in needs(c)}
@@ -109,7 +109,7 @@ def _of(given: GivenPoints) -> str:
 
 
 def surfaces(part: Part, rows: Mapping[str, Ints], points: Array) -> dict[str, OnSurface]:
-    """Where the points (n, 3) of every feature, drawing frame, lie nearest to its nominal surface."""
+    """Return where the points (n, 3) of every feature, drawing frame, lie nearest to its nominal surface."""
     out = {}
     for name, at in rows.items():
         feature, p = part.features[name], points[at]
@@ -130,7 +130,7 @@ def surfaces(part: Part, rows: Mapping[str, Ints], points: Array) -> dict[str, O
 def check_points(
     scenario: Scenario, given: GivenPoints, points: Array, placed: Mapping[str, OnSurface], in_machine: bool
 ) -> None:
-    """DataError for points that are not those of this part: too far from its surfaces, tip centres, beyond the extents."""
+    """Raise DataError for points that are not those of this part: too far from its surfaces, tip centres, beyond the extents."""
     reach = scenario.plan.touch.approach
     far = [(p, i) for p in placed.values() for i in np.flatnonzero(np.abs(p.distance) > reach)]
     hint = _tip_hint(scenario, placed)
@@ -181,13 +181,13 @@ def _frame_hint(scenario: Scenario, points: Array, placed: Mapping[str, OnSurfac
 
 
 def _fits(scenario: Scenario, placed: Mapping[str, OnSurface], points: Array) -> bool:
-    """Whether all points (n, 3) would lie within reach of their surfaces."""
+    """Return whether all points (n, 3) would lie within reach of their surfaces."""
     there = surfaces(scenario.part, {n: p.rows for n, p in placed.items()}, points)
     return all(np.abs(p.distance).max() <= scenario.plan.touch.approach for p in there.values())
 
 
 def _tip_hint(scenario: Scenario, placed: Mapping[str, OnSurface]) -> str:
-    """Tip centres lie one tip radius off every surface, compensated points that were compensated again one to the other side."""
+    """Return a hint on tip centres, which lie one tip radius off every surface, and on points compensated twice, which lie one to the other side."""
     styli = {s.feature: scenario.plan.styli[s.stylus].tip_radius for s in scenario.plan.steps}
     known = [(float(np.median(p.distance)), styli[n]) for n, p in placed.items() if styli.get(n, 0.0) > 0.0]
     if known and all(abs(d - r) < TIP_SHARE * r for d, r in known):
@@ -204,7 +204,7 @@ def _tip_hint(scenario: Scenario, placed: Mapping[str, OnSurface]) -> str:
 
 
 def _check_normals(given: GivenPoints, placed: Mapping[str, OnSurface]) -> None:
-    """Given normals point out of the material, as the nominal ones do."""
+    """Check that given normals point out of the material, as the nominal ones do."""
     if given.normals is None:
         return
     problems = []

@@ -1,7 +1,7 @@
-"""Measured points as a measuring task: where the machine stood at each of them, and what the surface does there.
+"""Convert measured points into a measuring task: the machine positions of each of them, and the surface there.
 
-The measured points are put on their nominal surfaces; these feet are the touches of the task, and what the measured point
-lies beside its foot, less the known error of the machine, is the form of the surface there. Evaluated at its estimates the
+The measured points are put on their nominal surfaces; these feet are the touches of the task, and the distance of the measured point
+from its foot, less the known error of the machine, is the form of the surface there. Evaluated at its estimates the
 task so gives the measured points again, and everything else (bias, U, budget, decision) is what the machine does to them.
 """
 
@@ -32,14 +32,15 @@ ROUNDS = 3  # of the alignment from points in the machine frame; the second only
 def measured_task(
     scenario: Scenario, given: GivenPoints, in_machine: bool = False, tip_centres: bool = False
 ) -> Task:
-    """The task of measured points, see `task_and_rows`."""
+    """Return the task of measured points, see `task_and_rows`."""
     return task_and_rows(scenario, given, in_machine, tip_centres)[0]
 
 
 def task_and_rows(
     scenario: Scenario, given: GivenPoints, in_machine: bool = False, tip_centres: bool = False
 ) -> tuple[Task, Ints]:
-    """The task of measured points, and the row of the file of every touch. in_machine: they are in the machine frame, and the part is found by the alignment of
+    """Return the task of measured points, and the row of the file of every touch. in_machine: they are in the machine frame, and the part
+    is found by the alignment of
     the plan from where [pose] says it lies. tip_centres: not compensated for the tip. DataError: see `checked`.
     """
     rows = feature_rows(scenario, given)
@@ -80,7 +81,7 @@ def _task(
 
 
 def _runs(placed: Mapping[str, OnSurface], stylus: list[str]) -> list[tuple[OnSurface, str, Ints]]:
-    """Points of one feature with one stylus: what a plan calls a step."""
+    """Return the points of one feature with one stylus, which a plan calls a step."""
     out = []
     for p in placed.values():
         names = [stylus[i] for i in p.rows]
@@ -90,7 +91,7 @@ def _runs(placed: Mapping[str, OnSurface], stylus: list[str]) -> list[tuple[OnSu
 
 
 def _styli(scenario: Scenario, given: GivenPoints, rows: Mapping[str, Ints], points: Array) -> list[str]:
-    """Stylus of every row: as labelled, else that of the plan (of the nearest planned point where several touch a feature)."""
+    """Return the stylus of every row: as labelled, else that of the plan (of the nearest planned point where several touch a feature)."""
     plan = scenario.plan
     if given.styli is not None:
         wrong = [i for i, s in enumerate(given.styli) if s not in plan.styli]
@@ -118,7 +119,7 @@ def _nearest(steps: list[Step], point: Array) -> str:
 
 
 def _compensate_tip(scenario: Scenario, rows: Mapping[str, Ints], centres: Array, stylus: list[str]) -> Array:
-    """Points (n, 3) on the surface: tip centres less the tip radius along the normal of the surface as it was found.
+    """Return points (n, 3) on the surface: tip centres less the tip radius along the normal of the fitted surface.
 
     The centres lie on a surface parallel to the real one, so the element fitted to them has its normals. The nominal
     normal is off by the angle under which a displaced feature is seen: a bore of 12 mm that is 0.15 mm off its place
@@ -135,7 +136,7 @@ def _compensate_tip(scenario: Scenario, rows: Mapping[str, Ints], centres: Array
 
 
 def _found_normals(feature: Feature, p: OnSurface, centres: Array) -> Array:
-    """Outward normals (n, 3) of the element that fits the centres; the nominal ones where none does."""
+    """Return the outward normals (n, 3) of the element that fits the centres; the nominal ones where none does."""
     if feature.kind not in ("plane", "circle", "sphere", "cylinder", "cone", "torus"):
         return p.normal
     fixed = feature.axis if feature.kind == "circle" else None
@@ -149,7 +150,7 @@ def _found_normals(feature: Feature, p: OnSurface, centres: Array) -> Array:
 def _align(
     scenario: Scenario, given: GivenPoints, rows: Mapping[str, Ints], points: Array
 ) -> tuple[Pose, Array]:
-    """The pose that the alignment finds in the machine, and the points in the drawing frame."""
+    """Return the pose that the alignment gives in the machine, and the points in the drawing frame."""
     scheme = scenario.plan.alignment
     assert scheme is not None
     pose, features = scenario.pose, scenario.part.features
@@ -162,7 +163,7 @@ def _align(
 def _elements(
     scenario: Scenario, given: GivenPoints, rows: Mapping[str, Ints], points: Array
 ) -> dict[str, FittedElement]:
-    """Gauss elements of all features. DataError, with feature and file, for points that determine none."""
+    """Return the Gauss elements of all features. DataError, with feature and file, for points that determine none."""
     out = {}
     for name, at in rows.items():
         feature = scenario.part.features[name]

@@ -1,4 +1,4 @@
-"""How often the test of memory would notice noise that goes on from touch to touch, at the points of one task.
+"""Power of the test of memory: how often it would notice noise that continues from touch to touch, at the points of one task.
 
 The share of parts with e_t = 0.95 e_(t-1) + a_t, of the noise that is stated, without form or with four times as much form (the
 lesser share counts), whose likelihood ratio exceeds the largest of the limits that the test has (families of forms, noise over what is stated), see `residual_tests`: its power (E. L. Lehmann,
@@ -29,7 +29,7 @@ from vcmm.core.run import Array
 
 Booleans = npt.NDArray[np.bool_]
 
-RHO, ENOUGH = 0.95, 0.9  # the memory that is asked about; power below which it is said not to be covered
+RHO, ENOUGH = 0.95, 0.9  # the memory that is tested; power below which it is reported as not covered
 FORMS, GROUPS = (0.0, 4.0), 4  # form over noise of the parts; groups by the size of their residuals
 PARTS, LIMITS = 100, 599  # parts drawn with memory; parts of the null at most: ALARM / 2 of 600 are three
 MOST = 400  # points of all scans up to which the power is counted: the time goes with their cube
@@ -51,7 +51,7 @@ SHORT, LONG = (
 
 
 def power(tests: ResidualTests, order: Mapping[str, Ints], rho: float = RHO) -> float:
-    """Share of parts whose memory would be noticed, all features that are tested together; the least over what form they have."""
+    """Return the share of parts whose memory would be noticed, all tested features together; the least over the forms that they may have."""
     scans, shares = _scans(tests), []
     white = [
         {n: [whitening(f.bases[number][order[n]], r) for r in RHOS] for n, f in scans.items()}
@@ -78,7 +78,7 @@ def _is_noticed(
     white: Mapping[str, list[Whitening]],
     rests: Mapping[str, Array],
 ) -> Booleans:
-    """Whether each of some parts of about one size exceeds the largest limit that the test has for that size."""
+    """Return whether each of some parts of about one size exceeds the largest limit that the test has for that size."""
     limit = 0.0
     sizes = {n: float(np.linalg.norm(r, axis=1).mean()) for n, r in rests.items()}
     for k, share in product(range(len(KNOWN)), NOISES):
@@ -90,7 +90,7 @@ def _is_noticed(
 
 
 def memory_not_covered(tests: ResidualTests, order: Mapping[str, Ints]) -> tuple[str, ...]:
-    """What the test of memory would not notice, in a sentence; none where it would."""
+    """Return the memory that the test would not notice, in a sentence; none where it would."""
     scans = _scans(tests)
     if not scans:
         return (
@@ -110,7 +110,7 @@ def _scans(tests: ResidualTests) -> dict[str, FeatureTest]:
 
 
 def _noise_with_memory(rng: np.random.Generator, n: int, rho: float) -> Array:
-    """(PARTS, n): noise of size 1."""
+    """Sample noise of size 1 with memory, (PARTS, n)."""
     e = rng.normal(size=(PARTS, n))
     for i in range(1, n):
         e[:, i] = rho * e[:, i - 1] + np.sqrt(1.0 - rho**2) * e[:, i]
@@ -118,7 +118,7 @@ def _noise_with_memory(rng: np.random.Generator, n: int, rho: float) -> Array:
 
 
 def _null(tests: ResidualTests, name: str, family: int, share: float, size: float) -> Array:
-    """Residuals (draws, n) of parts without memory, as large as those with it: what the noise lacks is form."""
+    """Return residuals (draws, n) of parts without memory, as large as those with it: form makes up for the missing noise."""
     f, few = tests.features[name], slice(0, LIMITS)
     shapes = f.rest(tests.shapes(name, KNOWN[family])[few])
     return as_large(share * f.rest(tests.noise[name][few]), shapes, size)

@@ -1,16 +1,16 @@
-"""Do the residuals of measured points look as the stated machine and a part with form would leave them? Outliers, memory.
+"""Test whether the residuals of measured points agree with the stated machine and a part with form: outliers, memory.
 
 A fit leaves r = (1 - Q Q') d of the departures d of a feature, Q an orthonormal base of its motions and sizes, then also of the
 longest waves of its surface (form is smooth, a speck of dust is not). Two questions, each with a false-alarm rate of ALARM per
 part, whatever the size of the form:
 
-outliers  the externally studentised residual t_i, which compares a point with what all others say of its place (R. D. Cook,
+outliers  the externally studentised residual t_i, which compares a point with the prediction of all others for its place (R. D. Cook,
           S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.9), point after point (B. Rosner, Technometrics 25
           (1983) 165, which two outliers that hide one another do not deceive).
 memory    likelihood ratio of noise with memory, e_t = rho e_(t-1) + a_t in the order of the file, against none, restricted to
           what Q leaves (H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545), all features together.
 
-The null laws are no tables: parts with forms of the default families are drawn, measured by the stated machine, and tested in
+The null laws are simulated: parts with forms of the default families are sampled, measured by the stated machine, and tested in
 the same way (Monte Carlo test: M. Dwass, Ann. Math. Stat. 28 (1957) 181; its p value is exact). The p value is that of the
 form that makes it largest.
 """
@@ -62,13 +62,14 @@ class Outlier:
 
 @dataclass(frozen=True)
 class Memory:
-    """Noise with memory: correlation of neighbouring touches, and what p of a machine without it would show as much."""
+    """Noise with memory: correlation of neighbouring touches, and the share p of machines without it that would show as much."""
 
     rho: float
     p: float
 
     def effective(self, points: int) -> float:
-        """So many independent points tell the mean as well: n (1 - rho) / (1 + rho), to 1/n (G. E. P. Box et al., 1994, 2.1)."""
+        """Return the number of independent points with the same information about the mean: n (1 - rho) / (1 + rho), to 1/n (G. E. P. Box
+        et al., 1994, 2.1)."""
         return max(points * (1.0 - self.rho) / (1.0 + self.rho), 1.0)
 
 
@@ -82,26 +83,26 @@ class ResidualTests:
 
     @cached_property
     def features(self) -> Mapping[str, FeatureTest]:
-        """What can be tested: features with an element and with residuals."""
+        """Features that can be tested: those with an element and with residuals."""
         t, parts = self.model.task.touches, self.model.task.part.features
         found = {n: _feature_test(parts[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
         return {n: f for n, f in found.items() if f is not None}
 
     @cached_property
     def draws(self) -> int:
-        """Parts of the null. ALARM (draws + 1) is a whole number, so that the rate of the test is ALARM and no less."""
+        """Number of parts of the null. ALARM (draws + 1) is a whole number, so that the rate of the test is ALARM and no less."""
         few, many = DRAWS
         asked = int(np.clip(NUMBERS / max(self.model.task.touches.run.n, 1), few, many))
         return int((asked + 1) * ALARM) * round(1 / ALARM) - 1
 
     @property
     def block(self) -> int:
-        """Parts drawn and tested at a time."""
+        """Number of parts sampled and tested at a time."""
         return max(BLOCK // max(self.model.task.touches.run.n, 1), 1)
 
     @cached_property
     def noise(self) -> Mapping[str, Array]:
-        """Per feature what drawn machines do to its touches (draws, n), mm."""
+        """Effect of sampled machines on the touches of each feature (draws, n), mm."""
         rows = self.model.task.touches.rows
         out: dict[str, list[Array]] = {n: [] for n in self.features}
         for at in range(0, self.draws, self.block):
@@ -112,14 +113,14 @@ class ResidualTests:
 
     @cached_property
     def scale(self) -> Mapping[str, float]:
-        """Per feature the standard deviation of what a fit leaves of the noise, mm."""
+        """Standard deviation of the noise after a fit, by feature, mm."""
         return {
             n: max(float(np.sqrt((f.rest(self.noise[n]) ** 2).sum(axis=1).mean() / f.free)), SMALLEST)
             for n, f in self.features.items()
         }
 
     def shapes(self, name: str, family: str) -> Array:
-        """Forms (draws, n) of one family at the touches, of unit size; none where the points are too many."""
+        """Return forms (draws, n) of one family at the touches, of unit size; none where the points are too many."""
         f = self.features[name]
         if f.n > MOST_FORM_POINTS or f.feature.kind in ("point", "mesh"):
             return np.zeros((self.draws, f.n))
@@ -128,7 +129,7 @@ class ResidualTests:
 
     @cached_property
     def nulls(self) -> tuple[Array, Array]:
-        """Of the most suspicious point of every drawn part: its score (strata, draws), sorted; its size over the noise without form."""
+        """Scores of the most suspicious point of every sampled part (strata, draws), sorted; its size over the noise without form."""
         best, size = np.zeros((len(KNOWN) * len(RATIOS), self.draws)), np.zeros(self.draws)
         for name, f in self.features.items():
             for k, family in enumerate(KNOWN):
@@ -148,9 +149,9 @@ class ResidualTests:
         return np.sort(best, axis=1), np.sort(size)
 
     def outliers(self, residuals: Mapping[str, Array], least: float = 0.0) -> tuple[Outlier, ...]:
-        """residuals: per feature (n,) mm outwards, in the order of its touches; least: mm, what the digits of the file may hide.
+        """Return the outliers. residuals: per feature (n,) mm outwards, in the order of its touches; least: mm, the rounding of the file.
 
-        A point is named where it is no likely one of any form, and larger than what the stated machine does.
+        A point is named where no form makes it likely, and where it is larger than the errors of the stated machine.
         """
         found: dict[tuple[str, int], Outlier] = {}
         for name, f in self.features.items():
@@ -169,9 +170,9 @@ class ResidualTests:
         return tuple(found.values())
 
     def _p(self, score: float, size: float) -> float:
-        """P value of the most suspicious point of a part, the largest over what the form may be.
+        """Return the p value of the most suspicious point of a part, the largest over possible forms.
 
-        What a machine may do by its limits alone excuses no point that contradicts the others: a worse limit would.
+        Errors that are only bounded by limits do not excuse a point that contradicts the others: otherwise a worse limit would excuse more.
         """
         scores, sizes = self.nulls
         above = self.draws - np.min([np.searchsorted(row, score, side="left") for row in scores])
@@ -181,9 +182,8 @@ class ResidualTests:
         return float(1 + max(above, larger)) / (self.draws + 1)
 
     def memory(self, residuals: Mapping[str, Array], order: Mapping[str, Ints]) -> Memory | None:
-        """order: per feature its touches as they stood in the file. None where no feature has points enough, and few enough
-        for forms to be drawn: a form that the null lacks would be taken for memory.
-        """
+        """Return the memory. order: per feature its touches in the order of the file. None where no feature has enough points, and few enough
+        for forms to be sampled: a form that the null lacks would be taken for memory."""
         scans = {n: f for n, f in self.features.items() if LEAST_SCAN <= f.n <= MOST_FORM_POINTS}
         if not scans:
             return None
@@ -208,7 +208,7 @@ class ResidualTests:
         seen: float,
         how: tuple[int, float, Mapping[str, float]],
     ) -> float:
-        """P value of a likelihood ratio among parts whose residuals are as large as those found: what the noise lacks is form.
+        """Return the p value of a likelihood ratio among parts with residuals as large as the measured ones: form makes up for the missing noise.
 
         how: number of the family, noise over what is stated, lengths of the residuals. Draws end where it is clear that they show
         as much often enough: after ENOUGH of them p is that number over the draws (J. Besag, P. Clifford, Biometrika 78 (1991) 301).
@@ -230,13 +230,13 @@ class ResidualTests:
         return (1 + above) / (1 + done)
 
     def _rests(self, name: str) -> Array:
-        """What the element leaves of the noise (draws, n)."""
+        """Return the noise (draws, n) after the fit of the element."""
         if name not in self._shapes:
             self._shapes[name] = self.features[name].rest(self.noise[name])
         return self._shapes[name]
 
     def _rest_shapes(self, name: str, family: int) -> Array:
-        """What the element leaves of forms of a family (draws, n)."""
+        """Return forms of a family (draws, n) after the fit of the element."""
         place = f"{name} {KNOWN[family]}"
         if place not in self._shapes:
             self._shapes[place] = self.features[name].rest(self.shapes(name, KNOWN[family]))
@@ -244,7 +244,7 @@ class ResidualTests:
 
 
 def as_large(noise: Array, shapes: Array, size: float) -> Array:
-    """noise + a shape (m, n) with a >= 0 such that every row has the length `size`; noise alone where it is longer."""
+    """Return noise + a shape (m, n) with a >= 0 such that every row has the length `size`; noise alone where it is longer."""
     unit = shapes / np.maximum(np.linalg.norm(shapes, axis=1, keepdims=True), 1e-300)
     along, whole = (noise * unit).sum(axis=1), (noise**2).sum(axis=1)
     missing = np.maximum(size**2 - whole, 0.0)  # (a + along)^2 = along^2 + size^2 - whole
@@ -265,17 +265,17 @@ class FeatureTest:
 
     @property
     def free(self) -> int:
-        """Degrees of freedom that the element leaves."""
+        """Degrees of freedom after the fit of the element."""
         return self.n - self.bases[0].shape[1]
 
     def rest(self, d: Array) -> Array:
-        """What the element leaves of departures d (m, n)."""
+        """Return departures d (m, n) after the fit of the element."""
         q = self.bases[0]
         return np.asarray(d - (d @ q) @ q.T)
 
 
 def _feature_test(feature: Feature, points: Array, normals: Array) -> FeatureTest | None:
-    """None where no residuals are left, or there is no element whose residuals they were."""
+    """Return the test of a feature; None where no residuals remain, or there is no element with residuals."""
     if feature.kind in ("point", "mesh"):
         return None
     ground = Ground(feature, (points,))
@@ -293,7 +293,7 @@ def _feature_test(feature: Feature, points: Array, normals: Array) -> FeatureTes
 
 
 def _with_waves(base: Array, ground: Ground, most: int) -> Array:
-    """The base with the longest waves of the surface, by the sum of their numbers around and along, up to `most` columns."""
+    """Extend the base by the longest waves of the surface, by the sum of their numbers around and along, up to `most` columns."""
     waves = ground.waves[-1]
     number = np.add.outer(np.arange(AROUND + 1), np.arange(ALONG + 1)).ravel()
     order = np.argsort(np.tile(number, 4), kind="stable")
@@ -313,7 +313,7 @@ def _with_waves(base: Array, ground: Ground, most: int) -> Array:
 
 
 def orthonormal(columns: Array) -> Array:
-    """(n, k): an orthonormal base of columns (n, m), those that move no point left out."""
+    """Return an orthonormal base (n, k) of columns (n, m), without those that move no point."""
     scale = np.abs(columns).max(axis=0)
     used = columns[:, scale > 1e-9] / scale[scale > 1e-9]
     basis, sizes, _ = np.linalg.svd(used, full_matrices=False)
@@ -321,9 +321,9 @@ def orthonormal(columns: Array) -> Array:
 
 
 def outlier_scores(f: FeatureTest, d: Array) -> Iterator[tuple[int, Array, Array, Ints]]:
-    """Of departures d (m, n): number of the base, score (m,), size (m,) and place (m,) of the most suspicious point, stage by stage.
+    """Yield, for departures d (m, n), number of the base, score (m,), size (m,) and place (m,) of the most suspicious point, stage by stage.
 
-    Score: -log10 of n P(|t| > |t_i|), dof n - k - 1 - points taken out; size: how far the point lies from what the others say.
+    Score: -log10 of n P(|t| > |t_i|), dof n - k - 1 - points taken out; size: distance of the point from the prediction of the others.
     """
     from scipy.special import stdtr
 

@@ -1,4 +1,4 @@
-"""What the digits of a file no longer say of its points: an Input, and when roundings are no noise."""
+"""Rounding of the digits of a file: an Input for it, and when roundings are no noise."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LEADS = (
 
 
 def with_digits(machine: Machine, step: float) -> Machine:
-    """The machine with what rounding to `step` mm does to every touch: uniform over half a step to either side."""
+    """Return the machine with the rounding to `step` mm of every touch: uniform over half a step to either side."""
     if step <= FINE:
         return machine
     said = f"last digit of the coordinates: {step:g} mm"
@@ -34,19 +34,19 @@ def with_digits(machine: Machine, step: float) -> Machine:
 
 
 def step_of(machine: Machine) -> float:
-    """mm; 0 where the digits tell nothing worth a line."""
+    """Return the step in mm; 0 where the digits contribute nothing worth a line."""
     laws = [i.law for i in machine.inputs if i.effect == Resolution.name]
     return sum(2.0 * law.half_width for law in laws if isinstance(law, Uniform))
 
 
 def scatter_of(machine: Machine) -> float:
-    """Standard deviation of a touch beside the digits, mm: of all that is drawn anew for every touch."""
+    """Return the standard deviation of a touch without the digits, mm: of all Inputs that are sampled anew for every touch."""
     laws = [i.law for i in machine.inputs if i.redraw == "touch" and i.effect != Resolution.name]
     return math.sqrt(sum(float(law.u) ** 2 for law in laws if isinstance(law, Law)))
 
 
 def coarse(machine: Machine) -> str:
-    """Why roundings may not be taken for noise; empty where they may.
+    """Return why roundings may not be taken for noise; empty where they may.
 
     The part of a rounding that repeats from point to point falls as exp(-2 pi^2 s^2 / a^2) with the scatter s over the step a: 0.7 % of
     it at s = a / 2 (B. Widrow, I. Kollar, Quantization Noise, 2008, chapter 5). Below, points of one plane are rounded to one side.
@@ -56,7 +56,7 @@ def coarse(machine: Machine) -> str:
 
 
 def leading(c: CharacteristicResult) -> float:
-    """Share of the digits in u^2 where they are the largest line of the budget; else 0."""
+    """Return the share of the digits in u^2 where they are the largest line of the budget; else 0."""
     if not c.budget or not math.isfinite(c.u):
         return 0.0
     largest = max(c.budget, key=lambda line: line.u)
@@ -64,6 +64,6 @@ def leading(c: CharacteristicResult) -> float:
 
 
 def said_of_digits(c: CharacteristicResult, step: float) -> tuple[str, ...]:
-    """The warning of a characteristic that the digits lead."""
+    """Return the warning of a characteristic in which the digits contribute most."""
     share = leading(c)
     return (LEADS.format(name=c.name, step=step, share=share),) if share > 0.0 else ()

@@ -1,1 +1,1 @@
-"""The best pose of a part and the best points of a plan, and by how much any other could be better."""
+"""Find the best pose of a part and the best points of a plan, and estimate how much better any other could be."""

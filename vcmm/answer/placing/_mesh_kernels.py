@@ -1,4 +1,4 @@
-"""Compiled loops over triangles. Imported only when a mesh is asked; tests/answer/placing/test_solid.py holds the same in numpy."""
+"""Compiled loops over triangles. Imported only when a mesh needs distances; tests/answer/placing/test_solid.py holds the same in numpy."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vcmm.core._compile_kernels import njit
 
 @njit(cache=True, error_model="numpy")
 def _square_to_triangle(p, a, b, c):  # type: ignore[no-untyped-def]
-    """Square of the distance of p to the triangle a b c (Ericson, Real-Time Collision Detection (2005), 5.1.5)."""
+    """Return the square of the distance of p to the triangle a b c (Ericson, Real-Time Collision Detection (2005), 5.1.5)."""
     ab, ac, ap = b - a, c - a, p - a
     d1, d2 = ab @ ap, ac @ ap
     if d1 <= 0.0 and d2 <= 0.0:
@@ -43,7 +43,7 @@ def _square_to_triangle(p, a, b, c):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def mesh_distance(points, corners):  # type: ignore[no-untyped-def]
-    """Distance (n,) and winding number (n,) of points (n, 3) for triangles (f, 3, 3)."""
+    """Compute distance (n,) and winding number (n,) of points (n, 3) for triangles (f, 3, 3)."""
     n, f = points.shape[0], corners.shape[0]
     distance, winding = np.empty(n), np.empty(n)
     for i in range(n):

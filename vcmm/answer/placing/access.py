@@ -3,7 +3,7 @@
 At a touch the shaft keeps `shaft` mm (no more than half of what the tip is thicker), head and quill keep `safe` mm, while the
 tool approaches and retracts. Between touches the tool goes straight from the retract to the next start; where that
 is blocked it draws back along the shaft, crosses there, and comes down the same way. The way back ends beyond the part and
-its clamps, so that only what stands on the table can block the crossing. Where something there is in that way, the tool
+its clamps, so that only obstacles on the table can block the crossing. Where one of them is in that way, the tool
 draws back beyond the clamps on the table as well; one of the two must be free.
 """
 
@@ -25,10 +25,10 @@ ROUNDING = 1e-6  # mm, as check_travel allows
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """What the tool lacks, mm, 0 where it is clear: one number per touch (n,) or per pair (k,).
+    """Missing clearance of the tool, mm, 0 where it is clear: one number per touch (n,) or per pair (k,).
 
     bodies: NAMES -> (n,); tip (n,): the ball before and during its approach. direct (k,): straight moves between the
-    touches of `pairs`. What drawing back lacks is asked touch by touch (`moves_lacking`).
+    touches of `pairs`. `moves_lacking` computes the missing clearance of drawing back, touch by touch.
     """
 
     bodies: dict[str, Array]
@@ -38,7 +38,7 @@ class Room:
 
 
 def room(tooling: Tooling, solid: Solid, rows: TouchSequence, rotation: Array) -> Room:
-    """The room of all touches and straight moves against a solid.
+    """Compute the room of all touches and straight moves against a solid.
 
     rows: tips in the frame of the solid; rotation: frame_from_machine.
     """
@@ -65,20 +65,20 @@ def room(tooling: Tooling, solid: Solid, rows: TouchSequence, rotation: Array) -
 
 
 def clamps_of(solid: Solid) -> Union:
-    """The clamps and other boxes that stand beside the part."""
+    """Return the clamps and other boxes beside the part."""
     parts = solid.parts if isinstance(solid, Union) else ()
     return Union(tuple(p for p in parts if isinstance(p, Cuboid)))
 
 
 def drawn_back(rows: TouchSequence, blocked: Ints) -> Ints:
-    """Touches from which the tool must be able to draw back: both ends of blocked moves, and where a stylus changes."""
+    """Return the touches from which the tool must be able to draw back: both ends of blocked moves, and changes of stylus."""
     return np.unique(np.concatenate([rows.ends, blocked.ravel()])).astype(np.intp)
 
 
 def back_lacking(
     tooling: Tooling, solid: Solid, reach: Array, rows: TouchSequence, which: Ints, rotation: Array
 ) -> Array:
-    """(k,) mm that the tool lacks while it draws back from the start and from the retract of touches."""
+    """Return the missing clearance (k,) mm while the tool draws back from the start and from the retract of touches."""
     begin = np.concatenate([rows.start[which], rows.end[which]])
     both = np.concatenate([which, which])
     end = beyond(tooling, reach, rows, both, begin, rotation)
@@ -88,7 +88,7 @@ def back_lacking(
 def beyond(
     tooling: Tooling, reach: Array, rows: TouchSequence, which: Ints, begin: Array, rotation: Array
 ) -> Array:
-    """(k, 3): where the tip is when the whole tool, drawn back along its shaft, is `clearance` beyond the points (p, 3)."""
+    """Return the place (k, 3) of the tip when the whole tool, drawn back along its shaft, is `clearance` beyond the points (p, 3)."""
     out = begin.copy()
     for s, name in enumerate(rows.styli):
         mine = rows.stylus[which] == s
@@ -107,8 +107,8 @@ def beyond(
 
 @dataclass(frozen=True, eq=False)
 class TableRoom:
-    """What stands on the table, workpiece axes: solid, corners of the clamps (p, 3), the room that touches and straight
-    moves have beside it, and what the part overlaps with each clamp (c,) mm.
+    """Obstacles on the table, workpiece axes: solid, corners of the clamps (p, 3), the room that touches and straight
+    moves have beside it, and the overlap of the part with each clamp (c,) mm.
     """
 
     solid: Solid
@@ -119,7 +119,8 @@ class TableRoom:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """Drawing back at m poses that see the part from one side; at one where something stands on the table. starts (k,): touches it starts from; pairs (j, 2): the blocked moves, ends among `starts`.
+    """Drawing back at m poses that see the part from one side; at one where there is an obstacle on the table. starts (k,): touches it
+    starts from; pairs (j, 2): the blocked moves, ends among `starts`.
 
     poses: a batch (m,). zero (n, 3): the tip with all axes at zero. limits (2, 3): travels along x, y, z.
     """
@@ -134,9 +135,9 @@ class Way:
 
 
 def moves_lacking(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -> tuple[Array, Array]:
-    """What drawing back lacks, mm: (m, j) per pose and blocked move, (n,) where a stylus comes into play or goes out of it.
+    """Return the missing clearance of drawing back, mm: (m, j) per pose and blocked move, (n,) where a stylus comes into play or goes out of it.
 
-    reach (p, 3): points whose hull holds part and clamps on it, drawing frame. of_part (n,): what drawing back lacks of
+    reach (p, 3): points whose hull holds part and clamps on it, drawing frame. of_part (n,): missing clearance of drawing back from
     the part; beyond `reach` there is none of it, so it holds for every way that ends farther out.
     """
     over, ends = _at_level(way, reach, of_part, table)
@@ -148,7 +149,7 @@ def moves_lacking(way: Way, reach: Array, of_part: Array, table: TableRoom | Non
 
 
 def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -> tuple[Array, Array]:
-    """The same for drawing back beyond `reach` only. At a change of stylus the operator chooses the way: no travels there."""
+    """Return the same for drawing back beyond `reach` only. At a change of stylus the operator chooses the way: no travels there."""
     rows, both = way.rows, np.concatenate([way.starts, way.starts])
     begin = np.concatenate([rows.start[way.starts], rows.end[way.starts]])
     end = beyond(way.tooling, reach, rows, both, begin, way.poses.rotation[0].T)
@@ -171,19 +172,19 @@ def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -
 
 
 def _worse(lacks: Array) -> Array:
-    """Of drawing back from the start and from the retract of each touch."""
+    """Return the worse of drawing back from the start and from the retract of each touch."""
     return np.asarray(lacks.reshape(*lacks.shape[:-1], 2, -1).max(axis=-2))
 
 
 def _crossing(way: Way, end: Array, solid: Solid) -> Array:
-    """(j,) mm that the whole tool lacks from above the retract of the first touch to above the start of the second."""
+    """Return the missing clearance (j,) mm of the whole tool from above the retract of the first touch to above the start of the second."""
     first, second = np.searchsorted(way.starts, way.pairs.T)
     k = len(way.starts)
     return way.tooling.moving(solid, way.pairs[:, 0], end[k + first], end[second], np.eye(3))
 
 
 def _beyond_travels(way: Way, which: Ints, end: Array) -> Array:
-    """(m, 2k) mm by which the drawn-back places (m, 2k, 3) leave the travels; between two that do not the crossing keeps them too."""
+    """Return how far the drawn-back places (m, 2k, 3) leave the travels, (m, 2k) mm; between two that do not the crossing keeps them too."""
     low, high = way.limits
     wanted = end - way.zero[which]
     over = np.maximum(low - wanted, wanted - high).max(axis=-1)

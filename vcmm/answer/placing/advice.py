@@ -1,4 +1,4 @@
-"""What to do after a placement, in plain sentences: move the part or leave it, how near the edge, what no move can help."""
+"""Advice after a placement, in plain sentences: move the part or leave it, distance to the edge, and influences that no move reduces."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ SAME = 0.01  # an influence that changes less between two poses is taken as the 
 
 
 def room_and_shares(placed: PlacementResult) -> list[str]:
-    """The same without the gain, where that stands above already."""
+    """Return the advice without the gain, for pages that state it above."""
     said = advice(placed)
     return said if said[0].startswith("No advice") else said[1:]
 
 
 def advice(placed: PlacementResult) -> list[str]:
-    """Sentences for who has to decide: the gain, the room that is left, the share of u² that both poses have.
+    """Return sentences for the person who decides: the gain, the remaining room, the share of u² that both poses have.
 
     None is given where U of the poses cannot be compared: a field whose nodes are drawn independently is small between its nodes
     by the interpolation alone.
@@ -48,7 +48,7 @@ def _gain(placed: PlacementResult) -> str:
 
 
 def _room(placed: PlacementResult) -> list[str]:
-    """How far the pose found lies from the ends of what travels and fixture leave, along the freedoms of the map."""
+    """Return how far the pose is from the ends of travels and fixture, along the freedoms of the map."""
     left = []
     for name, values in zip(placed.map.names[:2], (placed.map.x, placed.map.y)):
         if name.startswith("turn") or len(values) < 2:
@@ -61,7 +61,7 @@ def _room(placed: PlacementResult) -> list[str]:
 
 
 def _unmoved_shares(placed: PlacementResult) -> list[str]:
-    """Per characteristic that counts: the share of u² whose influences are the same at both poses."""
+    """Return, per characteristic that counts, the share of u² whose influences are the same at both poses."""
     out = []
     for name, _, lines, before in changes(placed):
         same = [(label, old) for label, old, new in lines if abs(new - old) <= SAME * max(old, new)]

@@ -1,7 +1,7 @@
-"""Candidates of a plan: every place on every feature that a stylus can touch, with what errors do there.
+"""Candidates of a plan: every place on every feature that a stylus can touch, with the effect of errors there.
 
-The whole grid is placed in the machine as one plan, so that the influences are those of `vcmm uncertainty`. Time stands
-still while points are chosen; what drifts is kept apart, per second, for the order (plan_order.py).
+The whole grid is placed in the machine as one plan, so that the influences are those of `vcmm uncertainty`. Time is
+fixed while points are chosen; drift is kept apart, per second, for the order (plan_order.py).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class TouchProblem:
 def spots(
     scenario: Scenario, styli: Mapping[str, str], extra: Mapping[str, Array] | None = None
 ) -> dict[str, Array]:
-    """feature -> points (k, 3) that its stylus can touch: a dense grid, the present points, and `extra` ones."""
+    """Return feature -> points (k, 3) that its stylus can touch: a dense grid, the present points, and `extra` ones."""
     out = {}
     for name, stylus in styli.items():
         feature = scenario.part.features[name]
@@ -66,7 +66,7 @@ def spots(
 
 
 def accessible(scenario: Scenario, feature: Feature, stylus: str, points: Array) -> npt.NDArray[np.bool_]:
-    """(k,): which points on a feature the stylus reaches at the pose of the scenario: travels, direction, room for the tool."""
+    """Return which points (k,) on a feature the stylus reaches at the pose of the scenario: travels, direction, room for the tool."""
     if not len(points):
         return np.zeros(0, dtype=bool)
     plan = replace(
@@ -92,7 +92,7 @@ def accessible(scenario: Scenario, feature: Feature, stylus: str, points: Array)
 
 
 def normals_at(scenario: Scenario, feature: Feature, points: Array) -> Array:
-    """Normals (k, 3); on a mesh those of the present points."""
+    """Return normals (k, 3); on a mesh those of the present points."""
     if feature.kind != "mesh":
         return normal(feature, points)
     from vcmm.part.mesh import closest
@@ -108,8 +108,8 @@ def problem_of(
     forms: Mapping[str, float],
     drift: npt.ArrayLike = (0.0, 0.0, 0.0),
 ) -> TouchProblem:
-    """Candidates with their sensitivities. drift (3,): standard uncertainty of a linear drift, mm/s, workpiece axes,
-    beyond what the inputs of the scenario say. ModelLimit where a feature has too few places.
+    """Return candidates with their sensitivities. drift (3,): standard uncertainty of a linear drift, mm/s, workpiece axes,
+    beyond the inputs of the scenario. ModelLimit where a feature has too few places.
     """
     steps = []
     for name, points in places.items():
@@ -161,7 +161,7 @@ def _at(run: Run, time: float) -> Run:
 def _columns(
     still: tuple[Influence, ...], later: tuple[Influence, ...], run: Run
 ) -> tuple[list[Array], Array, list[Array]]:
-    """(shared columns, scatter per touch, drift per second) along the normal, in standard uncertainties."""
+    """Return (shared columns, scatter per touch, drift per second) along the normal, in standard uncertainties."""
     shared, square, slopes = [np.zeros((run.n, 0))], np.zeros(run.n), [np.zeros((run.n, 0))]
     for now, then in zip(still, later):
         along = [_along(i, run) for i in (now, then)]
@@ -189,7 +189,7 @@ def _along(influence: Influence, run: Run) -> Array:
 
 
 def _compress(columns: Array) -> Array:
-    """The same covariance with no more columns than it has rank."""
+    """Return the same covariance with no more columns than it has rank."""
     if columns.shape[1] == 0:
         return columns
     u, s, _ = np.linalg.svd(columns, full_matrices=False)
@@ -207,13 +207,13 @@ def _form(scenario: Scenario, motions: Motions, points: Array, spread: float) ->
 
 
 def _seconds(plan: Plan, points: Array) -> float:
-    """Of one touch on a feature: approach, retract, and the way to a neighbour, as vcmm.task.measuring.plan reckons."""
+    """Return the seconds of one touch on a feature: approach, retract, and the way to a neighbour, as vcmm.task.measuring.plan counts them."""
     hop = float(np.linalg.norm(np.ptp(points, axis=0))) / max(1.0, np.sqrt(min(len(points), 12)))
     return 2.0 * plan.touch.approach / plan.touch.speed + hop / plan.touch.positioning
 
 
 def nearest(candidates: TouchCandidates, name: str, points: Array) -> Ints:
-    """Numbers of the candidates at points (k, 3) of a feature; -1 where none lies within 1 um."""
+    """Return the numbers of the candidates at points (k, 3) of a feature; -1 where none lies within 1 um."""
     rows = candidates.of(candidates.names.index(name))
     apart = np.linalg.norm(candidates.points[rows][None] - points[:, None], axis=2)
     best = apart.argmin(axis=1)

@@ -1,7 +1,7 @@
-"""How much better any pose could still be than the one that was found.
+"""Estimate how much better any pose could still be than the result of the search.
 
-Three statements, none of them a bound or a proof: what a dense scan found on poses that the search never saw; what the
-slopes measured on that scan leave for poses between; and what the objective would be if every influence were as small
+Three statements, none of them a bound or a proof: the best of a dense scan of poses that the search never saw; the gain that the
+slopes measured on that scan allow for poses between; and the objective if every influence were as small
 as at its own best pose of the scan, all at once.
 """
 
@@ -29,7 +29,7 @@ LEAST_SHOWN = 5e-6  # shares below it are printed as 0.000 %: no better pose
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Feasible poses drawn evenly over the fixture, (m, 6), their values (m,), and the share of draws that is feasible."""
+    """Feasible poses sampled evenly over the fixture, (m, 6), their values (m,), and the share of draws that is feasible."""
 
     box: tuple[int, ...]
     unit: tuple[Array, ...]
@@ -42,7 +42,7 @@ class Scan:
 class Certificate:
     """scanned: poses of the scan. better: by which share of the value the best of them is better (0: none).
 
-    earlier: by which share a scan before this one was better than what the search had come to; it went on from there (0:
+    earlier: by which share a scan before this one was better than the result of the search; it went on from there (0:
     there was none). hidden: estimate of the share by which a pose between those of the scan could be better, by the
     slopes measured. floor: share by which the objective would be smaller if every influence were as small as at its own
     best pose, of the scan or the one found; an estimate over these poses (None where the objective is no sum of influences).
@@ -80,7 +80,7 @@ class Certificate:
 
 
 def scan(objective: Objective, boxes: Sequence[PoseBox], count: int, seed: int, progress: Progress) -> Scan:
-    """Scrambled Sobol points in all boxes, more even than independent draws, in batches."""
+    """Evaluate scrambled Sobol points in all boxes, more even than independent draws, in batches."""
     units, poses, values, numbers, drawn = [], [], [], [], 0
     each = max(16, count // len(boxes))
     for k, box in enumerate(boxes):
@@ -108,7 +108,7 @@ def scan(objective: Objective, boxes: Sequence[PoseBox], count: int, seed: int, 
 
 
 def _even(d: int, count: int, seed: Sequence[int]) -> Array:
-    """(count, d); one point where nothing is free."""
+    """Return even points (count, d); one point where nothing is free."""
     if d == 0:
         return np.zeros((1, 0))
     return sobol(d, count, np.random.default_rng(seed).spawn(1)[0])  # the stream that scipy would take
@@ -122,7 +122,7 @@ def scan_after(
     seed: int,
     progress: Progress,
 ) -> tuple[SearchOutcome, Scan, float]:
-    """The outcome of a search, a scan that neither it nor any polish has seen, and `Certificate.earlier`.
+    """Return the outcome of a search, a scan that neither it nor any polish has seen, and `Certificate.earlier`.
 
     Where a first scan finds a better pose, the search goes on from there, once, and a scan of other poses follows.
     """
@@ -139,14 +139,14 @@ def scan_after(
 
 
 def _seed(seed: int, number: int) -> int:
-    """A seed that no other use of `seed` shares."""
+    """Return a seed that no other use of `seed` shares."""
     return int(key(seed, f"placement scan {number}")[0])
 
 
 def certify(
     objective: Objective, boxes: Sequence[PoseBox], pose: Array, best: float, seen: Scan, earlier: float = 0.0
 ) -> Certificate:
-    """What a scan says about a pose (6,) with the value `best`."""
+    """Return the certificate of a scan for a pose (6,) with the value `best`."""
     better = max(0.0, (best - float(seen.values.min())) / abs(best)) if best else 0.0
     spacing, hidden, at = 0.0, 0.0, 0
     for k, unit in zip(seen.box, seen.unit):
@@ -167,7 +167,7 @@ def certify(
 
 
 def _spacing(unit: Array) -> Array:
-    """Distances (2000,) of even draws to the nearest pose of the scan."""
+    """Return the distances (2000,) of even draws to the nearest pose of the scan."""
     from scipy.spatial import cKDTree
 
     probes = np.random.default_rng(11).random((2000, unit.shape[1]))
@@ -177,7 +177,7 @@ def _spacing(unit: Array) -> Array:
 def _hidden_gain(
     objective: Objective, box: PoseBox, unit: Array, values: Array, best: float, reach: float
 ) -> float:
-    """Share of `best` by which a pose near the lowest of the scan could be better: value - |slope| x spacing."""
+    """Return the share of `best` by which a pose near the lowest of the scan could be better: value - |slope| x spacing."""
 
     def ask(at: Array) -> Array:
         six, ok = box.poses(np.clip(at, 0.0, 1.0))
@@ -196,7 +196,7 @@ def _hidden_gain(
 
 
 def _floor(objective: Uncertain, poses: Array, chosen: Array, best: float) -> float | None:
-    """Share of `best` saved if every influence were at its least over the scan and the pose found, all at once.
+    """Return the share of `best` saved if every influence were at its least over the scan and the best pose, all at once.
 
     For mixtures of U and U/T of smooth characteristics; None for others, whose objective is no sum of influences. The
     poses are a sample: at others an influence may be smaller still.

@@ -2,7 +2,7 @@
 
 The alignment is in the part, so that fits and characteristics are the same numbers at every pose: W, how quantities
 follow the displacement of each touch along its normal, is made once in the drawing frame. Only the effects, the lever
-arms and the normals depend on the pose; they are asked for all rows of all poses in one call.
+arms and the normals depend on the pose; they are evaluated for all rows of all poses in one call.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class KnownInput:
     effects: tuple[Effect, ...]
 
     def spread(self, k: int) -> Array:
-        """(k, r) or (k,): departure of the k elements per independent unit draw; a vector where it is diagonal."""
+        """Return the departure of the k elements per independent unit draw, (k, r) or (k,); a vector where it is diagonal."""
         if k not in self._spreads:
             self._spreads[k] = self._spread(k)
         return self._spreads[k]
@@ -91,7 +91,7 @@ class ClosedForm:
         return tuple(k.input.id for k in self.known_inputs)
 
     def batches(self, six: Array) -> Iterator[AtPoses]:
-        """The poses (m, 6) in batches that fit the cache, each with all that the effects say there."""
+        """Yield the poses (m, 6) in batches that fit the cache, each with the responses of all effects there."""
         size = max(1, AT_ONCE // self.rows.n)
         return (self.at_poses(six[i : i + size]) for i in range(0, len(six), size))
 
@@ -102,21 +102,21 @@ class ClosedForm:
         return AtPoses(self, touches, len(six), moved, list(self._product_moves(touches, len(six))))
 
     def _carrier(self, run: Run) -> Carrier:
-        """indicated - true along the normal of every touch."""
+        """Return the carrier of indicated - true along the normal of every touch."""
         return Carrier(self.rows.machine, run, Sight(run.normal))
 
     def only(self, touches: Ints) -> ClosedForm:
-        """The same for some of the touches: those that no characteristic of interest reads are left out."""
+        """Return the same for some of the touches: those that no characteristic of interest reads are left out."""
         return replace(self, rows=self.rows.only(touches))
 
     @property
     def operator(self) -> Array:
-        """(K, n): quantities per displacement of the touches that are looked at."""
+        """Quantities per displacement of the touches in use (K, n)."""
         kept = self.rows.subset
         return self.model.operator if kept is None else self.model.operator[:, kept]
 
     def variances(self, six: Array, weights: Array) -> tuple[Array, Array]:
-        """Of q = weights (C, n) . displacements at poses (m, 6): per influence (m, C, I), and of products (m, C)."""
+        """Return the variances of q = weights (C, n) . displacements at poses (m, 6): per influence (m, C, I), and of products (m, C)."""
         parts = [batch.variances(weights) for batch in self.batches(six)]
         return np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
 
@@ -126,17 +126,17 @@ class ClosedForm:
             yield known, touches.of_input(known.input, known.effects)
 
     def along(self, six: Array) -> list[tuple[KnownInput, Array]]:
-        """`_along` at some poses (m, 6): (m n, k) per Input."""
+        """Return `_along` at some poses (m, 6): (m n, k) per Input."""
         return list(self._along(self._carrier(self.rows.run(six))))
 
     def _displacements(self, known_input: KnownInput, along: Array, m: int) -> Array:
-        """(m, n, r): displacement of each touch per independent unit draw."""
+        """Return the displacement of each touch per independent unit draw, (m, n, r)."""
         spread = known_input.spread(along.shape[1])
         moved = along * spread if spread.ndim == 1 else along @ spread
         return np.asarray(moved.reshape(m, self.rows.n, -1))
 
     def _product_moves(self, touches: Carrier, m: int) -> Iterator[Array]:
-        """(m, n) per pair of draws that meet in a product: displacements times both standard uncertainties."""
+        """Yield, per pair of draws that meet in a product, displacements times both standard uncertainties (m, n)."""
         for first, second in self._pairs:
             one, other = self.known_inputs[first], self.known_inputs[second]
             u = float(np.abs(one.spread(1)).max()) * float(np.abs(other.spread(1)).max())
@@ -146,7 +146,7 @@ class ClosedForm:
 
     @cached_property
     def _pairs(self) -> tuple[tuple[int, int], ...]:
-        """Influences that meet in a product."""
+        """Pairs of influences that meet in a product."""
         run, machine = self.rows.run(self.reference[None]), self.rows.machine
         sizes = [a.shape[1] for _, a in self.along(self.reference[None])]
         influences = [
@@ -156,13 +156,13 @@ class ClosedForm:
 
     @cached_property
     def reference(self) -> Array:
-        """The pose at which coverage factors and products are looked at."""
+        """Pose at which coverage factors and products are evaluated."""
         return six_of(self.rows.scenario.pose) if self.at is None else self.at
 
 
 @dataclass(frozen=True, eq=False)
 class AtPoses:
-    """What the effects say at m poses: displacements of every touch per unit draw of every influence."""
+    """Responses of the effects at m poses: displacements of every touch per unit draw of every influence."""
 
     closed: ClosedForm
     touches: Carrier
@@ -171,7 +171,7 @@ class AtPoses:
     product_moves: list[Array]
 
     def variances(self, weights: Array) -> tuple[Array, Array]:
-        """Of q = weights (C, n) . displacements: per influence (m, C, I), and of products (m, C)."""
+        """Return the variances of q = weights (C, n) . displacements: per influence (m, C, I), and of products (m, C)."""
         out = []
         for known, moved in self.moved:
             if known.copies == self.closed.rows.n:  # every touch has its own draw
@@ -182,7 +182,7 @@ class AtPoses:
         return np.stack(out, axis=2), np.asarray(second)
 
     def covariances(self, weights: Array) -> Array:
-        """(m, C, C) of q = weights . displacements, all influences and products together."""
+        """Return the covariances (m, C, C) of q = weights . displacements, all influences and products together."""
         total = np.zeros((self.m, len(weights), len(weights)))
         for known, moved in self.moved:
             if known.copies == self.closed.rows.n:
@@ -197,14 +197,14 @@ class AtPoses:
 
     @cached_property
     def systematic(self) -> Array:
-        """(m, n): what the known errors of the machine move each touch along its normal, mm."""
+        """Displacement of each touch along its normal by the known errors of the machine, (m, n) mm."""
         run, total = self.touches.run, np.zeros(self.touches.run.n)
         for effect in self.touches.machine.effects:
             total += self.touches.through(effect, effect.error_motion(run))
         return total.reshape(self.m, -1)
 
     def _lanes(self, known_input: KnownInput, moved: Array, weights: Array) -> Array:
-        """(m, C, lanes): change of q per independent unit draw."""
+        """Return the change of q per independent unit draw, (m, C, lanes)."""
         if known_input.copies == 1:
             return np.asarray(weights @ moved)
         copies = [known_input.codes == c for c in range(known_input.copies)]

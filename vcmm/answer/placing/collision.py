@@ -1,4 +1,4 @@
-"""How near moving tools come to a solid: branch and bound over the volume that each tool body sweeps.
+"""Compute the clearance of moving tools from a solid, by branch and bound over the volume that each tool body sweeps.
 
 A body is a rounded zonotope: centre + sum of c_k e_k with |c_k| <= 1, and everything within `radius` of it. A shaft is one
 edge with a radius, a quill three edges, and a straight move of either adds one more edge. The distance d of a solid
@@ -45,25 +45,25 @@ class Bodies:
         return Bodies(self.centre[rows], self.edges[rows], self.radius[rows], self.round[rows])
 
     def to_frame(self, rotation: Array, shift: Array) -> Bodies:
-        """In another frame: x -> rotation x + shift."""
+        """Return the bodies in another frame: x -> rotation x + shift."""
         return Bodies(self.centre @ rotation.T + shift, self.edges @ rotation.T, self.radius, self.round)
 
     def swept_volume(self, start: Array, end: Array) -> Bodies:
-        """The volume passed by each body on the straight way from its place + start (n, 3) to its place + end."""
+        """Return the volume passed by each body on the straight way from its place + start (n, 3) to its place + end."""
         edges = self.edges.copy()
         edges[:, 3] = 0.5 * (end - start)
         return Bodies(self.centre + 0.5 * (start + end), edges, self.radius, self.round)
 
 
 def join_bodies(parts: Sequence[Bodies]) -> Bodies:
-    """Bodies one after the other."""
+    """Join bodies one after the other."""
     return Bodies(
         *(np.concatenate([getattr(p, k) for p in parts]) for k in ("centre", "edges", "radius", "round"))
     )
 
 
 def rods(start: Array, end: Array, radius: Array) -> Bodies:
-    """Capsules between two points (n, 3) each."""
+    """Return the capsules between two points (n, 3) each."""
     edges = np.zeros((len(start), EDGES, 3))
     edges[:, 0] = 0.5 * (end - start)
     return Bodies(
@@ -72,7 +72,7 @@ def rods(start: Array, end: Array, radius: Array) -> Bodies:
 
 
 def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = TOLERANCE) -> Array:
-    """Gap between each body and the solid less the gap that it needs (n,), mm; where it is positive the body is clear.
+    """Return the gap between each body and the solid less the gap that it needs (n,), mm; where it is positive the body is clear.
 
     Positive values are proved, and say only that there is room, not how much. A body whose room is known to be smaller
     than `tolerance` (one, or one per body), or takes more than CELLS cells to decide, counts as not clear. A negative
@@ -102,20 +102,20 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
 
 
 def lacking(solid: Solid, asked: list[tuple[Bodies, Array, Array]]) -> Array:
-    """(len(asked), k) mm that bodies lack, all looked at in one go; inf where a gap cannot be told, never 0."""
+    """Return the missing clearance of bodies (len(asked), k) mm, all evaluated together; inf where a gap is undetermined, never 0."""
     bodies, need, known = (list(column) for column in zip(*asked))
     room = slack(solid, join_bodies(bodies), np.concatenate(need), np.concatenate(known))
     return np.maximum(0.0, -room).reshape(len(asked), -1)
 
 
 def _sure(value: Array, reach: Array) -> tuple[Array, Array]:
-    """A gap that is not a number counts as -inf, so that it never passes for room."""
+    """Return values in which a gap that is not a number counts as -inf, so that it never passes for room."""
     unknown = np.isnan(value) | np.isnan(reach)
     return np.where(unknown, -np.inf, value), np.where(unknown, 0.0, reach)
 
 
 def _most_promising(owner: Ints, low: Array, best: Array) -> npt.NDArray[np.bool_]:
-    """All cells of bodies that may be clear; of bodies that are known not to be, the BEAM lowest ones."""
+    """Return all cells of bodies that may be clear; of bodies that are known not to be, the BEAM lowest ones."""
     order = np.lexsort((low, owner))
     first = (
         np.concatenate([[True], owner[order][1:] != owner[order][:-1]]) if len(owner) else np.zeros(0, bool)
@@ -127,7 +127,7 @@ def _most_promising(owner: Ints, low: Array, best: Array) -> npt.NDArray[np.bool
 
 
 def _half_diagonal(edges: Array) -> Array:
-    """Largest |sum +- e_k| of half-edges (m, 4, 3): (m,). Eight sign patterns, the first edge positive."""
+    """Return the largest |sum +- e_k| of half-edges (m, 4, 3): (m,). Eight sign patterns, the first edge positive."""
     out = np.zeros(len(edges))
     for pattern in range(8):
         signs = np.array([1.0, *(1.0 if pattern >> k & 1 else -1.0 for k in range(3))])
@@ -139,14 +139,14 @@ def _half_diagonal(edges: Array) -> Array:
 def _round(
     bodies: Bodies, owner: Ints, middle: Array, half: Array
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Which cells have their middle inside the body, and which lie outside of it altogether (corners of a round body)."""
+    """Return which cells have their middle inside the body, and which lie outside of it altogether (corners of a round body)."""
     round_ = bodies.round[owner] > 0.0
     near = np.hypot(*np.maximum(np.abs(middle[:, :2]) - half[:, :2], 0.0).T)
     return ~round_ | (np.hypot(middle[:, 0], middle[:, 1]) <= 1.0), round_ & (near > 1.0)
 
 
 def _halve_cells(owner: Ints, middle: Array, half: Array, edges: Array) -> tuple[Ints, Array, Array]:
-    """Every cell cut in two across its longest edge."""
+    """Cut every cell in two across its longest edge."""
     longest, rows = np.argmax(np.einsum("mki,mki->mk", edges, edges), axis=1), np.arange(len(owner))
     half = half.copy()
     half[rows, longest] *= 0.5

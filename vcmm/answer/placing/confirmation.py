@@ -1,4 +1,4 @@
-"""Is the gain real? Both poses are measured with the same random numbers (paired), from a seed the search never saw.
+"""Confirm the gain: measure both poses with the same random numbers (paired), from a seed the search never saw.
 
 The closed form chose the pose, so that it may flatter its choice. The Monte Carlo of the linear model has the true
 laws, the products and the extreme values; batches of trials give the gain its own standard error.
@@ -41,7 +41,7 @@ class Confirmation:
 
 
 def fresh_seed(seed: int) -> int:
-    """A seed for the confirmation that no other use of `seed` shares."""
+    """Return a seed for the confirmation that no other use of `seed` shares."""
     return int(key(seed, "placement confirmation")[0])
 
 
@@ -53,7 +53,7 @@ def confirm(
     progress: Callable[[str, float], None],
     batches: int = BATCHES,
 ) -> Confirmation:
-    """Paired batches of trials at two poses (6,)."""
+    """Run paired batches of trials at two poses (6,)."""
     chosen = fresh_seed(seed)
     values = []
     for k, six in enumerate((present, best)):
@@ -68,7 +68,7 @@ def confirm(
 
 
 def _batches(objective: Uncertain, six: Array, seed: int, batches: int) -> Array:
-    """The objective of every batch (batches,), trials numbered alike at every pose."""
+    """Return the objective of every batch (batches,), trials numbered alike at every pose."""
     task = objective.scenario.at(pose_of(six)).task()
     model = build(task)
     terms, values = with_products(model, model.terms())
@@ -86,7 +86,7 @@ def _batches(objective: Uncertain, six: Array, seed: int, batches: int) -> Array
 
 
 def _value(objective: Uncertain, y: Array, perfect: Array, rng: np.random.Generator) -> float:
-    """The objective of a sample of indicated values (trials, C)."""
+    """Return the objective of a sample of indicated values (trials, C)."""
     p, total = objective.scenario.settings.p, 0.0
     ends = np.quantile(y, [(1 - p) / 2, (1 + p) / 2], axis=0)
     expanded, u = (ends[1] - ends[0]) / 2, y.std(axis=0)
@@ -110,7 +110,7 @@ def _value(objective: Uncertain, y: Array, perfect: Array, rng: np.random.Genera
 def _count_risk(
     objective: Uncertain, i: int, kind: str, *, error: Array, u: float, expanded: float, standard: Array
 ) -> float:
-    """Risk or cost by counting: parts drawn from the process, each indicated with one error."""
+    """Return risk or cost by counting: parts sampled from the process, each indicated with one error."""
     from vcmm.part.gps import characteristics as gps
 
     c, scenario = objective.characteristics[i], objective.scenario

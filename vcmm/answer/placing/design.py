@@ -33,7 +33,7 @@ CRITERIA = ("U", "A", "D")
 class TouchCandidates:
     """N possible touches. feature (N,): number of the feature; rows: its motions per feature, (N_f, p_f).
 
-    shared (N, K) mm; touch, short (N,) mm: standard deviations; seconds (F,): what a touch on each feature takes.
+    shared (N, K) mm; touch, short (N,) mm: standard deviations; seconds (F,): duration of a touch on each feature.
     points, normals (N, 3) in the drawing frame.
     """
 
@@ -89,7 +89,7 @@ class Design:
         return {name: int(self.counts[r].sum()) for name, r in zip(self.c.names, self.rows_of)}
 
     def refresh(self) -> None:
-        """Everything anew from the counts. ModelLimit where a feature is not determined."""
+        """Compute everything anew from the counts. ModelLimit where a feature is not determined."""
         count = len(self.rows_of)
         self.inverse, self.h, self.noise, self.read = ([np.zeros((0, 0))] * count for _ in range(4))
         self.log_dets = [0.0] * count
@@ -98,7 +98,7 @@ class Design:
         self._add_up()
 
     def _refresh(self, f: int) -> None:
-        """What the touches of one feature say."""
+        """Compute the contribution of the touches of one feature."""
         rows, jac, s = self.rows_of[f], self.c.rows[f], self.columns[f]
         w = self.counts[rows].astype(float)
         matrix = (jac.T * w) @ jac
@@ -119,7 +119,7 @@ class Design:
         self.gain = sum(self.read, np.zeros((len(self.target.rows), self.c.shared.shape[1])))
 
     def variances(self, rows: Array | None = None) -> Array:
-        """u^2 (R,) of output rows (by default those of the target)."""
+        """Return u^2 (R,) of output rows (by default those of the target)."""
         b = self.target.rows if rows is None else rows
         gain, scatter = np.zeros((len(b), self.c.shared.shape[1])), np.zeros(len(b))
         for f, s in enumerate(self.columns):
@@ -129,20 +129,20 @@ class Design:
         return np.asarray(np.sum(gain**2, axis=1) + scatter)
 
     def value(self) -> float:
-        """The objective; smaller is better."""
+        """Return the objective; smaller is better."""
         if self.target.criterion == "D":
             return -self.log_det
         return float(self.target.weight @ self.variances())
 
     def sensitivities(self, rows: Array) -> Array:
-        """s (R, N): what each output reads of one touch of each candidate."""
+        """Return s (R, N): the response of each output to one touch of each candidate."""
         out = np.zeros((len(rows), len(self.counts)))
         for f, s in enumerate(self.columns):
             out[:, self.rows_of[f]] = rows[:, s] @ self.inverse[f] @ self.c.rows[f].T
         return out
 
     def changes(self, f: int, sign: int) -> Array:
-        """(N_f,): change of the objective by one touch more (sign 1) or less (-1) at each candidate of a feature.
+        """Return the change of the objective by one touch more (sign 1) or less (-1) at each candidate of a feature, (N_f,).
 
         inf where a touch cannot be dropped.
         """
@@ -168,7 +168,7 @@ class Design:
         return np.where(possible, (shared + scatter) @ self.target.weight, np.inf)
 
     def add(self, i: int, count: int = 1) -> None:
-        """One touch more at a candidate; the other features stay as they are."""
+        """Add one touch at a candidate; the other features stay as they are."""
         self.counts[i] += count
         self._refresh(int(self.c.feature[i]))
         self._add_up()
@@ -178,7 +178,7 @@ class Design:
 
 
 def least(c: TouchCandidates, spare: int = 1) -> Ints:
-    """Counts (N,) of a small choice: D-optimal greedy, `spare` touches more than each fit needs (at least one)."""
+    """Return counts (N,) of a small choice: D-optimal greedy, `spare` touches more than each fit needs (at least one)."""
     counts = np.zeros(len(c.feature), dtype=np.intp)
     for f in range(len(c.names)):
         rows, jac = c.of(f), c.rows[f]
@@ -196,7 +196,7 @@ def least(c: TouchCandidates, spare: int = 1) -> Ints:
 
 
 def exchange_touches(design: Design, passes: int = 4) -> Design:
-    """Fedorov exchange within each feature: drop a touch, add the best; repeated while the objective falls."""
+    """Run the Fedorov exchange within each feature: drop a touch, add the best; repeated while the objective falls."""
     for _ in range(passes):
         before = design.value()
         for i in np.flatnonzero(design.counts):

@@ -43,9 +43,9 @@ class ExtremeValues:
 
     @cached_property
     def draws(self) -> Array:
-        """(S, r) standard normals in pairs of opposite sign, the same for every pose.
+        """Standard normals (S, r) in pairs of opposite sign, the same for every pose.
 
-        Their second moments are made exactly those of the law, so that what is linear comes out without chance.
+        Their second moments are made exactly those of the law, so that linear quantities have no sampling error.
         """
         r = len(self.quantities)
         half = np.random.default_rng(20140425).standard_normal((max(PAIRS, 2 * r), r))
@@ -54,11 +54,11 @@ class ExtremeValues:
 
     @cached_property
     def perfect(self) -> Array:
-        """(C,): values on a machine without errors; the known form of the part is in them."""
+        """Values on a machine without errors (C,); the known form of the part is in them."""
         return self._values(self.closed.model.q0[None, None])[0, 0]
 
     def moments(self, batch: AtPoses) -> tuple[Array, Array]:
-        """Mean less the value on a perfect machine, and standard deviation, (m, C) mm each."""
+        """Return the mean less the value on a perfect machine, and standard deviation, (m, C) mm each."""
         model, which = self.closed.model, self.quantities
         factors = _factors(batch.covariances(self.closed.operator[which]))
         middle = model.q0 + batch.systematic @ self.closed.operator.T
@@ -75,7 +75,7 @@ class ExtremeValues:
         return mean, u
 
     def _values(self, q: Array) -> Array:
-        """(m, S, C) of quantities (m, S, K)."""
+        """Evaluate quantities (m, S, K): values (m, S, C)."""
         task, fitted = self.closed.model.task, self.closed.model.unpack(q)
         features, scheme = task.part.features, task.plan.alignment
         pose = None

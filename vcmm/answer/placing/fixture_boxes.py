@@ -1,7 +1,7 @@
 """The poses that a fixture allows, as boxes of unit coordinates: one box per combination of discrete choices.
 
 Turns come first. For the orientation they give, the travels leave an interval of shifts along each axis; a free shift
-is the fraction of what is left of its range, so that no coordinate of the box lies out of the travels and an optimum
+is the fraction of the remaining range, so that no coordinate of the box lies out of the travels and an optimum
 at the end of an axis is an optimum on a face of the box.
 """
 
@@ -25,7 +25,7 @@ ROOM = 10.0  # mm: a range of shifts that is worth a search
 
 
 def default_fixture() -> Fixture:
-    """x and y free within the travels, turned at will about the vertical."""
+    """Return the default fixture: x and y free within the travels, any turn about the vertical."""
     ends = (-np.inf, np.inf)
     return Fixture((Freedom("x", *ends), Freedom("y", *ends), Freedom("turn_z", -np.pi, np.pi)))
 
@@ -45,7 +45,7 @@ class PoseBox:
         return len(self.freedoms)
 
     def poses(self, unit: Array) -> tuple[Array, Bools]:
-        """Poses (m, 6) of coordinates (m, d), and which of them are feasible."""
+        """Return poses (m, 6) of coordinates (m, d), and which of them are feasible."""
         six = np.tile(self.template, (len(unit), 1))
         for j, f in enumerate(self.freedoms):
             if f.name.startswith("turn"):
@@ -67,7 +67,7 @@ class PoseBox:
         return six, ok
 
     def unit(self, six: Array) -> Array:
-        """Coordinates (m, d) of poses (m, 6); outside 0 to 1 where the fixture does not allow them."""
+        """Return coordinates (m, d) of poses (m, 6); outside 0 to 1 where the fixture does not allow them."""
         low, high = self.travels.intervals(six)
         out = np.zeros((len(six), self.d))
         for j, f in enumerate(self.freedoms):
@@ -81,7 +81,7 @@ class PoseBox:
 def boxes(
     fixture: Fixture, present: Array, travels: Travels, further: Sequence[Constraint] = ()
 ) -> list[PoseBox]:
-    """All boxes of a fixture. Raises ModelLimit when no pose of any of them can be reached."""
+    """Return all boxes of a fixture. Raises ModelLimit when no pose of any of them can be reached."""
     every = all_boxes(fixture, present, travels, further)
     kept = [box for box in every if _reachable(box)]
     if not kept:
@@ -92,7 +92,7 @@ def boxes(
 def unreachable(
     fixture: Fixture, present: Array, travels: Travels, further: Sequence[Constraint], kept: Sequence[PoseBox]
 ) -> list[str]:
-    """One sentence on the discrete choices (slots, faces down, listed turns) that no search can use, and why."""
+    """Return one sentence on the discrete choices (slots, faces down, listed turns) that no search can use, and why."""
     labels = {box.label for box in kept}
     lost = [b for b in all_boxes(fixture, present, travels, further) if b.label not in labels]
     if not lost:
@@ -104,7 +104,7 @@ def unreachable(
 
 
 def _why_not(box: PoseBox) -> str:
-    """Why the middle of a box cannot be used, in a few words."""
+    """Return why the middle of a box cannot be used, in a few words."""
     six, _ = box.poses(np.full((1, box.d), 0.5))
     if _lacks(box, six)[0].any():
         return _missing(box, six[0]).split("; ")[0]
@@ -113,7 +113,7 @@ def _why_not(box: PoseBox) -> str:
 
 
 def _reachable(box: PoseBox, batch: int = 32) -> bool:
-    """Whether some probe is feasible; the first that is ends the look."""
+    """Return whether some probe is feasible; the first feasible one ends the test."""
     unit = _probes(box)
     return any(bool(box.poses(unit[at : at + batch])[1].any()) for at in range(0, len(unit), batch))
 
@@ -121,7 +121,7 @@ def _reachable(box: PoseBox, batch: int = 32) -> bool:
 def all_boxes(
     fixture: Fixture, present: Array, travels: Travels, further: Sequence[Constraint] = ()
 ) -> list[PoseBox]:
-    """One box per combination of discrete choices, reachable or not."""
+    """Return one box per combination of discrete choices, reachable or not."""
     return [
         PoseBox(label, six, fixture.continuous, travels, further)
         for label, six in fixture.orientations(present)
@@ -129,19 +129,19 @@ def all_boxes(
 
 
 def probe_poses(box: PoseBox, count: int = 64) -> Array:
-    """Poses (m, 6) that cover a box, whatever may keep them from being reached."""
+    """Return poses (m, 6) that cover a box, reachable or not."""
     return box.poses(_probes(box, count))[0]
 
 
 def _probes(box: PoseBox, count: int = 1024) -> Array:
-    """Coordinates that cover a box, the middle and the corners of its turns among them."""
+    """Return the coordinates that cover a box, the middle and the corners of its turns among them."""
     if not box.d:
         return np.zeros((1, 0))
     return np.concatenate([sobol(box.d, count), np.full((1, box.d), 0.5)])
 
 
 def no_pose(closed: Sequence[PoseBox]) -> str:
-    """Why no pose can be reached: the constraint, and the smallest relaxation that opens one."""
+    """Return why no pose can be reached: the constraint, and the smallest relaxation that opens one."""
     best: tuple[float, PoseBox, Array] | None = None
     for box in closed:
         six = box.poses(_probes(box))[0]
@@ -158,7 +158,7 @@ def no_pose(closed: Sequence[PoseBox]) -> str:
 
 
 def _lacks(box: PoseBox, six: Array) -> tuple[Array, Array, Array]:
-    """(m, 3) mm by which fixture and travels miss one another; the shifts (m, 3) that the travels leave, low and high."""
+    """Return the gap between fixture and travels (m, 3) mm; the shifts (m, 3) that the travels allow, low and high."""
     low, high = box.travels.intervals(six)
     least, most = (np.stack(e, axis=1) for e in zip(*(_ends(box, six, i) for i in range(3))))
     lacks = np.maximum(low, least) - np.minimum(high, most)
@@ -166,13 +166,13 @@ def _lacks(box: PoseBox, six: Array) -> tuple[Array, Array, Array]:
 
 
 def _ends(box: PoseBox, six: Array, i: int) -> tuple[Array, Array]:
-    """(m,) lowest and highest shift along axis i that the fixture allows."""
+    """Return lowest and highest shift along axis i that the fixture allows, (m,)."""
     f = next((f for f in box.freedoms if DOFS.index(f.name) == i), None)
     return (six[:, i], six[:, i]) if f is None else (np.full(len(six), f.low), np.full(len(six), f.high))
 
 
 def _missing(box: PoseBox, six: Array) -> str:
-    """By how much one pose misses, and what to change."""
+    """Return by how much one pose misses, and what to change."""
     lacks, low, high = (x[0] for x in _lacks(box, six[None]))
     words = [_axis_text(box, i, six, (low[i], high[i]), lacks[i]) for i in range(3) if lacks[i]]
     return " and also ".join(words) + f" (the least, found at {_at(box, six)})"
@@ -199,7 +199,7 @@ def _axis_text(box: PoseBox, i: int, six: Array, travel: tuple[float, float], la
 
 
 def _usable(box: PoseBox, i: int, upper: bool) -> str:
-    """By how much to move an end so that there is something to search: room along the axis, at half of the orientations."""
+    """Return by how much to move an end so that there is something to search: room along the axis, at half of the orientations."""
     six = box.poses(_probes(box))[0]
     _, low, high = _lacks(box, six)
     ends = _ends(box, six, i)
@@ -210,7 +210,7 @@ def _usable(box: PoseBox, i: int, upper: bool) -> str:
 
 
 def _up(amount: float) -> str:
-    """mm, never rounded down."""
+    """Return mm as text, never rounded down."""
     return f"{np.ceil(1e3 * amount - 1e-6) / 1e3:.7g}"
 
 
@@ -220,7 +220,7 @@ def _at(box: PoseBox, six: Array) -> str:
 
 
 def _further(closed: Sequence[PoseBox]) -> str:
-    """The smallest problem that the other constraints name at the middle of each box."""
+    """Return the smallest problem that the other constraints name at the middle of each box."""
     problems: list[Hindrance] = []
     for box in closed:
         six, _ = box.poses(np.full((1, box.d), 0.5))

@@ -1,4 +1,4 @@
-"""Form of the real surface as a random field: what a few points do not see.
+"""Form of the real surface as a random field, for the part of the form that a few points do not see.
 
 Zero mean, given standard deviation along the normal. Round features: lobes 2 to 15 in the angle (power falling as 1/k^2,
 as on turned and ground parts), constant, linear and quadratic along the axis, barrel and bend; planes and lines: Legendre
@@ -18,7 +18,7 @@ from vcmm.core.pose import Array
 from vcmm.part.form import ROUND, Lobes
 from vcmm.part.part import Feature, frame, normal, surface_point
 
-DEFAULT = 0.5e-3  # mm: standard deviation of the form where nothing is said
+DEFAULT = 0.5e-3  # mm: standard deviation of the form where none is stated
 SHORT = 0.1
 LOBES, DEGREE, HARMONICS = 15, 5, 6
 
@@ -26,7 +26,7 @@ LOBES, DEGREE, HARMONICS = 15, 5, 6
 def form_factor(
     motions: Motions, points: Array, spread: float, lobes: Lobes | None, reference: tuple[Array, Array]
 ) -> tuple[Array, float]:
-    """(factor (n, k), standard deviation of the short part) mm: form = factor @ standard normals.
+    """Return (factor (n, k), standard deviation of the short part) mm: form = factor @ standard normals.
 
     reference: points and normals all over the measured surface: there the fit sees nothing of the field, and its
     variance has the mean spread^2 (1 - SHORT).
@@ -48,7 +48,7 @@ def form_factor(
 
 
 def _basis(feature: Feature) -> Callable[[Array], Array]:
-    """points (n, 3) -> columns (n, k), each of the weight that its power has."""
+    """Return points (n, 3) -> columns (n, k), each of the weight that its power has."""
     if feature.kind in ("plane", "line"):
         return lambda points: _polynomials(feature, points)
     if feature.kind == "sphere":
@@ -114,7 +114,7 @@ def _spherical(feature: Feature, points: Array) -> Array:
 
 
 def surface_grid(feature: Feature, n: int = 24, margin: float = 0.0) -> Array:
-    """Points (k, 3) spread evenly over a feature, `margin` mm inside its edges; the nominal points of kind points, none of a mesh."""
+    """Return the points (k, 3) spread evenly over a feature, `margin` mm inside its edges; the nominal points of kind points, none of a mesh."""
     turn = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
     if feature.kind == "plane":
         a, b = (np.linspace(-1.0, 1.0, _odd(n)) * max(0.5 * e - margin, 0.25 * e) for e in feature.extent)

@@ -40,7 +40,7 @@ MOST_EXCHANGED = 48  # up to so many touches every number is exchanged anew, abo
 def growing(
     problem: TouchProblem, goal: PlanGoal, budget_s: float, change_s: float, most: int, progress: Progress
 ) -> list[Design]:
-    """Designs of growing number, each exchanged."""
+    """Return designs of growing number, each exchanged."""
     c = problem.candidates
     design = _settle(problem, goal, Design(c, goal.target, least(c)))
     best = {design.n: design.copy()}
@@ -62,18 +62,18 @@ def growing(
 
 
 def _touching(design: Design) -> float:
-    """s for all touches, ways to neighbours included."""
+    """Return the seconds of all touches, ways to neighbours included."""
     return float(sum(design.c.seconds[f] * n for f, n in enumerate(design.per_feature().values())))
 
 
 def _keep(best: dict[int, Design], goal: PlanGoal, design: Design) -> None:
-    """The best design of each number."""
+    """Keep the best design of each number."""
     if design.n not in best or goal.value(design) < goal.value(best[design.n]):
         best[design.n] = design.copy()
 
 
 def _backward(best: dict[int, Design], goal: PlanGoal, design: Design) -> None:
-    """From the largest design down, the touch that is missed least leaves; better designs take their places."""
+    """Remove touches from the largest design down, the one that is missed least first; better designs take their places."""
     design = design.copy()
     least_n = min(best)
     while design.n > least_n:
@@ -89,7 +89,7 @@ def _backward(best: dict[int, Design], goal: PlanGoal, design: Design) -> None:
 
 
 def _transfer_touches(design: Design, goal: PlanGoal, most: int = 6) -> Design:
-    """Touches moved from a feature where they are missed least to another where they help most, while that is better."""
+    """Move touches from a feature where they are missed least to another where they help most, while that is better."""
     for _ in range(most):
         best, value = None, goal.value(design)
         for f in range(len(design.rows_of)):
@@ -118,7 +118,7 @@ def _transfer_touches(design: Design, goal: PlanGoal, most: int = 6) -> Design:
 
 
 def _settle(problem: TouchProblem, goal: PlanGoal, design: Design) -> Design:
-    """Exchanged from where it is, and from standard strategies of about the same number on each feature; the best of them."""
+    """Exchange from the present design, and from standard strategies of about the same number on each feature; return the best of them."""
     best = _transfer_touches(exchange_touches(design, passes=2), goal)
     for f, name in enumerate(problem.candidates.names):
         n = best.per_feature()[name]
@@ -132,7 +132,7 @@ def _settle(problem: TouchProblem, goal: PlanGoal, design: Design) -> Design:
 
 
 def _with_standard(problem: TouchProblem, design: Design, f: int, points: Array, n: int) -> Design | None:
-    """The design with a standard strategy on one feature, the number of touches kept by more or fewer elsewhere."""
+    """Return the design with a standard strategy on one feature, the number of touches kept by more or fewer elsewhere."""
     standard = nearest(problem.candidates, problem.candidates.names[f], points)
     if (standard < 0).any():
         return None
@@ -162,7 +162,7 @@ def _with_standard(problem: TouchProblem, design: Design, f: int, points: Array,
 
 
 def _next(goal: PlanGoal, design: Design, c: TouchCandidates) -> tuple[int, int]:
-    """(feature, candidate) of the touch that lowers the objective most per second; -1 where none does."""
+    """Return (feature, candidate) of the touch that lowers the objective most per second; -1 where none does."""
     options: list[tuple[float, int, int]] = []
     now = goal.value(design)
     for f in range(len(c.names)):
@@ -181,7 +181,7 @@ def _next(goal: PlanGoal, design: Design, c: TouchCandidates) -> tuple[int, int]
 
 
 def _farthest(design: Design, f: int) -> int:
-    """The candidate farthest from all touches of its feature."""
+    """Return the candidate farthest from all touches of its feature."""
     rows = design.rows_of[f]
     p = design.c.points[rows]
     taken = p[design.counts[rows] > 0]
@@ -190,7 +190,7 @@ def _farthest(design: Design, f: int) -> int:
 
 
 def _thin(designs: list[Design], most: int = 40) -> list[Design]:
-    """At most so many, the first and last among them, more of the small ones."""
+    """Return at most so many designs, the first and last among them, more of the small ones."""
     if len(designs) <= most:
         return designs
     at = np.unique(np.round(np.geomspace(1, len(designs), most)).astype(int) - 1)
@@ -198,7 +198,7 @@ def _thin(designs: list[Design], most: int = 40) -> list[Design]:
 
 
 def standard_points(feature: Feature, most: int, margin: float) -> Iterator[tuple[str, Array]]:
-    """(name, points (n, 3)) of standard strategies with at most `most` touches, `margin` mm inside the edges."""
+    """Yield (name, points (n, 3)) of standard strategies with at most `most` touches, `margin` mm inside the edges."""
     for name, pattern in _patterns(feature, most, margin):
         try:
             points = plan_points(feature, pattern)[0]

@@ -1,4 +1,4 @@
-"""What keeps a pose from being used, in words: which touch, pair or feature, by how much, and what to do.
+"""Reasons why a pose cannot be used, in words: which touch, pair or feature, by how much, and what to do.
 
 `Hindrance` is one such thing, whichever constraint names it; `Constraint` is the interface of all constraints.
 """
@@ -41,7 +41,7 @@ class Constraint(Protocol):
 
 
 def _of(constraint: str, text: str, point: str, amount: float, unit: str = "mm") -> Hindrance:
-    """A constraint that is the only one of its kind."""
+    """Return the hindrance of a constraint that is the only one of its kind."""
     return Hindrance(constraint, constraint, point, float(amount), text, unit)
 
 
@@ -54,7 +54,8 @@ REMEDIES = {
 
 
 def problems(check: Any, pose: Pose) -> list[Hindrance]:
-    """Everything that is in the way at one pose; check is a `vcmm.answer.placing.reach.Feasibility`, which stands above this module."""
+    """Return everything that is in the way at one pose; check is a `vcmm.answer.placing.reach.Feasibility`, which is above this module in
+    the imports."""
     one = pose.alone()
     every = [*_static(check, one), *_travel(check, one), *_of_tool(check, pose)]
     return [p for p in every if p.amount > 0.0]
@@ -144,7 +145,7 @@ def _of_tool(check: Any, pose: Pose) -> list[Hindrance]:
 
 
 def _bodies_in_the_way(check: Any, pose: Pose, of_part: Any) -> dict[str, list[str]]:
-    """For each body of the tool and for the tip: what it meets at each touch, the part or a clamp that the part carries."""
+    """Return, for each body of the tool and for the tip, the obstacle at each touch: the part or a clamp that the part carries."""
     amounts = {**of_part.bodies, "approach": of_part.tip}
     carried = any(c.on == "part" for c in check.scenario.surroundings.clamps)
     if not carried or not any(a.any() for a in amounts.values()):

@@ -37,14 +37,14 @@ AROUND = 64  # points on a circle for the hull
 
 
 def part_solid(part: Part, wall: float) -> Solid:
-    """The material of the part, drawing frame."""
+    """Return the material of the part, drawing frame."""
     if part.mesh is not None:
         return MeshSolid(part.mesh)
     return analytic_solid(part, wall)
 
 
 def analytic_solid(part: Part, wall: float) -> Solid:
-    """The material that the features imply; see the head of this module."""
+    """Return the material that the features imply; see the docstring of this module."""
     features = list(part.features.values())
     planes = [f for f in features if f.kind == "plane"]
     holes = [f for f in features if f.inside and f.kind in ("cylinder", "cone", "circle")]
@@ -63,7 +63,7 @@ def analytic_solid(part: Part, wall: float) -> Solid:
 
 
 def outline(feature: Feature) -> Array:
-    """Points (n, 3) whose hull holds the feature (to the chord of a 64th of a turn)."""
+    """Return the points (n, 3) whose hull holds the feature (to the chord of a 64th of a turn)."""
     angle = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
     if feature.kind == "plane":
         a, b = (0.5 * e for e in feature.extent)
@@ -83,19 +83,19 @@ def outline(feature: Feature) -> Array:
 
 
 def part_points(part: Part) -> Array:
-    """Points (n, 3) whose bounding box holds the part, drawing frame."""
+    """Return the points (n, 3) whose bounding box holds the part, drawing frame."""
     if part.mesh is not None:
         return part.mesh.vertices
     return np.concatenate([outline(f) for f in part.features.values() if not f.free])
 
 
 def _room(f: Feature) -> Cuboid:
-    """The free room in front of a plane."""
+    """Return the free room in front of a plane."""
     return _slab(f, 0.0, DEEP)
 
 
 def _layer(f: Feature, planes: list[Feature], wall: float) -> Solid:
-    """Material behind a plane, less the room in front of planes that look the same way (the floor of a pocket)."""
+    """Return the material behind a plane, less the room in front of planes that look the same way (the floor of a pocket)."""
     deeper = [p for p in planes if p.axis @ f.axis > 0.5 and (p.point - f.point) @ f.axis < -1e-6]
     return Without(_slab(f, -wall, 0.0), tuple(_room(p) for p in deeper))
 
@@ -108,7 +108,7 @@ def _slab(f: Feature, low: float, high: float) -> Cuboid:
 
 
 def _sleeve(f: Feature, wall: float) -> Solid:
-    """Material around a bore; the bore itself is cut out with all others."""
+    """Return the material around a bore; the bore itself is cut out with all others."""
     if f.kind == "cone":
         return Frustum(f.point, f.axis, f.sizes[0] + wall / np.cos(f.sizes[1]), f.sizes[1], f.extent[0])
     if f.kind == "circle":
@@ -117,7 +117,7 @@ def _sleeve(f: Feature, wall: float) -> Solid:
 
 
 def _closed_solid(f: Feature) -> Solid | None:
-    """The solid inside a closed feature."""
+    """Return the solid inside a closed feature."""
     if f.kind == "sphere":
         return Ball(f.point, f.sizes[0])
     if f.kind == "torus":
@@ -130,7 +130,7 @@ def _closed_solid(f: Feature) -> Solid | None:
 
 
 def _hole(f: Feature, hull: Hull | None) -> Solid:
-    """The room of a bore, lengthened at the ends where it is open."""
+    """Return the room of a bore, lengthened at the ends where it is open."""
     size = f.extent[0] if f.extent else 0.0
     first, last = f.point, f.point + size * f.axis
     depth = [0.0, 0.0] if hull is None else [_way_out(hull, first, -f.axis), _way_out(hull, last, f.axis)]
@@ -141,7 +141,7 @@ def _hole(f: Feature, hull: Hull | None) -> Solid:
 
 
 def _way_out(hull: Hull, point: Array, way: Array) -> float:
-    """How far from a point along a direction the hull ends; 0 outside."""
+    """Return how far from a point along a direction the hull ends; 0 outside."""
     slope, gap = hull.normals @ way, hull.offsets - hull.normals @ point
     ahead = slope > 1e-9
     return float(max(0.0, np.min(gap[ahead] / slope[ahead], initial=DEEP)))

@@ -1,4 +1,4 @@
-"""Small motions of a feature: how they move its surface, and how they move the characteristics.
+"""Small motions of a feature, and the changes of its surface and of the characteristics by them.
 
 A feature moves by shifts and turns about its centre and by changes of its sizes, as far as its fit determines them. J (n, p)
 is the displacement of the surface along the normal at n points per unit of each; the least-squares fit answers to
@@ -48,7 +48,7 @@ class Motions:
         return len(self.step)
 
     def rows(self, points: Array, normals: Array) -> Array:
-        """J (n, p)."""
+        """Return J (n, p)."""
         arm = points - centre(self.feature)
         columns = [normals @ e for e in self.shifts]
         columns += [np.einsum("ni,ni->n", normals, np.cross(e, arm)) for e in self.turns]
@@ -64,7 +64,7 @@ class Motions:
         return signed_distance(replace(self.feature, sizes=sizes), points)
 
     def move(self, amounts: Array) -> FittedElement:
-        """The nominal element moved by amounts (b, p): a batch."""
+        """Return the nominal element moved by amounts (b, p): a batch."""
         f, a, t = self.feature, len(self.shifts), len(self.turns)
         turn = amounts[:, a : a + t] @ self.turns
         point = f.point + amounts[:, :a] @ self.shifts + np.cross(turn, f.point - centre(f))
@@ -78,7 +78,7 @@ class Motions:
         return FittedElement(f.kind, point, axis, sizes, empty, empty[..., None] * np.zeros(3))
 
     def scale(self) -> Array:
-        """(p,): mm per unit of each motion at the rim of the feature."""
+        """Return mm per unit of each motion at the rim of the feature, (p,)."""
         a, t = len(self.shifts), len(self.turns)
         angles = [i == 1 and self.feature.kind == "cone" for i in self.sizes]
         return np.array(
@@ -87,7 +87,7 @@ class Motions:
 
 
 def motions_of(feature: Feature) -> Motions:
-    """The motions of a feature that its fit determines."""
+    """Return the motions of a feature that its fit determines."""
     axes = frame(feature)
     shifts, turns = FREE.get(feature.kind, ((), ()))
     sizes = SIZES.get(feature.kind, ())
@@ -110,7 +110,7 @@ def outputs(
     moving: Mapping[str, Motions],
     alignment: Alignment | None,
 ) -> dict[str, Array]:
-    """Every characteristic but form, by name, as linear outputs B (r, P) of the motions of all features: u^2 = sum of the
+    """Return every characteristic but form, by name, as linear outputs B (r, P) of the motions of all features: u^2 = sum of the
     variances of the rows.
 
     One row for a size, distance or angle. A characteristic that is 0 on the drawing (orientation, location) is the
@@ -133,7 +133,7 @@ def _values(
     scheme: Alignment | None,
     amounts: Array,
 ) -> Array:
-    """Values (b,) of a characteristic for motions (b, P) of all features."""
+    """Return the values (b,) of a characteristic for motions (b, P) of all features."""
     fitted, at = {}, 0
     for name, m in moving.items():
         fitted[name] = m.move(amounts[:, at : at + m.count])
@@ -163,7 +163,7 @@ def _factor(
     moving: Mapping[str, Motions],
     scheme: Alignment | None,
 ) -> Array:
-    """Rows B with value^2 = |B theta|^2: value^2 is a quadratic form, read off at pairs of motions."""
+    """Return the rows B with value^2 = |B theta|^2: value^2 is a quadratic form, read off at pairs of motions."""
     step = _steps(moving)
     p = len(step)
     i, j = np.triu_indices(p, 1)

@@ -1,4 +1,4 @@
-"""How flat the optimum is: a map of the objective over the table, the region within 2 %, a convenient pose in it."""
+"""Flatness of the optimum: a map of the objective over the table, the region within 2 %, a convenient pose in it."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Region:
 
 
 def values_at(objective: Objective, box: PoseBox, poses: Array) -> Array:
-    """The objective at poses (m, 6); NaN where the fixture or a constraint does not allow them."""
+    """Return the objective at poses (m, 6); NaN where the fixture or a constraint does not allow them."""
     unit = box.unit(poses)
     _, ok = box.poses(np.clip(unit, 0.0, 1.0))
     ok &= ((unit >= -1e-9) & (unit <= 1 + 1e-9)).all(axis=1)
@@ -65,7 +65,7 @@ def values_at(objective: Objective, box: PoseBox, poses: Array) -> Array:
 
 
 def table_map(objective: Objective, outcome: SearchOutcome, nodes: int = 33) -> Map:
-    """The objective over x and y where both are free, else over the first two free degrees of freedom."""
+    """Return the objective over x and y where both are free, else over the first two free degrees of freedom."""
     names = [f.name for f in outcome.box.freedoms]
     names = ["x", "y"] if {"x", "y"} <= set(names) else names[:2]
     axes = [np.linspace(*_ends(outcome, n), nodes) for n in names]
@@ -79,7 +79,7 @@ def table_map(objective: Objective, outcome: SearchOutcome, nodes: int = 33) -> 
 
 
 def _ends(outcome: SearchOutcome, name: str) -> tuple[float, float]:
-    """What the fixture and the travels leave of one degree of freedom, at the best orientation."""
+    """Return the range of one degree of freedom that the fixture and the travels allow, at the best orientation."""
     f = next(f for f in outcome.box.freedoms if f.name == name)
     if name.startswith("turn"):
         return f.low, f.high
@@ -90,7 +90,7 @@ def _ends(outcome: SearchOutcome, name: str) -> tuple[float, float]:
 
 
 def region(objective: Objective, outcome: SearchOutcome, values: Array, seed: int) -> Region:
-    """Poses within 2 % of the best one. values: those of the scan."""
+    """Return the poses within 2 % of the best one. values: those of the scan."""
     limit = outcome.value + WITHIN * abs(outcome.value)
     share = float((values <= limit).mean()) if len(values) else 0.0
     box, checked = _box_within(objective, outcome, limit, seed)
@@ -101,7 +101,7 @@ def region(objective: Objective, outcome: SearchOutcome, values: Array, seed: in
 def _box_within(
     objective: Objective, outcome: SearchOutcome, limit: float, seed: int
 ) -> tuple[dict[str, tuple[float, float]], int]:
-    """A box about the pose found that stays within the limit: how exactly the operator must place the part there."""
+    """Return a box about the best pose that stays within the limit: how exactly the operator must place the part there."""
     names = [f.name for f in outcome.box.freedoms]
     if not names:
         return {}, 0
@@ -115,7 +115,7 @@ def _box_within(
 def _box_about(
     objective: Objective, outcome: SearchOutcome, centre: Array, limit: float, draws: Array
 ) -> tuple[dict[str, tuple[float, float]], int]:
-    """A box about a centre, from the ranges of each freedom alone, shrunk until all poses tried stay within the limit."""
+    """Return a box about a centre, from the ranges of each freedom alone, shrunk until all poses tried stay within the limit."""
     ends = {f.name: _line(objective, outcome, centre, f.name, limit) for f in outcome.box.freedoms}
     scale = 1.0
     for _ in range(6):
@@ -132,7 +132,7 @@ def _box_about(
 def _line(
     objective: Objective, outcome: SearchOutcome, centre: Array, name: str, limit: float
 ) -> tuple[float, float]:
-    """Range of one degree of freedom about a pose that stays within the limit, the others kept."""
+    """Return the range of one degree of freedom about a pose that stays within the limit, the others kept."""
     i, here = DOFS.index(name), float(centre[DOFS.index(name)])
     grid = np.unique(np.concatenate([np.linspace(*_ends(outcome, name), 41), [here]]))
     poses = np.tile(centre, (len(grid), 1))
@@ -148,7 +148,7 @@ def _line(
 
 
 def _corners(d: int, rng: np.random.Generator) -> Array:
-    """All corners of the unit cube, at most 64 of them."""
+    """Return all corners of the unit cube, at most 64 of them."""
     from itertools import product
 
     corners = np.array(list(product((0.0, 1.0), repeat=d)))
@@ -169,7 +169,7 @@ def _inside(
 
 
 def _convenient(objective: Objective, outcome: SearchOutcome, limit: float) -> tuple[Array | None, float]:
-    """The most coarsely rounded pose that is still within the limit."""
+    """Return the most coarsely rounded pose that is still within the limit."""
     free = [DOFS.index(f.name) for f in outcome.box.freedoms]
     for mm, deg in ROUND if free else ():
         pose = outcome.pose.copy()

@@ -1,7 +1,7 @@
 """The objective of a placement: one number per pose, the smaller the better.
 
 `Objective` is all that the search knows; `Uncertain` is that of a measuring task: a mixture of U, U/T, risk and cost
-over the characteristics. A machine tool's cut part, or anything else that depends on a pose, may stand in its place.
+over the characteristics. A machine tool's cut part, or anything else that depends on a pose, may replace it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from vcmm.task.measuring.settings import CORRECTED
 
 
 class Objective(Protocol):
-    """What a search needs. values: poses (m, 6) that are feasible -> (m,); inf where the model does not reach.
+    """Interface of the search. values: poses (m, 6) that are feasible -> (m,); inf where the model does not reach.
 
     An objective may also have `gradient(poses) -> (m, 6)`, per mm and rad; without it differences are taken.
     """
@@ -42,7 +42,7 @@ class Objective(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class PoseSpread:
-    """What is found about all characteristics at m poses: u, U, bias (m, C), mm or rad."""
+    """Results for all characteristics at m poses: u, U, bias (m, C), mm or rad."""
 
     u: Array
     expanded: Array
@@ -99,7 +99,7 @@ class Uncertain:
 
     @cached_property
     def _extremes(self) -> tuple[tuple[int, ...], ExtremeValues | None]:
-        """Extreme values that count, and how they are evaluated; those of weight 0 cost nothing."""
+        """Extreme values that count, and their evaluation; those of weight 0 cost nothing."""
         which = tuple(
             i for i, c in enumerate(self.characteristics) if i not in self.smooth and self.weights[c.name] > 0
         )
@@ -109,7 +109,7 @@ class Uncertain:
 
     @cached_property
     def gradient_rows(self) -> Array:
-        """(C, n): characteristics per displacement of each touch along its normal; rows of extreme values are 0."""
+        """Change of the characteristics per displacement of each touch along its normal (C, n); rows of extreme values are 0."""
         model = self.closed.model
         rows = model.gradient() @ self.closed.operator
         rows[[i for i in range(len(rows)) if i not in self.smooth]] = 0.0
@@ -117,7 +117,7 @@ class Uncertain:
 
     @cached_property
     def factors(self) -> Array:
-        """(C,): coverage factor k of each characteristic, from the exact law at the present pose; 1.96 for extremes."""
+        """Coverage factor k of each characteristic (C,), from the exact law at the present pose; 1.96 for extremes."""
         scenario, p = self.scenario, self.scenario.settings.p
         normal = marginal(0.0, [_unit_term()], 0).interval(p, scenario.settings.kind)
         out = np.full(len(self.characteristics), (normal[1] - normal[0]) / 2)
@@ -134,7 +134,7 @@ class Uncertain:
         return (high - low) / 2 / linear.u
 
     def spread(self, poses: Array) -> PoseSpread:
-        """u, U and bias of all characteristics at poses (m, 6); extreme values of weight 0 are NaN."""
+        """Return u, U and bias of all characteristics at poses (m, 6); extreme values of weight 0 are NaN."""
         parts = [
             self._spread(batch)
             for batch in self.closed.batches(np.atleast_2d(np.asarray(poses, dtype=float)))
@@ -160,12 +160,12 @@ class Uncertain:
 
     @property
     def needs_bias(self) -> bool:
-        """Whether known errors shift what is decided about."""
+        """Whether known errors shift the value that is decided about."""
         wanted = any(self.goal.mixture.get(k) for k in ("risk", "cost"))
         return wanted and self.scenario.settings.known_bias != CORRECTED
 
     def values(self, poses: Array) -> Array:
-        """The objective (m,); poses at which an effect is not known get inf."""
+        """Return the objective (m,); poses at which an effect is not known get inf."""
         poses = np.atleast_2d(np.asarray(poses, dtype=float))
         try:
             return self._values(poses)
@@ -184,7 +184,7 @@ class Uncertain:
         return total
 
     def part(self, kind: str, spread: PoseSpread) -> Array:
-        """One kind of objective (m,) from what is known of the characteristics."""
+        """Return one kind of objective (m,) from u, U and bias of the characteristics."""
         total = np.zeros(len(spread.u))
         for i, c in enumerate(self.characteristics):
             weight = self.weights[c.name]
@@ -200,7 +200,7 @@ class Uncertain:
         return total
 
     def wrong_decisions(self, i: int, spread: PoseSpread) -> WrongDecisions:
-        """Probabilities of wrong decisions about characteristic number i."""
+        """Return the probabilities of wrong decisions about characteristic number i."""
         c = self.characteristics[i]
         nominal = gps.nominal(c, self.scenario.part.features)
         limits = gps.tolerance(c, nominal)
@@ -214,7 +214,7 @@ class Uncertain:
 
 
 def _read(closed: ClosedForm, goal: Goal) -> Ints:
-    """Numbers of the touches on features that a characteristic of some weight reads."""
+    """Return the numbers of the touches on features that a characteristic of some weight reads."""
     placed, part = closed.rows.touches, closed.rows.scenario.part
     counted = [c for c in part.characteristics if goal.weights.get(c.name)]
     names = {n for c in counted for n in gps.needs(c)}
@@ -230,7 +230,7 @@ def _unit_term() -> Term:
 
 
 def exact_terms(closed: ClosedForm, weights: Array, six: Array) -> list[Term]:
-    """Terms of one smooth characteristic at one pose, each with its own law (products left out)."""
+    """Return the terms of one smooth characteristic at one pose, each with its own law (products left out)."""
     from vcmm.core.laws import MultivariateSamples
 
     terms = []
@@ -248,7 +248,7 @@ def exact_terms(closed: ClosedForm, weights: Array, six: Array) -> list[Term]:
 
 
 def width(c: Characteristic) -> float:
-    """Width T of the tolerance, mm or rad."""
+    """Return the width T of the tolerance, mm or rad."""
     if c.zone is not None:
         return float(c.zone)
     assert c.limits is not None
@@ -256,7 +256,7 @@ def width(c: Characteristic) -> float:
 
 
 def process(c: Characteristic, goal: Goal, nominal: float) -> tuple[float, float]:
-    """(mean, standard deviation) of the true values from nominal: as stated, else the middle and T/6."""
+    """Return (mean, standard deviation) of the true values from nominal: as stated, else the middle and T/6."""
     low, high = (0.0, float(c.zone)) if c.zone is not None else (c.limits or (0.0, 0.0))
     middle, spread = goal.process.get(c.name, (0.0, (high - low) / 6))
     return (low + high) / 2 + middle, spread
@@ -274,7 +274,7 @@ def has_tolerance(c: Characteristic) -> bool:
 
 
 def complete(scenario: Scenario, goal: Goal) -> Goal:
-    """The goal with its defaults: U/T over toleranced characteristics, equal weights; by U where none is toleranced."""
+    """Return the goal with its defaults: U/T over toleranced characteristics, equal weights; by U where none is toleranced."""
     all_of_them = scenario.part.characteristics
     names = [c.name for c in all_of_them]
     for table in (goal.weights, goal.process):

@@ -1,4 +1,4 @@
-"""The pose of a scenario that serves best, what it gains and how sure that is; and which of several machines suits the part."""
+"""Find the best pose of a scenario, its gain and the certainty of the gain; and which of several machines suits the part."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def place(
     trials: int | None = None,
     progress: Progress | None = None,
 ) -> PlacementResult:
-    """The best pose that was found for a scenario, with certificate, map, flatness and a confirmed gain.
+    """Place a part: return the best pose that was found for a scenario, with certificate, map, flatness and a confirmed gain.
 
     fixture, goal: those of the scenario's [placement] unless given. constraints: what a pose must keep beside the travels;
     by default room for stylus, head and quill, access, load and clamps ([surroundings]), () for none.
@@ -87,7 +87,7 @@ def place(
 def _boxes(
     fixture: Fixture, six: Array, travels: Travels, further: Sequence[Constraint], reach: Reach | None
 ) -> list[PoseBox]:
-    """The boxes of a fixture; where none can be reached, the smallest relaxation that opens one is named."""
+    """Return the boxes of a fixture; where none can be reached, raise an error with the smallest relaxation that opens one."""
     boxes(fixture, six, travels)  # the travels alone: their message says which end to move
     try:
         return boxes(fixture, six, travels, further)
@@ -110,7 +110,7 @@ def _problems(scenario: Scenario, travels: Travels, further: Sequence[Constraint
 def _at_reference(
     objective: Uncertain, allowed: Sequence[PoseBox], problems: Sequence[Hindrance]
 ) -> Uncertain:
-    """Coverage factors are taken at the present pose; where that cannot be used, at the first pose that can."""
+    """Return the objective with coverage factors at the present pose; where that cannot be used, at the first pose that can."""
     if not problems:
         return objective
     six, ok = allowed[0].poses(np.random.default_rng(3).random((256, allowed[0].d)))
@@ -126,7 +126,7 @@ def _at(objective: Uncertain, six: Array) -> At:
 
 
 def _pose_distance(one: Array, other: Array) -> float:
-    """How far two poses (6,) are from one another, mm; a turn counts as on an arm of 100 mm."""
+    """Return how far two poses (6,) are from one another, mm; a turn counts as on an arm of 100 mm."""
     turn = (one[3:] - other[3:] + np.pi) % (2 * np.pi) - np.pi
     return float(np.linalg.norm(np.concatenate([one[:3] - other[:3], 100.0 * turn])))
 
@@ -141,7 +141,7 @@ def _report_outcome(
     seed: int,
     report: Progress,
 ) -> PlacementResult:
-    """The outcome of the search with all that is said about it but the full evaluations."""
+    """Return the outcome of the search with all statements about it except the full evaluations."""
     seen, earlier = last_scan
     order = np.argsort(seen.values, kind="stable")
     middle, last = order[len(order) // 2], order[-1]
@@ -175,7 +175,7 @@ def _report_outcome(
 def _evaluate_poses(
     placed: PlacementResult, problems: tuple[Hindrance, ...], trials: int | None, report: Progress
 ) -> PlacementResult:
-    """Full evaluations at the present and the best pose, and what a reader must know."""
+    """Run full evaluations at the present and the best pose, and collect the warnings."""
     scenario = placed.objective.scenario
     settings = replace(
         scenario.settings, trials=trials or min(scenario.settings.trials, TRIALS), seed=placed.seed
@@ -200,7 +200,7 @@ def _evaluate_poses(
 def _known_bias(
     placed: PlacementResult, before: UncertaintyResult | None, after: UncertaintyResult
 ) -> list[str]:
-    """A known bias that is left in U is no part of the objective: said where it takes away what the pose gains."""
+    """Return a warning about a known bias left in U, which is no part of the objective, where it removes the gain of the pose."""
     if before is None or placed.best is placed.present:
         return []
     weights = placed.objective.weights

@@ -1,4 +1,4 @@
-"""What a plan is judged by: u of every characteristic in units of its tolerance, form characteristics by draws."""
+"""Objective of a plan: u of every characteristic in units of its tolerance, form characteristics by draws."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class FormCheck:
 
     @classmethod
     def of(cls, problem: TouchProblem, feature: str, seed: int) -> FormCheck:
-        """The true range is that of the form, less its least-squares element, over all candidates."""
+        """Return draws of the true range, that of the form less its least-squares element, over all candidates."""
         c = problem.candidates
         f = c.names.index(feature)
         rows = c.of(f)
@@ -43,11 +43,11 @@ class FormCheck:
 
     @property
     def typical(self) -> float:
-        """mm: the mean true range."""
+        """Mean true range, mm."""
         return float(np.mean(self.true))
 
     def square(self, design: Design) -> float:
-        """Mean square of measured - true range, mm^2."""
+        """Return the mean square of measured - true range, mm^2."""
         rows = design.rows_of[self.feature]
         w = design.counts[rows]
         used = np.flatnonzero(w)
@@ -117,7 +117,7 @@ def _form_checks(
 
 
 def _scales(problem: TouchProblem, rows: Mapping[str, Array]) -> dict[str, float]:
-    """What u is measured by: the tolerance, else u of the present plan."""
+    """Return the scale of u by characteristic: the tolerance, else u of the present plan."""
     out = {}
     base = None
     for c in problem.scenario.part.characteristics:

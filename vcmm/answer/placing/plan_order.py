@@ -1,6 +1,6 @@
 """Order of touches: short ways, and drift that does not look like the measurand.
 
-The touches stand in legs, one visit to a feature with one stylus. Within a leg the way is shortened by 2-opt moves (Croes,
+The touches form legs, each one visit to a feature with one stylus. Within a leg the way is shortened by 2-opt moves (Croes,
 Operations Research 6 (1958) 791). Drift reads sum s_i d_i t_i; moves that lower time + drift are kept, also the division of
 a leg into two visits, there and back, which takes a linear drift out of differences.
 """
@@ -22,7 +22,7 @@ from vcmm.task.measuring.plan import Ints, Plan, Step, touches
 
 @dataclass(frozen=True, eq=False)
 class Visit:
-    """What the order needs of n touches. seconds: one touch; way (n, n) s between two; change (n, n) s for another stylus.
+    """Data for the order of n touches. seconds: one touch; way (n, n) s between two; change (n, n) s for another stylus.
 
     pull (R, n, D): u of each weighted output per second of drift at each touch: its drift is |sum pull t|.
     """
@@ -33,7 +33,7 @@ class Visit:
     pull: Array
 
     def times(self, order: Ints) -> Array:
-        """(n,) s at which touches are made, in order."""
+        """Return the times (n,) s of the touches, in order."""
         steps = np.concatenate([[0.0], self.way[order[:-1], order[1:]]])
         return np.cumsum(steps + self.seconds)
 
@@ -44,12 +44,12 @@ class Visit:
         return float(np.sum(np.einsum("rnd,n->rd", self.pull[:, order], self.times(order)) ** 2))
 
     def cost(self, order: Ints, price: float) -> float:
-        """s; price: seconds per unit of drift."""
+        """Return the cost in s; price: seconds per unit of drift."""
         return float(self.times(order)[-1]) + price * self.drift(order)
 
 
 def order_touches(visit: Visit, price: float = 0.0, rounds: int = 30, seed: int = 0) -> Ints:
-    """An order of the touches: nearest neighbour group by group, then 2-opt and moves of single touches while cost falls.
+    """Return an order of the touches: nearest neighbour group by group, then 2-opt and moves of single touches while cost falls.
 
     With drift that matters, a there-and-back order of all groups is tried as a start too.
     """
@@ -74,7 +74,7 @@ def _greedy(visit: Visit) -> Ints:
 
 
 def _there_and_back(visit: Visit, order: Ints) -> Ints:
-    """Every second touch of each group on the way there, the others on the way back."""
+    """Return an order with every second touch of each group on the way there, the others on the way back."""
     there, back = [], []
     for group in dict.fromkeys(visit.group[order].tolist()):
         mine = [int(i) for i in order if visit.group[i] == group]
@@ -84,7 +84,7 @@ def _there_and_back(visit: Visit, order: Ints) -> Ints:
 
 
 def _improve_order(visit: Visit, order: Ints, price: float, rounds: int, seed: int) -> Ints:
-    """2-opt: a stretch reversed; or-opt: one touch elsewhere; random pairs, so many rounds of n."""
+    """Improve an order by 2-opt: a stretch reversed; or-opt: one touch elsewhere; random pairs, so many rounds of n."""
     rng, n = np.random.default_rng(seed), len(order)
     best = visit.cost(order, price)
     for _ in range(rounds * n if n > 2 else 0):
@@ -101,7 +101,7 @@ def _improve_order(visit: Visit, order: Ints, price: float, rounds: int, seed: i
 
 
 def ways(tips: Array, group: Ints, stylus: Ints, speed: float, over: float, change: float) -> Array:
-    """(n, n) s between touches: straight on one feature; `over` mm up and down between features; a stylus change."""
+    """Return the ways between touches (n, n) s: straight on one feature; `over` mm up and down between features; a stylus change."""
     way = np.linalg.norm(tips[:, None] - tips[None], axis=2)
     way = way + np.where(group[:, None] != group[None], 2.0 * over, 0.0)
     return way / speed + np.where(stylus[:, None] != stylus[None], change, 0.0)
@@ -156,7 +156,7 @@ def ordered_plan(
 
 
 def readable(problem: TouchProblem, order: Ints) -> Ints:
-    """The order with visits joined that are too short for a step of a plan file: each step holds enough for a fit."""
+    """Return the order with visits joined that are too short for a step of a plan file: each step holds enough for a fit."""
     c = problem.candidates
     for f, name in enumerate(c.names):
         fewest = MINIMUM_POINTS.get(problem.motions[name].feature.kind, 1)
@@ -170,7 +170,7 @@ def readable(problem: TouchProblem, order: Ints) -> Ints:
 
 
 def _changes_before(feature: Ints, problem: TouchProblem) -> Array:
-    """(n,) number of stylus changes before each touch."""
+    """Return the number of stylus changes before each touch (n,)."""
     styli = np.array([problem.styli[name] for name in problem.candidates.names])[feature]
     return np.concatenate([[0], np.cumsum(styli[1:] != styli[:-1])]).astype(float)
 
@@ -188,7 +188,7 @@ def _visit(problem: TouchProblem, design: Design, which: Ints, target: Target, c
 
 
 def _steps(problem: TouchProblem, order: Ints) -> tuple[Step, ...]:
-    """Consecutive touches of one feature as one step."""
+    """Return consecutive touches of one feature as one step."""
     c = problem.candidates
     cuts = np.flatnonzero(np.diff(c.feature[order])) + 1
     out = []

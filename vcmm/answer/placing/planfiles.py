@@ -14,7 +14,7 @@ from vcmm.task.measuring.scenario import Scenario
 
 
 def plan_files(plan: Plan, qualifications: Mapping[str, Qualification] | None = None) -> dict[str, str]:
-    """File name -> text: plan.toml and plan-01-<feature>.csv, ..."""
+    """Return file name -> text: plan.toml and plan-01-<feature>.csv, ..."""
     lines, texts = ['vcmm = "plan/1"'], {}
     if plan.alignment is not None:
         scheme = plan.alignment
@@ -65,7 +65,7 @@ def _names(value: str | tuple[str, ...]) -> str:
 
 
 def plan_json(scenario: Scenario, result: PlanResult) -> dict[str, Any]:
-    """The body of vcmm.plan/1: budget, styli, forms, curve, chosen and present plan."""
+    """Return the body of vcmm.plan/1: budget, styli, forms, curve, chosen and present plan."""
     units = {c.name: gps.unit(c) for c in scenario.part.characteristics}
     return {
         "budget_minutes": result.budget_s / 60.0,

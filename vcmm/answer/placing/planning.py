@@ -27,7 +27,7 @@ from vcmm.part.part import normal
 from vcmm.task.measuring.plan import Plan
 from vcmm.task.measuring.scenario import Scenario
 
-CHANGE_S = 20.0  # s for another stylus or head orientation, where nothing else is said
+CHANGE_S = 20.0  # s for another stylus or head orientation, where nothing else is stated
 Progress = Callable[[str, float], None]
 
 
@@ -74,7 +74,7 @@ def optimise_plan(
     seed: int = 0,
     progress: Progress = lambda text, share: None,
 ) -> PlanResult:
-    """Points, styli and order that minimise the sum of weight (u / tolerance)^2 within a measuring time, at the pose given.
+    """Find points, styli and order that minimise the sum of weight (u / tolerance)^2 within a measuring time, at the pose given.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def optimise_plan(
     budget_s
         Measuring time that the plan may take, s.
     weights
-        Characteristic -> weight (1 each); without a tolerance u of the present plan stands for it.
+        Characteristic -> weight (1 each); without a tolerance u of the present plan replaces it.
     criterion
         "U", or "A" or "D" on the motions of the features.
     forms
@@ -97,7 +97,7 @@ def optimise_plan(
     seed
         Seed of the search.
     progress
-        Called with what is done and its share, 0 to 1.
+        Called with a description of the step and its share, 0 to 1.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def _forms(scenario: Scenario, forms: Mapping[str, float] | None) -> dict[str, f
 
 
 def _present_styli(scenario: Scenario) -> dict[str, str]:
-    """feature -> stylus of the present plan."""
+    """Return feature -> stylus of the present plan."""
     out: dict[str, str] = {}
     for step in scenario.plan.steps:
         out.setdefault(step.feature, step.stylus)
@@ -169,7 +169,7 @@ def _present_styli(scenario: Scenario) -> dict[str, str]:
 
 
 def standard_spots(scenario: Scenario) -> dict[str, Array]:
-    """Points of the standard strategies, so that they are candidates."""
+    """Return the points of the standard strategies, so that they are candidates."""
     out: dict[str, Array] = {}
     for name, stylus in _present_styli(scenario).items():
         radius = scenario.plan.styli[stylus].tip_radius
@@ -186,7 +186,7 @@ def _styli(
     criterion: str,
     change_s: float,
 ) -> dict[str, str]:
-    """The stylus of each feature: the objective at a small exchanged plan, times its duration, by coordinate descent."""
+    """Choose the stylus of each feature: the objective at a small exchanged plan, times its duration, by coordinate descent."""
     chosen = _present_styli(scenario)
     options = {f: [s for s in scenario.plan.styli if _reaches(scenario, f, s)] for f in chosen}
     for name, reaching in options.items():
@@ -223,7 +223,7 @@ def _styli(
 
 
 def _reaches(scenario: Scenario, feature: str, stylus: str) -> bool:
-    """Whether a stylus reaches enough of a feature to determine its fit, with a touch to spare."""
+    """Return whether a stylus reaches enough of a feature to determine its fit, with a touch to spare."""
     from vcmm.answer.placing.form_field import surface_grid
 
     f = scenario.part.features[feature]
@@ -238,7 +238,7 @@ def _reaches(scenario: Scenario, feature: str, stylus: str) -> bool:
 
 
 def _present(problem: TouchProblem, goal: PlanGoal, scenario: Scenario, change_s: float) -> PlanPoint:
-    """The plan as given, judged by the same model."""
+    """Evaluate the plan as given, by the same model."""
     counts = np.zeros(len(problem.candidates.feature), dtype=np.intp)
     for step in scenario.plan.steps:
         known = nearest(problem.candidates, step.feature, step.points)
@@ -253,7 +253,7 @@ def _present(problem: TouchProblem, goal: PlanGoal, scenario: Scenario, change_s
 def _point(
     problem: TouchProblem, goal: PlanGoal, design: Design, change_s: float, seed: int
 ) -> tuple[PlanPoint, OrderedPlan]:
-    """A design put into order and timed; drift of that order is part of u."""
+    """Put a design into order and time it; drift of that order is part of u."""
     made = ordered_plan(problem, design, goal.rows, goal.target, change_s, seed)
     square = goal.variances(design)
     square = {n: v + made.drift.get(n, 0.0) for n, v in square.items()}
@@ -275,7 +275,7 @@ def _coverage_factor(p: float) -> float:
 
 
 def _front(points: list[tuple[PlanPoint, OrderedPlan]]) -> list[tuple[PlanPoint, OrderedPlan]]:
-    """Those that no quicker one equals or beats, by time."""
+    """Return the plans that no quicker one equals or beats, by time."""
     out: list[tuple[PlanPoint, OrderedPlan]] = []
     for p in sorted(points, key=lambda p: (p[0].seconds, p[0].objective)):
         if not out or p[0].objective < out[-1][0].objective:

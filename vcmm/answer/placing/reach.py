@@ -1,4 +1,4 @@
-"""Feasibility: whether a plan can be carried out at a pose, what is in the way, and by how much.
+"""Feasibility: decide whether a plan can be carried out at a pose, and report obstacles with the missing clearance.
 
     check = Feasibility.of(scenario)
     for problem in check.problems(pose):
@@ -70,7 +70,7 @@ class Feasibility:
 
     @classmethod
     def of(cls, scenario: Scenario, fixture: Fixture | None = None) -> Feasibility:
-        """fixture: what the clamping allows (slots, faces down, turns); None = any pose."""
+        """Return the constraints. fixture: poses that the clamping allows (slots, faces down, turns); None = any pose."""
         around, rows = scenario.surroundings, touch_sequence(scenario.plan)
         corners = part_points(scenario.part)
         carried = [c for c in around.clamps if c.on == "part"]
@@ -82,7 +82,7 @@ class Feasibility:
         return cls(scenario, rows, tooling, whole, reach=reach, corners=corners, fixture=fixture)
 
     def feasible(self, poses: npt.ArrayLike) -> Bools:
-        """(m,): nothing is in the way."""
+        """Return which poses have nothing in the way (m,)."""
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
         together = Pose.from_turns(six[:, :3], six[:, 3:])
         static = self._static(six, together).max(axis=1)
@@ -91,17 +91,17 @@ class Feasibility:
         return np.asarray(static == 0.0)
 
     def violation(self, poses: npt.ArrayLike) -> Array:
-        """(m,) mm: the sum of what all constraints lack, each at its worst place; 0 = feasible."""
+        """Return the sum of the amounts missed by all constraints, each at its worst place, (m,) mm; 0 = feasible."""
         return np.asarray(self.amounts(poses).sum(axis=1))
 
     def amounts(self, poses: npt.ArrayLike) -> Array:
-        """(m, len(CONSTRAINTS)) mm, 0 where met. Angles count as the arc at the part's rim, kg as mm."""
+        """Return the amounts missed (m, len(CONSTRAINTS)) mm, 0 where met. Angles count as the arc at the part's rim, kg as mm."""
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
         together = Pose.from_turns(six[:, :3], six[:, 3:])
         return np.asarray(self._static(six, together) + self._of_tool(together))
 
     def _static(self, six: Array, pose: Pose) -> Array:
-        """The columns that need no tool (m, len(CONSTRAINTS)), others 0; pose: the batch of the six numbers (m, 6)."""
+        """Return the columns that need no tool (m, len(CONSTRAINTS)), others 0; pose: the batch of the six numbers (m, 6)."""
         out = np.zeros((len(six), len(CONSTRAINTS)))
         column = CONSTRAINTS.index
         out[:, column("load")] = self.overload()
@@ -115,18 +115,18 @@ class Feasibility:
         return out
 
     def problems(self, pose: Pose) -> list[Hindrance]:
-        """Everything that is in the way at one pose, worst first within each constraint; empty = feasible."""
+        """Return everything that is in the way at one pose, worst first within each constraint; empty = feasible."""
         return problems(self, pose)
 
     # ---------------------------------------------------------------- parts of it
 
     def overload(self) -> float:
-        """kg above the load limit of the machine."""
+        """Return the load above the limit of the machine, kg."""
         limit = self.scenario.machine.load_limit
         return 0.0 if limit is None else max(0.0, self.scenario.part.mass - limit)
 
     def positions(self, pose: Pose) -> Array:
-        """(m, 3n + 1, 3): axis positions wanted at touches, starts, retracts and above the first start; m poses."""
+        """Return axis positions wanted at touches, starts, retracts and above the first start (m, 3n + 1, 3); m poses."""
         tips = np.concatenate([self.rows.tip, self.rows.start, self.rows.end, self.rows.start[:1]])
         wanted = pose.apply(np.broadcast_to(tips, (len(pose.shift), *tips.shape))) - np.concatenate(
             [self.zero, self.zero, self.zero, self.zero[:1]]
@@ -136,18 +136,18 @@ class Feasibility:
 
     @cached_property
     def zero(self) -> Array:
-        """(n, 3): the tip with all axes at zero."""
+        """Tip with all axes at zero (n, 3)."""
         machine = self.scenario.machine
         still = Run({a: np.zeros(self.rows.n) for a in machine.chain.letters}, self.rows.offset)
         return nominal_tip(machine.chain, machine.axes, still)
 
     def limits(self) -> Array:
-        """(2, 3): travels along x, y, z; an axis that the machine lacks stands at zero."""
+        """Travels along x, y, z (2, 3); an axis that the machine lacks counts as fixed at zero."""
         axes = self.scenario.machine.axes
         return np.array([axes[a].travel if a in axes else (0.0, 0.0) for a in "XYZ"]).T
 
     def _travel(self, pose: Pose) -> tuple[Array, Array]:
-        """What the travels lack: (m, 3) in length, whatever the shift, and (m, 3n + 1, 3) in place."""
+        """Return the amounts by which the travels are missed: (m, 3) in length, for any shift, and (m, 3n + 1, 3) in place."""
         wanted, (low, high) = self.positions(pose), self.limits()
         span = wanted.max(axis=1) - wanted.min(axis=1) - (high - low)
         over = np.maximum(low - wanted, wanted - high)
@@ -166,18 +166,18 @@ class Feasibility:
 
     @cached_property
     def shafts(self) -> Array:
-        """(s, 3) unit, machine: from the tip of each stylus to its head."""
+        """Unit directions (s, 3), machine: from the tip of each stylus to its head."""
         return np.array([-self.rows.plan.styli[name].direction for name in self.rows.styli])
 
     def steep(self, rotation: Array) -> Array:
-        """(..., n) rad by which the shaft leans over the surface too far, by rotations (..., 3, 3)."""
+        """Return the angles (..., n) rad by which the shaft leans over the surface too far, by rotations (..., 3, 3)."""
         shafts = self.shafts @ rotation
         cosine = np.einsum("...ni,ni->...n", shafts[..., self.rows.stylus, :], self.rows.normal)
         off = np.arccos(np.clip(cosine, -1.0, 1.0)) - self.scenario.surroundings.steepest
         return np.where(off > 1e-9, off, 0.0)
 
     def room(self, rotation: Array) -> Room:
-        """Against the part, for a rotation machine_from_part; kept by side."""
+        """Return the room against the part, for a rotation machine_from_part; cached by side."""
         key = self.tooling.key(rotation)
         if key not in self._rooms:
             if len(self._rooms) >= MAX_KEPT:
@@ -187,7 +187,7 @@ class Feasibility:
         return self._rooms[key]
 
     def rooms_by_obstacle(self, rotation: Array) -> dict[str, Room]:
-        """Room against the part alone and against each clamp that it carries, for saying which of them is in the way."""
+        """Return the room against the part alone and against each clamp that it carries, for messages about the obstacle."""
         around = self.scenario.surroundings
         solids: dict[str, Solid] = {"the part": part_solid(self.scenario.part, around.wall)}
         for c in around.clamps:
@@ -196,7 +196,7 @@ class Feasibility:
         return {name: room(self.tooling, solid, self.rows, rotation.T) for name, solid in solids.items()}
 
     def part_back(self, rotation: Array, which: Ints) -> Array:
-        """(n,) mm that the tool lacks of the part while it draws back from `which`; inf at touches nobody asked about."""
+        """Return the missing clearance (n,) mm from the part while the tool draws back from `which`; inf at touches that are not in `which`."""
         known = self._backs.setdefault(self.tooling.key(rotation), np.full(self.rows.n, np.inf))
         new = which[np.isinf(known[which])]
         if len(new):
@@ -204,7 +204,7 @@ class Feasibility:
         return known
 
     def table_room(self, pose: Pose) -> TableRoom | None:
-        """Against clamps on the table and the table itself, in workpiece axes; None without any."""
+        """Return the room against clamps on the table and the table itself, in workpiece axes; None without any."""
         around = self.scenario.surroundings
         clamps = [c for c in around.clamps if c.on == "table"]
         if not clamps and around.table is None:
@@ -222,7 +222,7 @@ class Feasibility:
         return TableRoom(solid, corners, beside, np.maximum(0.0, -np.array(overlap).reshape(-1)))
 
     def machine_rows(self, pose: Pose) -> TouchSequence:
-        """The touches in workpiece axes."""
+        """Return the touches in workpiece axes."""
         r = self.rows
         return replace(
             r,
@@ -233,7 +233,7 @@ class Feasibility:
         )
 
     def blocked_moves(self, poses: Pose, of_part: Room, table: TableRoom | None) -> tuple[Array, Array]:
-        """Moves that cannot be made at m poses of one side (one, where there is a table): (m, k) mm per pair (straight and by
+        """Return the moves that cannot be made at m poses of one side (one, where there is a table): (m, k) mm per pair (straight and by
         drawing back), (n,) mm where a stylus changes.
         """
         direct = of_part.direct if table is None else np.maximum(of_part.direct, table.room.direct)
@@ -248,7 +248,7 @@ class Feasibility:
         return moves, ends
 
     def _of_tool(self, poses: Pose) -> Array:
-        """The columns that need the tool (m, len(CONSTRAINTS)), others 0; poses that see the part from one side together."""
+        """Return the columns that need the tool (m, len(CONSTRAINTS)), others 0; poses that see the part from one side together."""
         out, sides = np.zeros((len(poses.shift), len(CONSTRAINTS))), dict[tuple[float, ...], list[int]]()
         around = self.scenario.surroundings
         shared = around.table is None and all(c.on != "table" for c in around.clamps)
@@ -259,7 +259,7 @@ class Feasibility:
         return out
 
     def _of_side(self, poses: Pose) -> Array:
-        """The same for poses of one side; one pose where something stands on the table."""
+        """Return the same for poses of one side; one pose where there is an obstacle on the table."""
         out, column, first = (
             np.zeros((len(poses.shift), len(CONSTRAINTS))),
             CONSTRAINTS.index,

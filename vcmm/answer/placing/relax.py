@@ -1,4 +1,4 @@
-"""When no pose is feasible: which constraint must give way, and by how little, so that some pose opens.
+"""When no pose is feasible: find the constraint, and its smallest relaxation, that makes some pose feasible.
 
 For every constraint the others are kept and its own violation is minimised over the search space, first over the
 given poses, then by a simplex search (Nelder & Mead, Computer Journal 7 (1965) 308) from the best of them.
@@ -51,7 +51,7 @@ def relaxation(
     high: npt.ArrayLike | None = None,
     polish: int = 200,
 ) -> tuple[Relaxation, ...]:
-    """Smallest relaxation of each single constraint that opens a pose, smallest first; empty where no single one does.
+    """Return the smallest relaxation of each single constraint that opens a pose, smallest first; empty where no single one does.
 
     poses (m, 6): the search space as points. low, high (6,): its range, in which the best points are improved by at most
     `polish` evaluations each; without them only the points count. amount 0 means that a pose is feasible as it is.
@@ -76,7 +76,7 @@ def relaxation(
 def _polish(
     check: Feasibility, c: int, pose: Array, low: Array, high: Array, evaluations: int
 ) -> tuple[Array, float, float]:
-    """The pose near `pose` within its range where constraint c is violated least and the others are kept."""
+    """Search for the pose near `pose` within its range where constraint c is violated least and the others are kept."""
     from scipy.optimize import minimize
 
     free = np.flatnonzero(high > low)
@@ -103,7 +103,7 @@ def _polish(
 def no_reachable_pose(
     openings: tuple[Relaxation, ...], check: Feasibility, nearest: npt.ArrayLike
 ) -> ModelLimit:
-    """The error for a search space without a feasible pose. nearest (6,): the pose with the smallest violation."""
+    """Return the error for a search space without a feasible pose. nearest (6,): the pose with the smallest violation."""
     if openings:
         one = openings[0]
         also = ", ".join(f"{r.constraint} by {r.amount:.4g} mm" for r in openings[1:3])

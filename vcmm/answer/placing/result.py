@@ -1,4 +1,4 @@
-"""What a placement returns: frozen values, and the body of its JSON document."""
+"""Results of a placement as frozen values, and the body of its JSON document."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PlacementResult(Readable):
     """The outcome. present: None where the present pose cannot be used; `problems` say why.
 
     before, after: the full evaluation at the present and the best pose (budgets, decisions). median and worst are those
-    of the scan, drawn evenly over the fixture.
+    of the scan, sampled evenly over the fixture.
     """
 
     objective: Uncertain
@@ -65,7 +65,7 @@ class PlacementResult(Readable):
         return f"<Placed: shift ({shift}) mm, objective {self.best.value:.4g}{gain}>"
 
     def plot(self, ax: Any = None) -> Axes:
-        """The objective over the two degrees of freedom that matter most, the others at the best pose."""
+        """Plot the objective over the two degrees of freedom that matter most, the others at the best pose."""
         drawn: Axes = draw(self, ax)
         return drawn
 
@@ -78,7 +78,7 @@ class PlacementResult(Readable):
 
 
 def place_json(placed: PlacementResult) -> dict[str, Any]:
-    """The body of the JSON document."""
+    """Return the body of the JSON document."""
     objective, certificate, flat = placed.objective, placed.certificate, placed.region
     sure = placed.confirmation
     return {
@@ -114,12 +114,12 @@ def place_json(placed: PlacementResult) -> dict[str, Any]:
 
 
 def freedom_key(freedom: str) -> str:
-    """Key of a degree of freedom with its unit."""
+    """Return the key of a degree of freedom with its unit."""
     return f"{freedom}_rad" if freedom.startswith("turn") else f"{freedom}_mm"
 
 
 def pose_json(six: Array) -> dict[str, Any]:
-    """A pose; shift after turns about the fixed x, then y, then z."""
+    """Return a pose; shift after turns about the fixed x, then y, then z."""
     return {
         "shift_mm": [float(v) for v in six[:3]],
         "turn_rad": [float(v) for v in six[3:]],
@@ -132,7 +132,7 @@ def at_json(placed: PlacementResult, at: At) -> dict[str, Any]:
 
 
 def _spread(placed: PlacementResult, at: At) -> list[dict[str, Any]]:
-    """u and U of the characteristics that count: by the full evaluation where there is one, beside them as the search saw them."""
+    """Return u and U of the characteristics that count: by the full evaluation where there is one, beside the values of the search."""
     from vcmm.part.gps.characteristics import unit
 
     whole = placed.after if at is placed.best else placed.before if at is placed.present else None
@@ -151,7 +151,7 @@ def _spread(placed: PlacementResult, at: At) -> list[dict[str, Any]]:
 
 
 def why_json(placed: PlacementResult) -> list[dict[str, Any]]:
-    """Contributions of the influences at the present and the best pose, by the full evaluation."""
+    """Return contributions of the influences at the present and the best pose, by the full evaluation."""
     out = []
     for k, after in enumerate(placed.after.characteristics):
         before = placed.before.characteristics[k] if placed.before else None
@@ -171,7 +171,7 @@ def why_json(placed: PlacementResult) -> list[dict[str, Any]]:
 
 
 def map_json(chart: Map) -> dict[str, Any]:
-    """The map; null where the fixture or a constraint does not allow a pose."""
+    """Return the map; null where the fixture or a constraint does not allow a pose."""
     values = [[float(v) if np.isfinite(v) else None for v in row] for row in chart.values]
     names = [freedom_key(n) for n in chart.names]
     axes = {n: [float(v) for v in a] for n, a in zip(names, (chart.x, chart.y))}

@@ -53,42 +53,42 @@ class Rows:
 
     @cached_property
     def still(self) -> Run:
-        """The touches that are looked at, at the present pose: labels and columns that do not move."""
+        """Touches in use, at the present pose: labels and columns that do not move."""
         return self.touches.run if self.subset is None else self.touches.run.take(self.subset)
 
     @property
     def n(self) -> int:
-        """Touches that are looked at."""
+        """Number of touches in use."""
         return self.still.n
 
     def only(self, subset: Ints) -> Rows:
-        """The same plan, of which `run` makes some touches only."""
+        """Return the same plan, of which `run` makes some touches only."""
         return replace(self, subset=subset)
 
     @cached_property
     def zero(self) -> Array:
-        """(n, 3): the tip with all axes at zero."""
+        """Tip with all axes at zero (n, 3)."""
         run = self.touches.run
         still = Run({a: np.zeros(run.n) for a in self.machine.chain.letters}, run.offset)
         return nominal_tip(self.machine.chain, self.machine.axes, still)
 
     @cached_property
     def balls(self) -> Array:
-        """(n, 3): centres of the tip in the drawing frame."""
+        """Centres of the tip in the drawing frame (n, 3)."""
         t = self.touches
         return t.points + t.tip_radius[:, None] * t.normals
 
     @cached_property
     def needed_columns(self) -> frozenset[str]:
-        """Columns that some effect of the machine asks for."""
+        """Columns that some effect of the machine needs."""
         return frozenset(c for e in self.machine.effects for c in required(e))
 
     def axis_positions(self, six: Array) -> Array:
-        """(m, n, 3): axis positions along x y z that the touches need at poses (m, 6), reachable or not."""
+        """Return axis positions along x y z (m, n, 3) that the touches need at poses (m, 6), reachable or not."""
         return np.asarray(_move_points(pose_of(six), self.balls) - self.zero)
 
     def run(self, six: Array) -> Run:
-        """The prepared Run of m n rows for poses (m, 6)."""
+        """Return the prepared Run of m n rows for poses (m, 6)."""
         m, rows = len(six), slice(None) if self.subset is None else self.subset
         t, pose, still = self.touches, pose_of(six), self.still
         tip = _move_points(pose, self.balls[rows])
@@ -110,7 +110,7 @@ class Rows:
 
     @cached_property
     def constant(self) -> tuple[str, ...]:
-        """Columns that do not move with the pose: time, temperatures and whatever an effect or input may ask for."""
+        """Columns that do not move with the pose: time, temperatures and others that an effect or input may need."""
         moving = ("tip_", "part_", "sense_", "speed_", "probe_")
         names = [c for c in self.still.columns if not c.startswith(moving) and c not in ("nx", "ny", "nz")]
         return tuple(names)
@@ -123,12 +123,12 @@ class Rows:
 
     @cached_property
     def _styli(self) -> tuple[Array, Array]:
-        """Direction (n, 3) and length (n,) of the stylus of every touch that is looked at."""
+        """Direction (n, 3) and length (n,) of the stylus of every touch in use."""
         styli = [self.scenario.plan.styli[str(s)] for s in self.still.labels["stylus"]]
         return np.array([s.direction for s in styli]), np.array([s.length for s in styli])
 
     def _history(self, six: Array) -> dict[str, Array]:
-        """Speeds and senses (m, all touches), as `plan.touches` makes them; only where an effect asks for some."""
+        """Return speeds and senses (m, all touches), as `plan.touches` makes them; only where an effect needs them."""
         if not any(c.startswith(("speed_", "sense_")) for c in self.needed_columns):
             return {}
         t, touch, pose = self.touches, self.scenario.plan.touch, pose_of(six)
@@ -148,7 +148,7 @@ class Rows:
 
 
 def _move_points(pose: Pose, points: Array) -> Array:
-    """(m, n, 3): points (n, 3) at every pose of a batch."""
+    """Return points (n, 3) at every pose of a batch, (m, n, 3)."""
     return _turn_vectors(pose, points) + pose.shift[:, None, :]
 
 
@@ -157,7 +157,7 @@ def _turn_vectors(pose: Pose, vectors: Array) -> Array:
 
 
 def _sense(q: Array, direction: Array, normal: Array, approach: float, lift: float) -> Array:
-    """(m, n): the sense in which an axis comes to each touch; an axis that did not move keeps its last sense."""
+    """Return the sense (m, n) in which an axis comes to each touch; an axis that did not move keeps its last sense."""
     begin = q - approach * direction
     before = np.concatenate([begin[:, :1] + lift, (q + approach * normal)[:, :-1]], axis=1)
     final = np.where(np.abs(direction) > 1e-9, direction, begin - before)

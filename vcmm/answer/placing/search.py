@@ -28,16 +28,16 @@ MOST_MINIMA = 20  # minima that stand in the outcome
 
 @dataclass
 class CountedObjective:
-    """The objective over one box, in unit coordinates; remembers how often it was asked and what it was told."""
+    """The objective over one box, in unit coordinates; counts its evaluations and keeps their values."""
 
     box: PoseBox
     objective: Objective
     count: int = 0
-    feasible: int = 0  # of these, poses that nothing keeps from being used
+    feasible: int = 0  # number of feasible poses among them
     history: list[tuple[Array, Array]] = field(default_factory=list)
 
     def __call__(self, unit: Array) -> Array:
-        """(m, d) -> (m,); inf where the pose is not feasible."""
+        """Evaluate the objective: (m, d) -> (m,); inf where the pose is not feasible."""
         unit = np.clip(np.atleast_2d(unit), 0.0, 1.0)
         six, ok = self.box.poses(unit)
         out = np.full(len(unit), np.inf)
@@ -49,7 +49,7 @@ class CountedObjective:
         return out
 
     def best(self, count: int, apart: float = 0.05) -> list[tuple[float, Array]]:
-        """The best coordinates found so far that lie `apart` from one another."""
+        """Return the best coordinates found so far that lie `apart` from one another."""
         unit = np.concatenate([u for u, _ in self.history])
         value = np.concatenate([v for _, v in self.history])
         lowest: list[tuple[float, Array]] = []
@@ -81,7 +81,7 @@ def search(
     seed: int = 0,
     progress: Callable[[str, float], None] | None = None,
 ) -> SearchOutcome:
-    """The lowest value over all boxes with at most so many evaluations of the objective."""
+    """Search for the lowest value over all boxes with at most so many evaluations of the objective."""
     report = progress or (lambda text, share: None)
     asked = [CountedObjective(box, objective) for box in boxes]
     sample = int(np.clip(0.25 * evaluations / len(asked), 16, 1024))
@@ -102,7 +102,7 @@ def search(
 
 
 def _nothing(asked: Sequence[CountedObjective]) -> ModelLimit:
-    """Why no pose of the sample has a value."""
+    """Return why no pose of the sample has a value."""
     count, reached = sum(a.count for a in asked), sum(a.feasible for a in asked)
     if not reached:
         return ModelLimit(
@@ -124,9 +124,9 @@ def _sobol(d: int, count: int, seed: int) -> Array:
 def _polish_minima(
     asked: Sequence[CountedObjective], evaluations: int, report: Callable[[str, float], None]
 ) -> list[tuple[float, Array, CountedObjective]]:
-    """A few steps of descent from many starts, the rest of the way from the best of those, the compass at the end.
+    """Descend a few steps from many starts, the rest of the way from the best of those, with the compass at the end.
 
-    What is left of the evaluations is shared out anew before every descent, so that starts that end early leave theirs to
+    The remaining evaluations are divided anew before every descent, so that starts that end early leave theirs to
     the others.
     """
     starts = [(v, u, one) for one in asked[:MOST_BOXES] for v, u in one.best(STARTS)]
@@ -154,7 +154,7 @@ def _evaluations_left(asked: Sequence[CountedObjective], evaluations: int) -> in
 def _different(
     minima: Sequence[tuple[float, Array, CountedObjective]],
 ) -> list[tuple[float, Array, CountedObjective]]:
-    """From the lowest up, without those that came to the same place."""
+    """Return the minima from the lowest up, without those that came to the same place."""
     kept: list[tuple[float, Array, CountedObjective]] = []
     for value, unit, one in sorted(minima, key=lambda item: item[0]):
         if all(one is not other or np.abs(unit - at).max(initial=0.0) > 0.01 for _, at, other in kept):
@@ -163,7 +163,7 @@ def _different(
 
 
 def differences(ask: Callable[[Array], Array], unit: Array, step: float = DIFFERENCE) -> tuple[float, Array]:
-    """Value and gradient (d,) by central differences, one-sided at the faces; 0 where a neighbour is not feasible."""
+    """Return value and gradient (d,) by central differences, one-sided at the faces; 0 where a neighbour is not feasible."""
     d = len(unit)
     high, low = np.minimum(unit + step * np.eye(d), 1.0), np.maximum(unit - step * np.eye(d), 0.0)
     value = ask(np.concatenate([unit[None], high, low]))
@@ -174,7 +174,7 @@ def differences(ask: Callable[[Array], Array], unit: Array, step: float = DIFFER
 
 
 def _forward(ask: Callable[[Array], Array], unit: Array, step: float = DIFFERENCE) -> tuple[float, Array]:
-    """Value and gradient (d,) by one-sided differences into the box: half the evaluations, good enough to descend."""
+    """Return value and gradient (d,) by one-sided differences into the box: half the evaluations, good enough to descend."""
     d = len(unit)
     step_of = np.where(unit > 0.5, -step, step)
     value = ask(np.concatenate([unit[None], unit + np.diag(step_of)]))
@@ -223,7 +223,7 @@ def _compass(one: CountedObjective, unit: Array, value: float, evaluations: int)
 def polished_from(
     objective: Objective, box: PoseBox, unit: Array, before: SearchOutcome, evaluations: int = 1000
 ) -> SearchOutcome:
-    """Descent and compass from one more start; the better of its end and what was found before."""
+    """Run descent and compass from one more start; return the better of its end and the previous outcome."""
     one = CountedObjective(box, objective)
     value = float(one(unit[None])[0])
     if box.d:

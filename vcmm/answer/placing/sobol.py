@@ -26,7 +26,7 @@ MOST = 1 + len(DIRECTIONS)
 
 
 def sobol(d: int, count: int, rng: np.random.Generator | None = None) -> Array:
-    """The first points (count, d) of the sequence in the unit cube, scrambled by rng where one is given; d at most MOST."""
+    """Return the first points (count, d) of the sequence in the unit cube, scrambled by rng where one is given; d at most MOST."""
     numbers = np.stack([_numbers(k) for k in range(d)])
     shift = np.zeros(d, dtype=np.uint32)
     if rng is not None:
@@ -39,7 +39,7 @@ def sobol(d: int, count: int, rng: np.random.Generator | None = None) -> Array:
 
 
 def _numbers(k: int) -> Bits:
-    """Direction numbers (BITS,) of dimension k, the j-th with its highest bit at BITS - 1 - j."""
+    """Return the direction numbers (BITS,) of dimension k, the j-th with its highest bit at BITS - 1 - j."""
     polynomial, first = DIRECTIONS[k - 1] if k else ((), ())
     m = list(first) or [1] * BITS
     while len(m) < BITS:  # m_j = 2 a_1 m_j-1 ^ 4 a_2 m_j-2 ^ ... ^ 2^s m_j-s ^ m_j-s

@@ -1,6 +1,6 @@
 """The tool at the touches of a plan: its bodies in the frame of the tip, and the touches, one row each, in the drawing frame.
 
-The tip is the origin; a touch puts it somewhere. All along machine directions: rotary axes stay at zero.
+The tip is the origin; a touch gives its place. All directions are those of the machine: rotary axes stay at zero.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ FINE, COARSE = 0.02, 0.5  # mm: how well the gaps of the shaft, and of head and 
 
 
 def shaft_radius(head: Head, stylus: Stylus) -> float:
-    """mm; a shaft is never thicker than its tip."""
+    """Return the radius in mm; a shaft is never thicker than its tip."""
     diameter = head.shafts.get(stylus.name, 2.0 * SHAFT_SHARE * stylus.tip_radius)
     return min(0.5 * diameter, stylus.tip_radius)
 
 
 def tool_bodies(head: Head, stylus: Stylus) -> Bodies:
-    """The four bodies of NAMES about the tip's centre."""
+    """Return the four bodies of NAMES about the tip's centre."""
     up = unit(np.array(head.up, dtype=float))
     mount = -np.asarray(stylus.offset, dtype=float)
     root = -stylus.direction * min(
@@ -56,7 +56,7 @@ def _bar(centre: Array, axes: Sequence[Array], sizes: Sequence[float]) -> Bodies
 
 
 def at_touches(tool: Bodies, body: int, tips: Array, rotation: Array) -> Bodies:
-    """One body of the tool at n tips (n, 3), turned from machine to another frame by `rotation`."""
+    """Return one body of the tool at n tips (n, 3), turned from machine to another frame by `rotation`."""
     one = tool.take(np.array([body]))
     n = len(tips)
     return Bodies(
@@ -89,7 +89,7 @@ class TouchSequence:
         return len(self.tip)
 
     def pairs(self) -> Ints:
-        """(k, 2) numbers of touches that follow one another with one stylus."""
+        """Return the numbers of touches that follow one another with one stylus, (k, 2)."""
         first = np.flatnonzero(self.stylus[1:] == self.stylus[:-1])
         return np.stack([first, first + 1], axis=1)
 
@@ -101,7 +101,7 @@ class TouchSequence:
 
 
 def touch_sequence(plan: Plan) -> TouchSequence:
-    """The touches of a plan; approach, start and retract as `vcmm.task.measuring.plan.touches` makes them."""
+    """Return the touches of a plan; approach, start and retract as `vcmm.task.measuring.plan.touches` makes them."""
     points = np.concatenate([s.points for s in plan.steps])
     normal = np.concatenate([s.normals for s in plan.steps])
     approach = np.concatenate([-s.normals if s.approach is None else s.approach for s in plan.steps])
@@ -133,17 +133,17 @@ class Tooling:
         self.shaft_need = np.minimum(around.shaft, 0.5 * (rows.radius - shaft))
 
     def key(self, rotation: Array) -> tuple[float, ...]:
-        """Poses with one key (machine_from_part rotations) see the part from the same side: all bodies are round."""
+        """Return a key: poses with one key (machine_from_part rotations) see the part from the same side, since all bodies are round."""
         return self.keys(rotation[None])[0]
 
     def keys(self, rotations: Array) -> list[tuple[float, ...]]:
-        """`key` of each of (m, 3, 3); m may be 0."""
+        """Return `key` of each of (m, 3, 3); m may be 0."""
         seen = np.round(self.looks @ rotations, 9) + 0.0
         return list(map(tuple, seen.reshape(len(seen), self.looks.size).tolist()))
 
     @cached_property
     def looks(self) -> Array:
-        """(1 + s, 3), machine: the way up and one place of each tool, which tell the sides of the part that it sees."""
+        """Directions (1 + s, 3), machine: the way up and one place of each tool, which determine the sides of the part that it sees."""
         up = np.array(self.around.head.up, dtype=float)
         return np.vstack([up / np.linalg.norm(up), *(t.centre[0] for t in self.tools)])
 
@@ -151,7 +151,7 @@ class Tooling:
         return self.shaft_need if body == 0 else np.full(self.rows.n, self.around.safe)
 
     def place_body(self, body: int, which: Ints, tips: Array, rotation: Array) -> Bodies:
-        """One body at the touches `which` (k,), whose tips are at (k, 3); rotation: frame_from_machine."""
+        """Return one body at the touches `which` (k,), whose tips are at (k, 3); rotation: frame_from_machine."""
         stylus = self.rows.stylus[which]
         groups = [np.flatnonzero(stylus == s) for s in range(len(self.tools))]
         parts = [at_touches(self.tools[s], body, tips[g], rotation) for s, g in enumerate(groups) if len(g)]
@@ -161,16 +161,17 @@ class Tooling:
     def body(
         self, body: int, which: Ints, begin: Array, end: Array, rotation: Array
     ) -> tuple[Bodies, Array, Array]:
-        """One body while the tip goes straight from begin (k, 3) to end (k, 3); what it must keep; how well it is known."""
+        """Return one body while the tip goes straight from begin (k, 3) to end (k, 3); the clearance that it must keep; and the accuracy
+        of the body."""
         bodies = self.place_body(body, which, begin, rotation).swept_volume(np.zeros_like(begin), end - begin)
         return bodies, self.need(body)[which], np.full(len(which), FINE if body == 0 else COARSE)
 
     def ball(self, which: Ints, begin: Array, end: Array, need: Array) -> tuple[Bodies, Array, Array]:
-        """The tip itself."""
+        """Return the tip itself."""
         return rods(begin, end, self.rows.radius[which]), need, np.full(len(which), FINE)
 
     def moving(self, solid: Solid, which: Ints, begin: Array, end: Array, rotation: Array) -> Array:
-        """(k,) mm that the whole tool lacks on a straight positioning move; the tip keeps `safe`, or what it has."""
+        """Return the missing clearance (k,) mm of the whole tool on a straight positioning move; the tip keeps `safe`, or its present clearance."""
         if not len(which):
             return np.zeros(0)
         keep = np.full(len(which), min(self.around.safe, 0.5 * self.rows.plan.touch.approach))
@@ -179,7 +180,7 @@ class Tooling:
 
 
 def _round_quill(tool: Bodies) -> Bodies:
-    """The square quill in its round, so that a turn about the axis changes nothing."""
+    """Return the square quill as its round hull, so that a turn about the axis changes nothing."""
     edges, quill = tool.edges.copy(), NAMES.index("quill")
     sides = np.linalg.norm(edges[quill, :2], axis=1)
     radius = float(np.hypot(*sides))

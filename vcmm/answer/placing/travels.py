@@ -44,7 +44,7 @@ class Travels:
         return tuple(out)
 
     def intervals(self, six: Array) -> tuple[Array, Array]:
-        """Shifts (m, 3) low and high that all limits allow for the orientations of poses (m, 6); low > high: none."""
+        """Return shifts (m, 3) low and high that all limits allow for the orientations of poses (m, 6); low > high: none."""
         turned = np.array(six, dtype=float)
         turned[:, :3] = 0.0
         axis = self.rows.axis_positions(turned)
@@ -58,13 +58,13 @@ class Travels:
         return low, high
 
     def feasible(self, poses: Array) -> npt.NDArray[np.bool_]:
-        """Which of the poses (m, 6) keep all limits."""
+        """Return which of the poses (m, 6) keep all limits."""
         low, high = self.intervals(poses)
         shift = poses[:, :3]
         return np.asarray(((shift >= low - EDGE) & (shift <= high + EDGE)).all(axis=1))
 
     def problems(self, pose: Pose) -> list[Hindrance]:
-        """Every limit that the pose misses, with the point that misses it most."""
+        """Return every limit that the pose misses, with the point that misses it most."""
         axis = self.rows.axis_positions(six_of(pose)[None])[0]
         both = {"axis": axis, "tip": axis + self.rows.zero}
         out = []

@@ -15,13 +15,13 @@ UNITS = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 
 
 def amount(value: float, placed: PlacementResult) -> str:
-    """A value of the objective with its unit."""
+    """Return a value of the objective with its unit."""
     word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
     return f"{value * scale:.4g} {word}".strip()
 
 
 def change(gain: float, before: float) -> str:
-    """A gain as a share of what was before."""
+    """Return a gain as a share of what was before."""
     return f"{gain / before:+.2%}" if before else "none"
 
 
@@ -42,7 +42,7 @@ def _short(value: float, digits: int) -> str:
 
 
 def changes(placed: PlacementResult) -> list[tuple[str, str, list[tuple[str, float, float]], float]]:
-    """Per characteristic that counts: name, unit, (influence, u present, u best) by size of change, u^2 at present."""
+    """Return, per characteristic that counts, name, unit, (influence, u present, u best) by size of change, u^2 at present."""
     out = []
     if placed.before is None:
         return []
@@ -65,7 +65,7 @@ class HasRegion(Protocol):
 
 
 def region_text(placed: HasRegion) -> str:
-    """The region within 2 % in words."""
+    """Return the region within 2 % in words."""
     flat = placed.region
     ranges = [f"{n} {format_freedom(n, a)} to {format_freedom(n, b)}" for n, (a, b) in flat.box.items()]
     whole = f"{flat.share:.1%} of the poses of the fixture lie within {flat.within:.0%} of the value found"
@@ -77,7 +77,7 @@ def region_text(placed: HasRegion) -> str:
 
 
 def goal_text(goal: Any) -> str:
-    """The objective in words."""
+    """Return the objective in words."""
     kinds = " + ".join(f"{v:g} {k}" if v != 1 else str(k) for k, v in goal.mixture.items() if v)
     parts = ", ".join(f"{w:.3g} {n}" for n, w in goal.weights.items() if w)
     return f"{kinds} over {parts}"

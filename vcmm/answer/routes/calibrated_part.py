@@ -1,4 +1,4 @@
-"""The route of ISO 15530-3:2011: a calibrated part of the same kind, measured again and again as the other parts are.
+"""The route of ISO 15530-3:2011: a calibrated part of the same kind, measured repeatedly in the same way as the other parts.
 
     b = mean of the repeats - calibrated value                systematic error, taken off every later reading
     U = k sqrt(u_cal^2 + u_p^2 + u_b^2 + u_w^2)               k = 2 from 20 repeats on
@@ -33,7 +33,7 @@ ENOUGH, LEAST = 20, 2  # repeats that ISO 15530-3 asks for; without two there is
 
 @dataclass(frozen=True)
 class CalibratedValue:
-    """What the certificate of a part says of one characteristic: value and u, mm or rad; from_part: u from part to part."""
+    """Statement of the certificate of a part for one characteristic: value and u, mm or rad; from_part: u from part to part."""
 
     value: float
     u: float
@@ -57,7 +57,7 @@ class Warmth:
 def calibrated_part(
     reading: float, repeats: Array, calibration: CalibratedValue, warmth: Warmth | None = None
 ) -> RouteEstimate:
-    """A reading of another part, mm or rad, with the error taken off that the repeats (n,) of the calibrated part show.
+    """Correct a reading of another part, mm or rad, by the error that the repeats (n,) of the calibrated part show.
 
     warmth: of both parts, which are of one material. UsageError for fewer than two repeats.
     """

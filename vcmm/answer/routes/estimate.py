@@ -1,4 +1,4 @@
-"""What one route says of one characteristic, and whether two routes agree.
+"""The estimate of one route for one characteristic, and the agreement of two routes.
 
     estimate of a route = what is measured - what the route knows of the error; its uncertainty is a sum of named contributions
     E_n = (y_1 - y_2) / U(y_1 - y_2)                                  (ISO/IEC 17043:2010, B.3.1.3, for U of the difference)
@@ -32,7 +32,7 @@ class Contribution:
 
 @dataclass(frozen=True)
 class RouteEstimate:
-    """value: mm or rad; U = k u about it. remarks: what a reader of this route must know. whole: U holds all errors that are in
+    """value: mm or rad; U = k u about it. remarks: warnings about this route. whole: U holds all errors that are in
     the value.
     """
 
@@ -58,7 +58,7 @@ class RouteEstimate:
 
 @dataclass(frozen=True)
 class RouteAgreement:
-    """Two routes compared: difference first - second, its expanded uncertainty, covariance and names of what they share."""
+    """Two routes compared: difference first - second, its expanded uncertainty, covariance and names of their common contributions."""
 
     first: str
     second: str
@@ -77,7 +77,7 @@ class RouteAgreement:
 
 
 def effective_dof(contributions: Iterable[Contribution]) -> float:
-    """nu_eff = u^4 / sum(u_i^4 / nu_i) of Welch and Satterthwaite (JCGM 100:2008, G.2b); infinite where all are."""
+    """Return nu_eff = u^4 / sum(u_i^4 / nu_i) of Welch and Satterthwaite (JCGM 100:2008, G.2b); infinite where all are."""
     found = list(contributions)
     rest = sum(c.u**4 / c.dof for c in found if math.isfinite(c.dof) and c.dof > 0)
     whole = sum(c.u**2 for c in found)
@@ -85,7 +85,7 @@ def effective_dof(contributions: Iterable[Contribution]) -> float:
 
 
 def coverage_factor(dof: float) -> float:
-    """k for p = 95.45 %: 2 for infinite degrees of freedom, Student's t below (JCGM 100:2008, G.3.2)."""
+    """Return k for p = 95.45 %: 2 for infinite degrees of freedom, Student's t below (JCGM 100:2008, G.3.2)."""
     if math.isinf(dof):
         return 2.0
     from scipy.special import stdtrit
@@ -94,12 +94,12 @@ def coverage_factor(dof: float) -> float:
 
 
 def agreements(estimates: Sequence[RouteEstimate]) -> tuple[RouteAgreement, ...]:
-    """Every pair of routes whose U holds what is in their values."""
+    """Compare every pair of routes whose U holds all errors that are in their values."""
     return tuple(agreement(a, b) for a, b in combinations([e for e in estimates if e.whole], 2))
 
 
 def agreement(first: RouteEstimate, second: RouteEstimate) -> RouteAgreement:
-    """E_n of two routes with the covariance of what they share."""
+    """Return E_n of two routes with the covariance of their common contributions."""
     names = {c.name for c in first.contributions} & {c.name for c in second.contributions}
     apart = [c for c in (*first.contributions, *second.contributions) if c.name not in names]
     u = math.hypot(*(c.u for c in apart))

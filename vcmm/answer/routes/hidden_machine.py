@@ -1,7 +1,7 @@
-"""Measurements on a machine and of parts that no route knows: drawn once from what is stated, then measured again and again.
+"""Simulate measurements on a machine and of parts that no route knows: sampled once from the stated knowledge, then measured repeatedly.
 
-One machine is drawn and kept (its geometry, its styli); parts have a size, a place, a form and an expansion of their own; the
-scatter of touches and all temperatures are drawn anew at every measurement, as repeats over several days show them.
+One machine is sampled and kept (its geometry, its styli); parts have a size, a place, a form and an expansion of their own; the
+scatter of touches and all temperatures are sampled anew at every measurement, as repeats over several days show them.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ RING_DIAMETER = 20.0
 
 @dataclass(frozen=True)
 class HiddenMachine:
-    """The machine that is drawn from what a scenario says, by seed."""
+    """The machine that is sampled from a scenario, by seed."""
 
     seed: int
 
     def measure(self, task: Task, part: int, first: int, count: int) -> Array:
-        """(count, C): a part measured `count` times. part: trial of its own properties; first: number of the first measurement."""
+        """Measure a part `count` times (count, C). part: trial of its own properties; first: number of the first measurement."""
         model = build(task)
         kept = draw_inputs(model, self.seed, 0, FIRST_ANEW)
         anew = draw_inputs(model, self.seed, FIRST_ANEW + first, count)
@@ -61,7 +61,7 @@ class HiddenMachine:
 
 
 def _draw_inputs(kept: Draws, anew: Draws, part: int, count: int) -> Draws:
-    """The draws of one Input for `count` measurements: kept from one trial, or drawn anew."""
+    """Return the draws of one Input for `count` measurements: kept from one trial, or sampled anew."""
     which = _trial(anew.influence.input, part)
     if which is None:
         return anew
@@ -70,19 +70,19 @@ def _draw_inputs(kept: Draws, anew: Draws, part: int, count: int) -> Draws:
 
 
 def _trial(quantity: Input, part: int) -> int | None:
-    """The trial in which an Input is kept; None where it is drawn anew."""
+    """Return the trial in which an Input is kept; None where it is sampled anew."""
     if quantity.effect == FORM or quantity.effect == PartExpansion.name:
         return part
     return None if quantity.is_channel or quantity.redraw not in SAME_EACH_TIME else 0
 
 
 def anew(one: Input) -> bool:
-    """Whether repeats over several days show an Input as scatter."""
+    """Return whether repeats over several days show an Input as scatter."""
     return _trial(one, OWN) is None
 
 
 def hidden_part(task: Task, seed: int, name: str) -> Task:
-    """The task with a part that is off by a few um in size and place and has a form; the same for every pose."""
+    """Return the task with a part that is off by a few um in size and place and has a form; the same for every pose."""
     rng = np.random.default_rng(key(seed, f"hidden part: {name}"))
     form = task.form.copy()
     for feature_name, rows in task.touches.rows.items():
@@ -95,19 +95,19 @@ def hidden_part(task: Task, seed: int, name: str) -> Task:
 
 
 def true_values(task: Task) -> Array:
-    """(C,): what a machine without errors indicates of the part at these points, mm or rad."""
+    """Return the indications of a machine without errors for the part at these points, (C,) mm or rad."""
     points = measured_points(task, np.zeros((task.touches.run.n, 3)))
     return np.asarray(evaluate_all(task, fit_features(task, points)))
 
 
 def indicated_values(task: Task) -> Array:
-    """(C,): what the machine indicates of the part of the task with all errors at their estimates."""
+    """Return the indications of the machine for the part of the task with all errors at their estimates, (C,)."""
     points = measured_points(task, task.machine.indication_error(task.touches.run))
     return np.asarray(evaluate_all(task, fit_features(task, points)))
 
 
 def shows(task: Task) -> Array:
-    """(C, 2): change of every characteristic for points scaled by 1 (mm) and moved outwards by 1 mm."""
+    """Return the change of every characteristic for points scaled by 1 (mm) and moved outwards by 1 mm, (C, 2)."""
     step = 1e-4
     points = measured_points(task, np.zeros((task.touches.run.n, 3)))
     ways = (1e-2 * points, task.touches.normals)
@@ -119,7 +119,7 @@ def shows(task: Task) -> Array:
 
 
 def usable_positions(scenario: Scenario, count: int = USUAL) -> dict[str, Pose]:
-    """Poses in which the plan is within reach: where the part lies, turned by quarters, and moved about the table.
+    """Return poses in which the plan is within reach: the present one, turned by quarters, and moved about the table.
 
     Places that the scenario names come first. Fewer than `count` where the machine has no room for more.
     """
@@ -155,7 +155,7 @@ def _within_reach(scenario: Scenario) -> bool:
 def standards(
     scenario: Scenario, machine: HiddenMachine, positions: Mapping[str, Pose]
 ) -> list[StandardReadings]:
-    """A standard of length along x and y of the part in every position, and a ring, each measured five times there.
+    """Return a standard of length along x and y of the part in every position, and a ring, each measured five times there.
 
     Their calibrated values are true within what their certificates say.
     """
@@ -180,7 +180,7 @@ def _standard(
     certified: tuple[str, float, float],
     rng: np.random.Generator,
 ) -> StandardReadings:
-    """One standard measured in every position in which it is within reach."""
+    """Measure one standard in every position in which it is within reach."""
     part, touched = gauge
     kind, size, u = certified
     stylus = scenario.plan.steps[0].stylus
@@ -196,7 +196,7 @@ def _standard(
 
 
 def _length_standard(length: float, along: Array) -> tuple[Part, list[tuple[str, Array]]]:
-    """Two parallel faces, four touches on each."""
+    """Return two parallel faces, four touches on each."""
     side = np.cross([0.0, 0.0, 1.0], along)
     spots = np.array([2.0 * (i * side + j * np.array([0.0, 0.0, 1.0])) for i in (-1, 1) for j in (-1, 1)])
     faces = {
@@ -208,7 +208,7 @@ def _length_standard(length: float, along: Array) -> tuple[Part, list[tuple[str,
 
 
 def _ring(diameter: float) -> tuple[Part, list[tuple[str, Array]]]:
-    """A plain ring, sixteen touches."""
+    """Return a plain ring, sixteen touches."""
     ring = Feature(
         "bore", "circle", np.zeros(3), np.array([0.0, 0.0, 1.0]), np.array([diameter / 2]), inside=True
     )

@@ -1,7 +1,7 @@
 """One task by three routes: the model (virtual CMM), a calibrated part, several positions; and E_n between them.
 
-With measured data every route takes what was measured. Without, all of it is measured on a machine and on parts that are drawn
-and hidden from the routes, and what each route says is compared with the truth as well.
+With measured data every route uses these data. Without, the data are simulated on a machine and on parts that are sampled
+and hidden from the routes, and the result of each route is compared with the truth as well.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ REPEATS = 20
 
 @dataclass(frozen=True, eq=False)
 class RouteData:
-    """What was measured, by characteristic, mm or rad. repeats: of the calibrated part; positions: of the part itself, by position.
+    """Measured data, by characteristic, mm or rad. repeats: of the calibrated part; positions: of the part itself, by position.
 
     readings: of the part itself, once; temperatures: of the calibrated part during its repeats, mean degC.
     """
@@ -61,7 +61,7 @@ class RouteData:
 
 @dataclass(frozen=True, eq=False)
 class RoutedCharacteristic:
-    """One characteristic by all routes that could be taken. reading: what was indicated; truth: of a hidden part, else None."""
+    """One characteristic by all routes that could be taken. reading: the indicated value; truth: of a hidden part, else None."""
 
     name: str
     unit: str
@@ -72,13 +72,13 @@ class RoutedCharacteristic:
     agreements: tuple[RouteAgreement, ...]
 
     def error(self, route: RouteEstimate) -> float | None:
-        """(estimate - truth) / U of a route."""
+        """Return (estimate - truth) / U of a route."""
         return None if self.truth is None else (route.value - self.truth) / route.expanded
 
 
 @dataclass(frozen=True, eq=False)
 class RoutesResult(Readable):
-    """All characteristics; simulated: everything was measured on a drawn machine. left_out: name -> why a route says nothing of it."""
+    """All characteristics; simulated: everything was measured on a sampled machine. left_out: name -> why a route gives no result for it."""
 
     characteristics: tuple[RoutedCharacteristic, ...]
     simulated: bool
@@ -91,7 +91,7 @@ class RoutesResult(Readable):
         return f"<RoutesResult: {verdict}; {first_few(c.name for c in self.characteristics)}>"
 
     def __getitem__(self, name: str) -> RoutedCharacteristic:
-        """The characteristic of this name. KeyError: none has it."""
+        """Return the characteristic of this name. KeyError: none has it."""
         return of_name(self.characteristics, name)
 
     @property
@@ -106,7 +106,7 @@ def routes(
     settings: Settings | None = None,
     progress: Progress | None = None,
 ) -> RoutesResult:
-    """All routes of a scenario. data None: measured on a drawn machine. UsageError: no second route."""
+    """Compare all routes of a scenario. data None: simulate them on a sampled machine. UsageError: no second route."""
     chosen = replace(settings or scenario.settings, known_bias=CORRECTED)
     task = scenario.task()
     modelled = _evaluate_models(task, chosen, progress)
@@ -145,7 +145,7 @@ def routes(
 def _evaluate_models(
     task: Task, settings: Settings, progress: Progress | None
 ) -> dict[str, UncertaintyResult]:
-    """The evaluation of those characteristics that are a true value and an error, under the name of each."""
+    """Evaluate those characteristics that are a true value and an error, under the name of each."""
     smooth = tuple(c for c in task.part.characteristics if gps.is_linear(c, task.part.features))
     if not smooth:
         return {}
@@ -165,7 +165,7 @@ def _of(result: UncertaintyResult, name: str) -> CharacteristicResult:
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """One characteristic: what is indicated of the nominal part, what points scaled and moved outwards do, its evaluation or None."""
+    """One characteristic: its indication on the nominal part, the effect of points scaled and moved outwards, its evaluation or None."""
 
     name: str
     unit: str
@@ -197,7 +197,7 @@ def _ask_routes(
 
 
 def model_route(c: CharacteristicResult, model: LinearModel, reading: float, rule: str) -> RouteEstimate:
-    """The virtual CMM at a reading: known bias taken off, contributions by Input, those drawn anew together as scatter."""
+    """Return the virtual CMM at a reading: known bias corrected, contributions by Input, those sampled anew together as scatter."""
     said = at_indication(c, reading, rule)
     inputs = {one.input.id: one.input for one in model.influences}
     scatter, kept = [], []
@@ -216,7 +216,7 @@ def model_route(c: CharacteristicResult, model: LinearModel, reading: float, rul
 
 
 def _warmth(scenario: Scenario, length: float) -> Warmth:
-    """Temperature of the part, and how well its expansion is known; of a characteristic that grows by `length` mm per 1."""
+    """Return the temperature of the part, and the uncertainty of its expansion; of a characteristic that grows by `length` mm per 1."""
     u = [i.size for i in scenario.inputs if i.effect == PartExpansion.name]
     return Warmth(scenario.constants.get("temp_part_C", T0_DEG_C), u[0] if u else 0.0, abs(length))
 
@@ -229,7 +229,7 @@ def simulate(
     seed: int,
     progress: Progress | None = None,
 ) -> tuple[RouteData, dict[str, float]]:
-    """(what was measured, true values): one drawn machine, one part, one calibrated part, standards."""
+    """Return (measured data, true values): one sampled machine, one part, one calibrated part, standards."""
     report = progress or (lambda text, share: None)
     machine, names = hidden_machine.HiddenMachine(seed + 1), [c.name for c in task.part.characteristics]
     own = hidden_machine.hidden_part(task, machine.seed, "the part")
@@ -269,5 +269,5 @@ def simulate(
 
 
 def _task_at(scenario: Scenario, pose: Pose, own: Task) -> Task:
-    """The same part elsewhere in the machine."""
+    """Return the same part elsewhere in the machine."""
     return replace(scenario.at(pose).task(), form=own.form)

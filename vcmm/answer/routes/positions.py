@@ -1,8 +1,8 @@
 """The route by several positions: the part itself, not calibrated, measured in several places and orientations.
 
 In the manner of the draft ISO/TS 15530-2: errors of the machine's geometry differ from position to position, so their mean is
-nearly free of them, and their scatter says how nearly. What no position shows are the scale of the machine and the size of its
-tip. Standards show both, and they are taken off:
+nearly free of them, and their scatter says how nearly. No position shows the scale of the machine and the size of its
+tip. Standards show both, and they are corrected:
 
     error of a standard i = L_i e_L + t_i delta               t = 0: centres, 2: outer faces (length) and spheres, -2: rings
     (e_L, delta) by weighted least squares, covariance C, times chi^2 / nu where the standards differ by more than they may
@@ -64,7 +64,7 @@ class StandardReadings:
 
     @property
     def scatter(self) -> float:
-        """Of the mean of the readings; 0 for a single one."""
+        """Standard uncertainty of the mean of the readings; 0 for a single one."""
         n = len(self.readings)
         return float(np.std(self.readings, ddof=1)) / math.sqrt(n) if n > 1 else 0.0
 
@@ -115,7 +115,7 @@ def several_positions(
     known: Corrections,
     warmth: Warmth | None = None,
 ) -> RouteEstimate:
-    """readings: position -> repeats there (n,), mm or rad. shows: c of the characteristic, mm and 1.
+    """Return the result of the route. readings: position -> repeats there (n,), mm or rad. shows: c of the characteristic, mm and 1.
 
     UsageError for a single position.
     """

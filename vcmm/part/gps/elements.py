@@ -52,7 +52,7 @@ def place(
     pointwise: bool = True,
 ) -> MeasuredElement:
     """Return the element `name` by a criterion, moved to the drawing frame by `pose` = part_from_measured (None: it is
-    there already).
+    there already). pointwise: with its measured points, where they are kept.
 
     UsageError: the feature is unknown or not measured. ModelLimit: its direction is more than MAX_TILT off
     nominal.

@@ -1,1 +1,1 @@
-"""What a tool leaves: swept envelopes, contact map, stock, forces. Part frame, mm; s > 0 is material left."""
+"""Simulate the cut: swept envelopes, contact map, stock, forces. Part frame, mm; s > 0 is material left."""

@@ -21,7 +21,7 @@ OFTEN, KEPT = 4, 4096  # new stretches after which they are merged, and room for
 
 @njit(cache=True, nogil=True)
 def may_remove(box: Array, tool: Array, p: Array, n: Array, length: float, gone: Array, known: int) -> bool:
-    """May a tool on the paths in the box remove anything of the ray that is not gone? Slabs of the box grown by the tool."""
+    """Return whether a tool on the paths in the box may remove anything of the ray that is not removed yet. Slabs of the box grown by the tool."""
     lo, hi = 0.0, length
     for i in range(3):
         low = box[i] - tool[1] if i < 2 else box[2]
@@ -44,7 +44,7 @@ def may_remove(box: Array, tool: Array, p: Array, n: Array, length: float, gone:
 
 @njit(cache=True, nogil=True)
 def merge_stretches(cuts: Array, count: int, spare: Array) -> int:
-    """Stretches (count, 2) as their union, in order, in their place; returns how many there are. spare: room as large as cuts."""
+    """Merge stretches (count, 2) into their union, in order, in place; return their number. spare: room as large as cuts."""
     order = np.argsort(cuts[:count, 0])
     k = -1
     for j in range(count):
@@ -61,7 +61,7 @@ def merge_stretches(cuts: Array, count: int, spare: Array) -> int:
 
 @njit(cache=True, nogil=True)
 def left_between(cuts: Array, count: int, length: float) -> tuple[float, float]:
-    """Lowest and highest place of [0, length] that may hold material, of merged stretches (count, 2)."""
+    """Return the lowest and highest place of [0, length] that may hold material, of merged stretches (count, 2)."""
     low, high = 0.0, length
     if count and cuts[0, 0] <= 0.0:
         low = cuts[0, 1]
@@ -107,7 +107,7 @@ def removed_stretches(
 
 @njit(cache=True, nogil=True)
 def complement(cuts: Array, count: int, length: float, out: Array) -> int:
-    """Material (k, 2) left on [0, length]; returns k, which may exceed the room in out."""
+    """Find the material (k, 2) left on [0, length]; return k, which may exceed the room in out."""
     order = np.argsort(cuts[:count, 0])
     at, k = 0.0, 0
     for j in range(count):
@@ -143,7 +143,7 @@ def material(
 ) -> int:
     """Material on rays (n, 3) of one direction into counts (n,) and out (n, M, 2); returns the most stretches kept of a ray.
 
-    What is gone is merged as it grows, and what lies wholly in it is not looked at again. Nodes of the tree of groups that are nearer to
+    Removed stretches are merged as they grow, and moves that lie wholly in them are skipped. Nodes of the tree of groups that are nearer to
     the ray come first: they cut deepest, and leave least to look for.
     """
     stack, wait, scratch, most = np.empty(128, np.int64), np.empty(128, np.int64), np.empty((2, 3)), 0

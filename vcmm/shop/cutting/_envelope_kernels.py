@@ -1,6 +1,6 @@
 """Ray against swept tool, compiled. Private; vcmm.shop.cutting.envelope prepares the arrays, vcmm.shop.cutting.numpy_twin checks them.
 
-Stands on the distance to a swept tool of vcmm/shop/cutting/_tool_kernels.py, where frames and columns are explained.
+Uses the distance to a swept tool of vcmm/shop/cutting/_tool_kernels.py, where frames and columns are explained.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SMALL, THIN = 1e-5, 1e-6
 def first_contact(
     item: Array, tool: Array, p: Array, n: Array, sign: float, s0: float, s1: float, out: Array, q: Array
 ) -> tuple[bool, float, float]:
-    """First s in [s0, s1], walking along sign * n from s0 outside, where F = 0; out: gradient there. (found, s, u)."""
+    """Return the first s in [s0, s1], walking along sign * n from s0 outside, where F = 0; out: gradient there. (found, s, u)."""
     convex = item[21] == 0.0
     s, bracket, u, good, kept, pace = s0, NONE, 0.0, s0, 0.0, 0.0
     scale = ROUND * (abs(p[0]) + abs(p[1]) + abs(p[2]) + abs(item[0]) + abs(item[1]) + abs(item[2]) + 1.0)
@@ -67,7 +67,7 @@ def first_contact(
 
 @njit(**PLAIN)
 def capsule(item: Array, radius: float, p: Array, n: Array, out: Array) -> tuple[bool, float, float]:
-    """First contact of the whole ray with a ball swept along a line, in closed form: (found, s, u); out: unit normal."""
+    """Return the first contact of the whole ray with a ball swept along a line, in closed form: (found, s, u); out: unit normal."""
     wx, wy, wz = p[0] - item[0], p[1] - item[1], p[2] - item[2] - radius
     dx, dy, dz = item[3] - item[0], item[4] - item[1], item[5] - item[2]
     dd = dx * dx + dy * dy + dz * dz
@@ -136,7 +136,7 @@ def lower_end(
 def steep(
     item: Array, tool: Array, p: Array, n: Array, s: float, cut: float, out: Array
 ) -> tuple[int, float, float]:
-    """Entry of a ray into a tool swept along a line, from s outside, by Newton's method for s and u at once.
+    """Find the entry of a ray into a tool swept along a line, from s outside, by Newton's method for s and u at once.
 
     H(s, u) = G(p + s n - c(u)) is convex in both, so each tangent plane lies below it: the plane says how low the entry can
     be at best, and where that agrees with the place found, the place is proven. Every step stays on the plane and thus
@@ -199,7 +199,7 @@ def straight(
     out: Array,
     q: Array,
 ) -> int:
-    """Removed stretch of one straight move. 0 nothing, 1 main: out 0 and 2 hold lower end and u, grad the gradient.
+    """Find the removed stretch of one straight move. 0 nothing, 1 main: out 0 and 2 hold lower end and u, grad the gradient.
 
     2: the whole stretch lies below nominal, out 3:6 hold lower end, upper end and u, other the gradient.
     """
@@ -234,7 +234,7 @@ def straight(
 
 @njit(**PLAIN)
 def beside(item: Array, tool: Array, p: Array, n: Array) -> bool:
-    """Whether a ray along the tool axis passes outside of all that the tool sweeps on an arc, seen in plan."""
+    """Return whether a ray along the tool axis passes outside of all that the tool sweeps on an arc, seen in plan."""
     if n[0] * n[0] + n[1] * n[1] > 1e-24:
         return False
     x, y = p[0] - item[6], p[1] - item[7]
@@ -256,7 +256,7 @@ def arc_stretches(
     out: Array,
     q: Array,
 ) -> int:
-    """The same for an arc; 3: one stretch below nominal (in out 3:6, gradient of it in other) and one above it."""
+    """Find the removed stretches of an arc; 3: one stretch below nominal (in out 3:6, gradient of it in other) and one above it."""
     if beside(item, tool, p, n):
         return 0
     f = inside_at(item, tool, p, n, 0.0, grad, q)

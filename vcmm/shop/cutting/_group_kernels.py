@@ -1,4 +1,4 @@
-"""Which trees of an index a ray may meet, compiled. Private; vcmm.shop.cutting.groups makes the tree of them and says why this is safe."""
+"""Select the trees of an index that a ray may meet, compiled. Private; vcmm.shop.cutting.groups makes the tree of them and says why this is safe."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MARGIN = 1e-6  # mm, far above the rounding of all lengths here
 
 @njit(**PLAIN)
 def may_meet(ball: Array, p: Array, n: Array, low: float, high: float) -> bool:
-    """May a tool of the node touch the ray p + s n, low <= s <= high? ball: a row of the tree."""
+    """Return whether a tool of the node may touch the ray p + s n, low <= s <= high. ball: a row of the tree."""
     vx, vy, vz = p[0] - ball[0], p[1] - ball[1], p[2] - ball[2]
     va = vx * ball[4] + vy * ball[5] + vz * ball[6]
     na = n[0] * ball[4] + n[1] * ball[5] + n[2] * ball[6]
@@ -50,7 +50,7 @@ def may_meet(ball: Array, p: Array, n: Array, low: float, high: float) -> bool:
 
 @njit(**PLAIN)
 def part_above(height: float, rate: float, low: float, high: float) -> tuple[float, float]:
-    """The part of low <= s <= high in which height + rate s >= 0; first > last where there is none."""
+    """Return the part of low <= s <= high in which height + rate s >= 0; first > last where there is none."""
     if rate > 0.0:
         return max(low, -height / rate), high
     if rate < 0.0:
@@ -60,7 +60,7 @@ def part_above(height: float, rate: float, low: float, high: float) -> tuple[flo
 
 @njit(**PLAIN)
 def nearer_child(tree: Array, node: int, p: Array, n: Array, low: float, high: float) -> int:
-    """Of the two children the one whose tips are nearer to the ray between low and high."""
+    """Return the child of the two whose tips are nearer to the ray between low and high."""
     least, best = 1e300, 2 * node
     for k in range(2 * node, 2 * node + 2):
         if tree[k, 8] < 0.0:

@@ -56,7 +56,7 @@ def least_entry(
 
 @njit(**PLAIN)
 def reach(s: Array, height: float, band: float) -> float:
-    """Height above which no contact counts any more."""
+    """Return the height above which no contact counts any more."""
     cut, last = s[0] + band, s[s.shape[0] - 1]
     if last < cut:
         cut = last
@@ -82,7 +82,7 @@ def insert(a: float, item: int, u: float, g: Array, s: Array, which: Array, t: A
 
 @njit(**PLAIN)
 def is_listed(i: int, which: Array) -> bool:
-    """Whether a move is among the contacts already."""
+    """Return whether a move is among the contacts already."""
     for k in range(which.shape[0]):  # noqa: SIM110 - numba compiles no any()
         if which[k] == i:
             return True
@@ -95,7 +95,7 @@ def test_item(
     s: Array, which: Array, t: Array, normal: Array, below: Array, count: int,
     item: Array, grad: Array, other: Array, out: Array, q: Array,
 ) -> int:  # fmt: skip
-    """One move against one ray; returns the number of stretches found below so far.
+    """Test one move against one ray; return the number of stretches found below so far.
 
     Arrays come one by one and the move is copied into `item`: views and tuples of arrays cost more here than the geometry,
     since each counts its references.
@@ -123,7 +123,7 @@ def test_item(
 
 @njit(cache=True, nogil=True)
 def connect(lists: tuple, below: Array, count: int) -> None:
-    """From nominal, which lies in a removed stretch, down through the stretches that overlap."""
+    """Connect the stretches that overlap, from nominal, which lies in a removed stretch, downwards."""
     s, which, t, normal = lists
     low, again = s[0], True
     while again:
@@ -147,7 +147,7 @@ def begin_with(
     lists: tuple,
     work: tuple,
 ) -> None:
-    """Contacts with the moves that cut the point before: its neighbour as a rule, so that little is left to look for."""
+    """Begin with the moves that cut the point before: usually its neighbour, so that little remains to be searched."""
     frames, _, group_tool, _, _, items, tools, _, groups = trees
     s, which, t, normals = lists
     _, _, below, p, n, item, grad, other, out, q = work
@@ -181,7 +181,7 @@ def begin_with(
 
 @njit(**PLAIN)
 def turn(frames: Array, group: int, point: Array, normal: Array, p: Array, n: Array) -> None:
-    """Ray as seen from the frame of a tree."""
+    """Turn the ray into the frame of a tree."""
     for i in range(3):
         p[i] = (
             frames[group, i, 0] * point[0] + frames[group, i, 1] * point[1] + frames[group, i, 2] * point[2]
@@ -198,7 +198,8 @@ def search_ray(
     point: Array, normal: Array, trees: tuple, some: Array, depth: float, height: float, band: float, lists: tuple,
     work: tuple,
 ) -> tuple[int, int]:  # fmt: skip
-    """All moves of the trees `some` that may meet one ray between -depth and height. Stretches found below, exact tests made.
+    """Search all moves of the trees `some` that may meet one ray between -depth and height. Return the number of stretches found below,
+    and of exact tests.
 
     Nodes are taken in the order of the least entry that they allow, and left out when it lies above the contacts known.
     """

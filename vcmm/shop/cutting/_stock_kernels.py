@@ -18,13 +18,13 @@ JUST = 1e-6  # mm, material thinner than this is none
 
 @njit(cache=True, nogil=True)
 def level(item: Array) -> bool:
-    """Whether the tip stays at one height: a level line, or a level circular arc."""
+    """Return whether the tip stays at one height: a level line, or a level circular arc."""
     return item[21] == 1.0 or (item[21] == 0.0 and item[2] == item[5])
 
 
 @njit(cache=True, nogil=True)
 def aside(item: Array, x: float, y: float) -> float:
-    """Smallest distance in plan from (x, y) to the path of a level move."""
+    """Return the smallest distance in plan from (x, y) to the path of a level move."""
     if item[21] == 0.0:
         dx, dy = item[3] - item[0], item[4] - item[1]
         wx, wy = x - item[0], y - item[1]
@@ -48,7 +48,7 @@ def aside(item: Array, x: float, y: float) -> float:
 
 @njit(cache=True, nogil=True)
 def lift(tool: Array, d: float) -> float:
-    """Height over the tip of the lowest point of the tool at the distance d from its axis; 1e300 outside."""
+    """Return the height over the tip of the lowest point of the tool at the distance d from its axis; 1e300 outside."""
     if d > tool[1]:
         return 1e300
     if d <= tool[3]:
@@ -61,7 +61,7 @@ def lift(tool: Array, d: float) -> float:
 
 @njit(cache=True, nogil=True)
 def floor_at(item: Array, tool: Array, low: float, p: Array, up: Array, out: Array, q: Array) -> float:
-    """Lowest height over (p[0], p[1]) that the tool reaches on this move; 1e300 if it does not come there."""
+    """Return the lowest height over (p[0], p[1]) that the tool reaches on this move; 1e300 if it does not come there."""
     if level(item):
         h = lift(tool, aside(item, p[0], p[1]))
         return item[2] + h if h < 1e300 else h
@@ -75,7 +75,7 @@ def floor_at(item: Array, tool: Array, low: float, p: Array, up: Array, out: Arr
 
 @njit(cache=True, nogil=True)
 def engagement(height: Array, grid: Array, item: Array, tool: Array, out: Array) -> None:
-    """Before the move: material on a half circle ahead of the tool, halfway. out: mean depth, first and last angle, share.
+    """Measure the material on a half circle ahead of the tool before the move, halfway. out: mean depth, first and last angle, share.
 
     Angles as in vcmm.shop.cutting.force: 0 left of the feed, pi/2 ahead, pi right.
     """

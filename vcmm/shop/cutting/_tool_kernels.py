@@ -1,6 +1,6 @@
 """Distance to a swept tool, compiled: the implicit function of a tool, and its least value over a move. Private.
 
-Everything stands in a frame whose Z is the tool axis. A tool is the convex function G(radius, height) of
+Everything is in a frame whose Z is the tool axis. A tool is the convex function G(radius, height) of
 vcmm.shop.cutting.tools; a move is a path c(u), u in [0, 1]. A point x was removed when F(x) = min over u of G(x - c(u)) <= 0.
 F grows by at most 1 per mm, so marching along a ray by F cannot jump over tool; along straight moves F is convex and
 Newton's method from outside cannot either.
@@ -29,7 +29,7 @@ PLAIN: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "
 
 @njit(**PLAIN)
 def implicit(rho: float, h: float, tool: Array) -> tuple[float, float, float]:
-    """G and its derivatives by radius and height: the twin of vcmm.shop.cutting.tools.implicit."""
+    """Return G and its derivatives by radius and height: the twin of vcmm.shop.cutting.tools.implicit."""
     g, by_rho, by_h = rho - tool[1], 1.0, 0.0
     if -h > g:
         g, by_rho, by_h = -h, 0.0, -1.0
@@ -49,7 +49,7 @@ def implicit(rho: float, h: float, tool: Array) -> tuple[float, float, float]:
 
 @njit(**PLAIN)
 def at_pose(x: float, y: float, h: float, tool: Array) -> tuple[float, float, float, float]:
-    """G and its gradient for a point seen from the tip."""
+    """Return G and its gradient for a point seen from the tip."""
     rho = math.sqrt(x * x + y * y)
     g, by_rho, by_h = implicit(rho, h, tool)
     if rho > 0.0:
@@ -59,7 +59,7 @@ def at_pose(x: float, y: float, h: float, tool: Array) -> tuple[float, float, fl
 
 @njit(**PLAIN)
 def slope(item: Array, tool: Array, p: Array, u: float, out: Array) -> tuple[float, float]:
-    """G of point p against the tool at u, and its derivative by u; out: gradient by the point."""
+    """Return G of point p against the tool at u, and its derivative by u; out: gradient by the point."""
     if item[21] == 0.0:
         vx, vy, vz = item[3] - item[0], item[4] - item[1], item[5] - item[2]
         cx, cy, cz = item[0] + u * vx, item[1] + u * vy, item[2] + u * vz
@@ -82,7 +82,7 @@ def slope(item: Array, tool: Array, p: Array, u: float, out: Array) -> tuple[flo
 
 @njit(**PLAIN)
 def valley(item: Array, tool: Array, p: Array, ul: float, ur: float, out: Array) -> tuple[float, float]:
-    """Least G and its u between ul, where G falls, and ur, where it rises; out: gradient across the valley.
+    """Return the least G and its u between ul, where G falls, and ur, where it rises; out: gradient across the valley.
 
     At a kink (the rim of a flat mill on a ramp) the gradient is the mixture of both sides that is square to the motion.
     """
@@ -118,7 +118,7 @@ def valley(item: Array, tool: Array, p: Array, ul: float, ur: float, out: Array)
 
 @njit(**PLAIN)
 def nearest(item: Array, tool: Array, p: Array, out: Array) -> tuple[float, float]:
-    """F(p) and the u of its minimum; out: gradient."""
+    """Return F(p) and the u of its minimum; out: gradient."""
     if item[21] == 0.0:
         dx, dy, dz = item[3] - item[0], item[4] - item[1], item[5] - item[2]
         if dz == 0.0:  # G grows with the radius: the nearest pose in the plane is the least
@@ -153,7 +153,7 @@ def nearest(item: Array, tool: Array, p: Array, out: Array) -> tuple[float, floa
 
 @njit(**PLAIN)
 def nearest_general(item: Array, tool: Array, p: Array, out: Array) -> tuple[float, float]:
-    """The same for arcs that are not level (at most a quarter turn each): every valley between 19 samples."""
+    """Return the same for arcs that are not level (at most a quarter turn each): every valley between 19 samples."""
     best, at, n = NONE, 0.0, 16
     gx, gy, gz, before, last = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(-1, n + 2):
@@ -175,7 +175,7 @@ def nearest_general(item: Array, tool: Array, p: Array, out: Array) -> tuple[flo
 
 @njit(**PLAIN)
 def inside_at(item: Array, tool: Array, p: Array, n: Array, s: float, out: Array, q: Array) -> float:
-    """F at p + s n."""
+    """Return F at p + s n."""
     for i in range(3):
         q[i] = p[i] + s * n[i]
     return nearest(item, tool, q, out)[0]
@@ -183,6 +183,6 @@ def inside_at(item: Array, tool: Array, p: Array, n: Array, s: float, out: Array
 
 @njit(**PLAIN)
 def at_line(item: Array, tool: Array, p: Array, u: float) -> float:
-    """G of p against the tool at u of a straight move."""
+    """Return G of p against the tool at u of a straight move."""
     x, y = p[0] - item[0] - u * (item[3] - item[0]), p[1] - item[1] - u * (item[4] - item[1])
     return implicit(math.sqrt(x * x + y * y), p[2] - item[2] - u * (item[5] - item[2]), tool)[0]

@@ -1,4 +1,4 @@
-"""Contacts: which cuts make each point of the surface, and how small errors of the tool there move it, without cutting again.
+"""Contacts: the cuts that make each point of the surface, and its shift by small errors of the tool, without cutting again.
 
     ds = (N . e) / (N . n)      to first order; N: normal of the cutter where it touches the surface, out of the tool,
                                 n: outward normal of the part, e: actual - commanded of that point of the tool
@@ -32,10 +32,10 @@ GRAZING = 1e-6  # |N . n| below which the ray ends in the side of a gouge: the t
 
 
 class MovedCutters(Protocol):
-    """What cuts the points, candidate by candidate, to be met again when it is moved."""
+    """Interface of the cutters of the candidates, to be met by rays again when they are moved."""
 
     def entry(self, shift: Array, normal: Array) -> Array:
-        """Where the rays from P points along normal (P, 3) enter what is moved by shift (..., P, K, 3): (..., P, K) mm."""
+        """Return where the rays from P points along normal (P, 3) enter the cutters moved by shift (..., P, K, 3): (..., P, K) mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Solids:
     arm: Array
 
     def entry(self, shift: Array, normal: Array) -> Array:
-        """Where the rays from the points along normal (P, 3) enter the tools moved by shift (..., P, K, 3), (..., P, K)."""
+        """Return where the rays from the points along normal (P, 3) enter the tools moved by shift (..., P, K, 3), (..., P, K)."""
         out = np.full(shift.shape[:-1], np.inf)
         rays = np.broadcast_to(normal[:, None, :], shift.shape)
         for number, tool in enumerate(self.tools):
@@ -77,7 +77,7 @@ class Contacts:
 
     @property
     def gain(self) -> Array:
-        """(P, K, 3): change of the height per error of the tool."""
+        """Change of the height per error of the tool (P, K, 3)."""
         along = np.einsum("pki,pi->pk", self.cutter, self.normal)
         safe = np.where(
             (self.row >= 0) & (along != 0.0), along, np.inf
@@ -85,7 +85,7 @@ class Contacts:
         return self.cutter / safe[:, :, None]
 
     def heights(self, moved: Array) -> Array:
-        """(..., P, K) under errors (..., rows, 3) of the tool; inf where there is no candidate.
+        """Return the heights (..., P, K) under errors (..., rows, 3) of the tool; inf where there is no candidate.
 
         With the solids of the tools the ray meets the moved tool itself, so that a hole drilled beside its place keeps its
         size; where it misses the moved tool, and without solids, the surface moves by the gain.
@@ -101,18 +101,18 @@ class Contacts:
         return np.where(self.row >= 0, linear, np.inf)
 
     def surface(self, moved: Array) -> Array:
-        """(..., P): the lowest of the candidates, which is what remains."""
+        """Return the surface (..., P): the lowest of the candidates."""
         return np.asarray(self.heights(moved).min(axis=-1))
 
     def deepest(self, moved: Array) -> tuple[Ints, Array]:
-        """Row (P,) and gain (P, 3) of the candidate that makes each point under errors (rows, 3)."""
+        """Return the row (P,) and gain (P, 3) of the candidate that makes each point under errors (rows, 3)."""
         k = self.heights(moved).argmin(axis=-1)
         points = np.arange(len(k))
         return self.row[points, k], self.gain[points, k]
 
 
 def contact_map(surface: CutSurface, sweep: Sweep) -> Contacts:
-    """Contacts of a cut surface, its candidates numbered row by row; `sweep` is the one it was cut with.
+    """Return the contacts of a cut surface, its candidates numbered row by row; `sweep` is the one it was cut with.
 
     Errors come in that order: those at tips(surface, sweep)[surface.row >= 0]. Raises UsageError where points are uncut.
     """
@@ -128,7 +128,7 @@ def contact_map(surface: CutSurface, sweep: Sweep) -> Contacts:
 
 
 def upright(cutter: Array, normal: Array, known: Array) -> Array:
-    """Normals of the cutter (P, K, 3); n itself where there is no candidate, or the ray grazes the tool."""
+    """Return the normals of the cutter (P, K, 3); n itself where there is no candidate, or the ray grazes the tool."""
     along = np.einsum("pki,pi->pk", cutter, normal)
     good = known & (np.abs(np.where(known, along, 0.0)) >= GRAZING)
     return np.where(good[:, :, None], cutter, normal[:, None, :])
@@ -153,7 +153,7 @@ def audit(
     depth: float = 0.5,
     height: float = 2.0,
 ) -> ContactAudit:
-    """Largest and rms difference between contacts and an exact new query with the tool displaced by `field`."""
+    """Return the largest and rms difference between contacts and an exact new query with the tool displaced by `field`."""
     part = surface.take(np.flatnonzero(surface.status == CUT))
     known = part.row >= 0
     contacts, moved = contact_map(part, sweep), np.zeros((0, 3))

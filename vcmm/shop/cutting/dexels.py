@@ -1,4 +1,4 @@
-"""Tri-dexels: what is left of a block on rays along X, Y and Z, for work with several tool directions and for pictures.
+"""Tri-dexels: the material of a block on rays along X, Y and Z, for work with several tool directions and for pictures.
 
 Every ray end is exact; between rays nothing is known. The three bundles share one grid of nodes in the middle of the
 cells, so they can be joined to a closed surface (`surface`): one vertex per cell that the surface passes, in the mean of
@@ -31,14 +31,14 @@ class Dexels:
     ends: tuple[Array, Array, Array]
 
     def volume(self, axis: int = 2) -> float:
-        """mm3, by the rays along one axis."""
+        """Return the volume in mm3, by the rays along one axis."""
         other = [d for d in range(3) if d != axis]
         length = np.nansum(self.ends[axis][..., 1] - self.ends[axis][..., 0])
         return float(length * self.cell[other[0]] * self.cell[other[1]])
 
 
 def carve(low: Array, high: Array, cell: float, sweep: Sweep | Index) -> Dexels:
-    """What all moves of a sweep leave of the block between two corners (3,), rays about `cell` mm apart."""
+    """Return the block between two corners (3,) after all moves of a sweep, with rays about `cell` mm apart."""
     low, high = np.asarray(low, float), np.asarray(high, float)
     if not (cell > 0.0 and np.all(high > low)):
         raise UsageError(
@@ -55,7 +55,7 @@ def carve(low: Array, high: Array, cell: float, sweep: Sweep | Index) -> Dexels:
 
 
 def _whole(size: Array, nodes: Array, axis: int) -> Array:
-    """Rays that nothing has cut."""
+    """Return rays that no tool has cut."""
     first, second = (d for d in range(3) if d != axis)
     out = np.full((int(nodes[first]), int(nodes[second]), ROOM, 2), np.nan)
     out[:, :, 0] = 0.0, size[axis]
@@ -75,7 +75,8 @@ def _bundle(index: Index, low: Array, high: Array, size: Array, nodes: Array, ax
 
 
 def material_ends(index: Index, rays: Array, way: Array, length: float) -> Array:
-    """What of rays (k, 3) along the unit vector `way`, `length` mm long, no tool passes through: ends (k, ROOM, 2) mm from their start, nan-filled."""
+    """Return the stretches of rays (k, 3) along the unit vector `way`, `length` mm long, through which no tool passes: ends (k, ROOM, 2)
+    mm from their start, nan-filled."""
     from vcmm.shop.cutting import _dexel_kernels as kernels
 
     counts, out = np.zeros(len(rays), np.int64), np.full((len(rays), ROOM, 2), np.nan)
@@ -96,13 +97,13 @@ def material_ends(index: Index, rays: Array, way: Array, length: float) -> Array
 
 
 def both(one: Dexels, other: Dexels) -> Dexels:
-    """Material that is in both, of one block with the same rays. Raises ModelLimit where a ray has more pieces than `ROOM`."""
+    """Return the material that is in both, of one block with the same rays. Raises ModelLimit where a ray has more pieces than `ROOM`."""
     x, y, z = (_common(a, b) for a, b in zip(one.ends, other.ends))
     return Dexels(one.low, one.high, one.cell, one.nodes, (x, y, z))
 
 
 def _common(one: Array, other: Array) -> Array:
-    """Pieces (na, nb, ROOM, 2) that two bundles of rays share."""
+    """Return the pieces (na, nb, ROOM, 2) that two bundles of rays share."""
     used = [int(np.isfinite(e[..., 0]).sum(axis=2).max(initial=0)) for e in (one, other)]
     low = np.maximum(one[:, :, : used[0], None, 0], other[:, :, None, : used[1], 0])
     high = np.minimum(one[:, :, : used[0], None, 1], other[:, :, None, : used[1], 1])
@@ -119,7 +120,7 @@ def _common(one: Array, other: Array) -> Array:
 
 
 def sparser(dexels: Dexels, every: int) -> Dexels:
-    """Only the middle one of `every` rays (an odd number) in both directions, for pictures; the last strip may stand over."""
+    """Return only the middle one of `every` rays (an odd number) in both directions, for pictures; the last strip may protrude."""
     if every == 1:
         return dexels
     nodes = -(-dexels.nodes // every)
@@ -130,7 +131,7 @@ def sparser(dexels: Dexels, every: int) -> Dexels:
 
 
 def inside(dexels: Dexels) -> Array:
-    """Which nodes (nx, ny, nz) lie in material, by the rays along Z."""
+    """Return which nodes (nx, ny, nz) lie in material, by the rays along Z."""
     z = (np.arange(dexels.nodes[2]) + 0.5) * dexels.cell[2]
     found = np.zeros(tuple(dexels.nodes), bool)
     for k in range(ROOM):
@@ -140,7 +141,7 @@ def inside(dexels: Dexels) -> Array:
 
 
 def surface(dexels: Dexels) -> tuple[Array, Array]:
-    """Closed surface as vertices (v, 3) and triangles (f, 3), outward."""
+    """Return the closed surface as vertices (v, 3) and triangles (f, 3), outward."""
     solid = np.pad(inside(dexels), 1)
     total, number = np.zeros((*(s - 1 for s in solid.shape), 3)), np.zeros([s - 1 for s in solid.shape])
     quads = []
@@ -180,7 +181,7 @@ def _halves(solid: Array, axis: int) -> tuple[Array, Array]:
 
 
 def _crossing(dexels: Dexels, edge: Array, axis: int, rising: Array) -> Array:
-    """Distance from `low` along the axis at which the surface crosses each edge; its middle where the rays know of none."""
+    """Return the distance from `low` along the axis at which the surface crosses each edge; its middle where the rays know of none."""
     first, second = (d for d in range(3) if d != axis)
     low = (edge[:, axis] - 0.5) * dexels.cell[axis]
     ends = dexels.ends[axis][edge[:, first] - 1, edge[:, second] - 1]  # (e, ROOM, 2)

@@ -1,4 +1,4 @@
-"""Sweeps as they really ran: tool tips displaced by errors, cut into pieces along which the error is linear enough."""
+"""Displaced sweeps: tool tips moved by errors, cut into pieces along which the error is linear enough."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Displacement = Callable[[Array, Array, Array], Array]
 
 
 def displace(sweep: Sweep, field: Displacement, tolerance: float = CHORD) -> Sweep:
-    """The sweep moved by `field`, cut so that the error departs from its chord by at most `tolerance` (mm) at the quarters.
+    """Return the sweep moved by `field`, cut so that the error departs from its chord by at most `tolerance` (mm) at the quarters.
 
     Arcs stay arcs: the piece of the circle is moved by the error at its start and the change of the error along the piece
     is added in proportion to the angle. `move` still names the source.
@@ -77,7 +77,7 @@ def knots(sweep: Sweep, field: Displacement, tolerance: float) -> Array:
 
 
 def split_by_direction(sweep: Sweep, tolerance: float) -> Sweep:
-    """Simultaneous 5-axis moves as short moves of constant tool direction: an approximation, its step is stated.
+    """Return the simultaneous 5-axis moves as short moves of constant tool direction: an approximation, its step is stated.
 
     The direction of a piece is that at its middle; the part of the tool at most one nose height or radius from the tip is
     then out of place by at most `tolerance` mm (half the change of direction times the larger of the two). Lines only.

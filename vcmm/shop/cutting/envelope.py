@@ -1,4 +1,4 @@
-"""The surface that is left: along the nominal normal of each inspection point, to rounding.
+"""Compute the surface after the cut along the nominal normal of each inspection point, to rounding.
 
 For a point p with outward unit normal n the ray is p + s n. Each move removes stretches of it. If p lies in a removed
 stretch, the surface is the lower end of the connected removed stretch around p (s <= 0: gouge, or exact); otherwise it is
@@ -29,7 +29,7 @@ CHUNK = 16384  # points per call of the kernel and thread
 
 @dataclass(frozen=True, eq=False)
 class CutSurface:
-    """Answer for n points, with the K lowest contacts of each; contacts that do not exist have row -1 and s nan.
+    """Result for n points, with the K lowest contacts of each; contacts that do not exist have row -1 and s nan.
 
     normal points out of the tool, into the material: n . normal < 0. t is the fraction of the row of the sweep.
     """
@@ -49,11 +49,11 @@ class CutSurface:
         return self.contact_s[:, 0]
 
     def take(self, rows: Array) -> Self:
-        """Some of the points."""
+        """Return some of the points."""
         return replace(self, **{f.name: getattr(self, f.name)[rows] for f in fields(self)})
 
     def counts(self) -> dict[str, int]:
-        """How many points have which status."""
+        """Return how many points have which status."""
         return {name: int(np.sum(self.status == k)) for k, name in enumerate(STATUS)}
 
 
@@ -67,7 +67,7 @@ def surface_left(
     candidates: int = 4,
     threads: int = 1,
 ) -> CutSurface:
-    """Surface left at points (n, 3) with outward unit normals (n, 3).
+    """Compute the surface at points (n, 3) with outward unit normals (n, 3).
 
     depth, height (mm): how far below and above nominal the surface is searched. band (mm): a contact is kept as candidate
     only if it lies no further above the surface; it must exceed the displacements that the contact map will be asked for.
@@ -198,7 +198,7 @@ def _answer(
 
 
 def tips(surface: CutSurface, sweep: Sweep) -> Array:
-    """Tip positions (n, K, 3) at the moment of each contact; nan where there is none."""
+    """Return the tip positions (n, K, 3) at the moment of each contact; nan where there is none."""
     flat = surface.row.ravel()
     out = np.full((len(flat), 3), np.nan)
     known = np.flatnonzero(flat >= 0)

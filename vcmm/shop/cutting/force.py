@@ -1,4 +1,4 @@
-"""Mean cutting forces of a move from its engagement, and how far they bend the tool.
+"""Mean cutting forces of a move from its engagement, and the bending of the tool by them.
 
 Milling, linear edge force model (Budak, Altintas, Armarego, J. Manuf. Sci. Eng. 118 (1996) 216): each piece db of a cutting
 edge carries dF_j = (K_jc h + K_je) db, j = tangential, radial, axial, h = c sin(phi). Averaged over a turn:
@@ -78,28 +78,28 @@ KIENZLE = {
 
 
 def linear_edge(material: str) -> LinearEdge:
-    """Coefficients from the library."""
+    """Return the coefficients from the library."""
     if material not in LINEAR_EDGE:
         raise UsageError(f'no milling coefficients of "{material}".{choose_from(material, LINEAR_EDGE)}')
     return LINEAR_EDGE[material]
 
 
 def kienzle(material: str) -> Kienzle:
-    """Coefficients from the library."""
+    """Return the coefficients from the library."""
     if material not in KIENZLE:
         raise UsageError(f'no Kienzle coefficients of "{material}".{choose_from(material, KIENZLE)}')
     return KIENZLE[material]
 
 
 def mean_chip(start: Array, exit_: Array, chip: Array) -> Array:
-    """Mean thickness (mm) of the chips c sin(phi) from start to exit: c (cos start - cos exit) / (exit - start); 0 without a cut."""
+    """Return the mean thickness (mm) of the chips c sin(phi) from start to exit: c (cos start - cos exit) / (exit - start); 0 without a cut."""
     way = np.asarray(exit_, float) - np.asarray(start, float)
     full = np.cos(start) - np.cos(exit_)
     return np.asarray(chip * np.divide(full, way, out=np.zeros_like(way), where=way > 1e-9))
 
 
 def at_chip(of: Kienzle, thickness: Array, radial: float = RADIAL) -> LinearEdge:
-    """The linear edge model that has force and slope of Kienzle's law at chips of this thickness h (m,) mm.
+    """Return the linear edge model that has force and slope of Kienzle's law at chips of this thickness h (m,) mm.
 
     kc1.1 h^(1 - mc) ~ K_c h + K_e with K_c = (1 - mc) kc1.1 h^-mc, K_e = mc kc1.1 h^(1 - mc). The radial force is `radial` of
     the tangential one (0.3: Tlusty & MacNeil, Ann. CIRP 24 (1975) 21), the axial one is left out: the helix is not known.
@@ -119,13 +119,13 @@ def at_chip(of: Kienzle, thickness: Array, radial: float = RADIAL) -> LinearEdge
 
 
 def turning_force(width: Array, thickness: Array, of: Kienzle) -> Array:
-    """Main cutting force (N) for chips of width b and thickness h (mm): b kc1.1 h^(1 - mc). Nothing without a chip."""
+    """Return the main cutting force (N) for chips of width b and thickness h (mm): b kc1.1 h^(1 - mc). Nothing without a chip."""
     b, h = np.asarray(width, float), np.asarray(thickness, float)
     return b * of.kc11 * np.maximum(h, 0.0) ** (1.0 - of.mc)
 
 
 def immersion(radial: Array, radius: Array, climb: bool = True) -> tuple[Array, Array]:
-    """Angles (rad) at which an edge enters and leaves, for a radial depth ae (mm) of a mill of the given radius."""
+    """Return the angles (rad) at which an edge enters and leaves, for a radial depth ae (mm) of a mill of the given radius."""
     ae, r = np.asarray(radial, float), np.asarray(radius, float)
     if np.any((ae < 0.0) | (ae > 2 * r)):
         raise UsageError("immersion: the radial depth must lie between 0 and the diameter of the tool")
@@ -136,7 +136,7 @@ def immersion(radial: Array, radius: Array, climb: bool = True) -> tuple[Array, 
 def milling_force(
     start: Array, exit_: Array, axial: Array, chip: Array, teeth: Array, of: LinearEdge
 ) -> Array:
-    """Mean force (..., 3) N on the tool along feed, left of it, and tool axis.
+    """Return the mean force (..., 3) N on the tool along feed, left of it, and tool axis.
 
     start, exit_: rad; axial: depth ap in mm; chip: feed per tooth in mm; teeth: number of cutting edges.
     """
@@ -147,7 +147,7 @@ def milling_force(
 
 
 def edge_integral(phi: Array, chip: Array, of: LinearEdge) -> Array:
-    """Integral (..., 3) N rad/mm over phi of the force on a unit of edge (`edge_force`), up to a constant: the brackets above."""
+    """Return the integral (..., 3) N rad/mm over phi of the force on a unit of edge (`edge_force`), up to a constant: the brackets above."""
     double, sine, cosine = np.cos(2 * phi), np.sin(phi), np.cos(phi)
     swept = 2 * phi - np.sin(2 * phi)
     fx = (
@@ -165,7 +165,7 @@ def edge_integral(phi: Array, chip: Array, of: LinearEdge) -> Array:
 
 
 def edge_force(phi: Array, chip: Array, of: LinearEdge) -> Array:
-    """Force (..., 3) N/mm of the part on a unit of an edge at phi: along feed, left of it, tool axis (Altintas, eq. 2.25)."""
+    """Return the force (..., 3) N/mm of the part on a unit of an edge at phi: along feed, left of it, tool axis (Altintas, eq. 2.25)."""
     sine, cosine = np.sin(phi), np.cos(phi)
     tangential = of.tangential * chip * sine + of.edge_tangential
     radial = of.radial * chip * sine + of.edge_radial
@@ -177,7 +177,7 @@ def edge_force(phi: Array, chip: Array, of: LinearEdge) -> Array:
 def milling_power(
     start: Array, exit_: Array, axial: Array, chip: Array, teeth: Array, speed: Array, of: LinearEdge
 ) -> Array:
-    """Mean cutting power (...,) W: tangential forces of all edges times the cutting speed (m/s); the rest as in `milling_force`.
+    """Return the mean cutting power (...,) W: tangential forces of all edges times the cutting speed (m/s); the rest as in `milling_force`.
 
     N a / 2 pi  [ -Ktc c cos phi + Kte phi ] v     from phi_start to phi_exit (Altintas, Manufacturing Automation, 2nd ed. (2012), 2.8)
     """
@@ -188,7 +188,7 @@ def milling_power(
 
 
 def to_workpiece(force: Array, feed: Array, axis: Array) -> Array:
-    """Forces (m, 3) along feed, left, axis turned into the axes of the part: columns force_x_N, force_y_N, force_z_N.
+    """Return the forces (m, 3) along feed, left, axis turned into the axes of the part: columns force_x_N, force_y_N, force_z_N.
 
     feed (m, 3) is the direction of the move; a plunge has none across the axis, its forces across it are dropped as they
     turn with the edges and cancel over a turn.
@@ -201,14 +201,14 @@ def to_workpiece(force: Array, feed: Array, axis: Array) -> Array:
 
 
 def compliance(tool: Cutter) -> float:
-    """Displacement of the tip per force across the tool, mm/N; see `bending`. UsageError without a stick-out."""
+    """Return the displacement of the tip per force across the tool, mm/N; see `bending`. UsageError without a stick-out."""
     if tool.stick_out is None:
         raise UsageError("compliance: the tool needs its stick-out; give Cutter(..., stick_out=40.0) in mm")
     return bending(tool.radius, tool.stick_out, tool.modulus or CARBIDE)
 
 
 def bending(radius: float, stick_out: float, modulus: float = CARBIDE) -> float:
-    """Compliance of a cantilever at its end, mm/N: L^3 / 3 E I, I = pi d^4 / 64, d = 0.8 D.
+    """Return the compliance of a cantilever at its end, mm/N: L^3 / 3 E I, I = pi d^4 / 64, d = 0.8 D.
 
     Cutter and its stick-out only; holder, spindle and machine come on top.
     """

@@ -1,4 +1,4 @@
-"""A tree over the trees of an index: of a program that turns its tool all the time every motion has a direction, hence a tree, of its own.
+"""A tree over the trees of an index: in a program that turns its tool all the time, every motion has its own direction, and so its own tree.
 
 A node holds the tips of its tools in a ball (centre, radius) and their axes within `spread` of one axis a (length of the difference of
 unit vectors). Seen from the centre, let v be a point of a ray. For a tip t and an axis b of the node
@@ -28,7 +28,7 @@ NOTHING = -1.0
 def tree_of_groups(
     frames: Array, boxes: Array, radius: Array, is_ball: Array, order: Array
 ) -> tuple[Array, Array]:
-    """(tree (2 m, COLUMNS), leaves (m,)) of g groups, m the next power of two: node k has nodes 2k and 2k + 1, the leaves begin at m.
+    """Return (tree (2 m, COLUMNS), leaves (m,)) of g groups, m the next power of two: node k has nodes 2k and 2k + 1, the leaves begin at m.
 
     frames (g, 3, 3): rows are the axes of each group, the tool's last; boxes (g, 6): of its tips there; radius (g,) mm; is_ball (g,): whole
     ball noses; order (g,): of neighbours. A leaf without a group is 0, its node NOTHING.
@@ -57,7 +57,7 @@ def tree_of_groups(
 
 
 def _joined(left: Array, right: Array) -> Array:
-    """Nodes (k, COLUMNS) that hold both nodes of each pair; a right one that is nothing leaves the left as it is."""
+    """Return nodes (k, COLUMNS) that hold both nodes of each pair; a missing right node leaves the left unchanged."""
     out = left.copy()
     both = right[:, 8] >= 0.0
     a, b = left[both], right[both]

@@ -38,7 +38,7 @@ class Index:
 
 
 def build(sweep: Sweep) -> Index:
-    """Index of all moves of a sweep."""
+    """Return the index of all moves of a sweep."""
     parts, row, t0, t1 = pieces(sweep, _counts(sweep))
     key = np.column_stack([parts.axis.round(12), parts.tool])
     _, first, group = np.unique(key, axis=0, return_index=True, return_inverse=True)
@@ -69,7 +69,7 @@ def build(sweep: Sweep) -> Index:
 
 
 def _counts(sweep: Sweep) -> Array:
-    """Arcs in quarter turns; oblique lines so that no box is much wider than the tool."""
+    """Return the arcs in quarter turns; oblique lines so that no box is much wider than the tool."""
     span = np.sort(np.abs(sweep.end - sweep.start), axis=1)[:, 1]
     reach = np.array([t.radius for t in sweep.tools])[sweep.tool]
     lines = np.ceil(span / (4.0 * reach) - 1e-9)
@@ -106,7 +106,7 @@ def _items(parts: Sweep, frame: Array) -> Array:
 
 
 def _item_boxes(items: Array) -> Array:
-    """Boxes (items, 6) that hold the paths: of an arc, the triangle of its ends and the crossing of their tangents."""
+    """Return the boxes (items, 6) that hold the paths: of an arc, the triangle of its ends and the crossing of their tangents."""
     a, b = items[:, 0:3], items[:, 3:6]
     low, high = np.minimum(a, b), np.maximum(a, b)
     rows = np.flatnonzero(items[:, 21] > 0)

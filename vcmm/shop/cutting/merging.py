@@ -1,7 +1,8 @@
-"""Fewer rows for a sweep: lines one behind the other become one where no tool then stands elsewhere by more than is allowed.
+"""Reduce the rows of a sweep: consecutive lines become one where no tool is then displaced by more than is allowed.
 
 A path that five axes lead is written in thousands of short lines, each with the direction of its tool. For rays some tenths of a millimetre apart one
-line stands for many: that from the first to the last place of the point of the tool that is led (the centre of a ball), with the direction of the row in their
+line replaces many: that from the first to the last place of the point of the tool that is led (the centre of a ball), with the direction
+of the row in their
 middle. Two errors count: the distance of the places between from that line, and the turn of the tool over its cutting edges.
 """
 
@@ -20,7 +21,7 @@ Bools = np.typing.NDArray[np.bool_]
 
 
 def merge_lines(sweep: Sweep, free: Bools, within: float) -> Sweep:
-    """The sweep with lines of the rows `free` (rows,) joined where neither error is larger than half of `within` mm."""
+    """Return the sweep with lines of the rows `free` (rows,) joined where neither error is larger than half of `within` mm."""
     height = np.array([t.corner for t in sweep.tools])[sweep.tool][:, None]
     lever = np.array([np.hypot(t.radius, min(2 * t.radius, t.length)) for t in sweep.tools])[sweep.tool]
     begins, ends = sweep.start + height * sweep.axis, sweep.end + height * sweep.axis
@@ -48,7 +49,7 @@ def merge_lines(sweep: Sweep, free: Bools, within: float) -> Sweep:
 
 
 def _pairs(joins: Bools) -> Ints:
-    """Groups (k,) that are to be tried with the one behind them, none of them twice: every other one of each run that hangs together."""
+    """Return the groups (k,) to be tried with the next one, none of them twice: every other one of each connected run."""
     starts = np.concatenate([[True], ~joins[:-1]]) if len(joins) else np.zeros(0, dtype=bool)
     run = (
         np.maximum.accumulate(np.where(starts, np.arange(len(joins)), 0))
@@ -61,7 +62,7 @@ def _pairs(joins: Bools) -> Ints:
 def _fit(
     first: Ints, last: Ints, begins: Array, ends: Array, axis: Array, lever: Array, most: float
 ) -> Bools:
-    """Which groups of rows first to last (k,) may be one line each."""
+    """Return which groups of rows first to last (k,) may be one line each."""
     count = last - first + 1
     group = np.repeat(np.arange(len(first)), count)
     row = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count) + first[group]

@@ -1,11 +1,11 @@
-"""The nose circle of a turning insert, in the meridian half plane: what its path removes, and where its circle stands.
+"""The nose circle of a turning insert, in the meridian half plane: the material that its path removes, and the places of its circle.
 
-The part turns, so in one meridian section the insert does not sweep: it stands there once per turn, where its path has got
-to. Two questions are answered here, for moves held as a `Sweep` in the plane (radius, 0, z) whose tools are `insert`s
+The part turns, so in one meridian section the insert does not sweep: it is there once per turn, at the present place
+of its path. Two questions are answered here, for moves held as a `Sweep` in the plane (radius, 0, z) whose tools are `insert`s
 (vcmm.shop.cutting.turning; the tip of such a sweep is the point of the nose circle nearest to the axis):
 
     removed_by     which moves come near a point: circles swept along the moves (capsules), as if the feed were endless fine
-    entry          where a ray meets one standing circle, in closed form
+    entry          where a ray meets one circle at rest, in closed form
 
 Only the circle cuts, its flanks do not: a face then has the feed marks that a relieved edge leaves. Whittaker,
 A Treatise on the Analytical Dynamics (ray and circle) needs no more than  s = -b - sqrt(b^2 - (o.o - r^2)),  b = o . n.
@@ -40,18 +40,18 @@ class Capsules:
 
 
 def noses(sweep: Sweep, row: Ints, t: Array) -> Array:
-    """Centre of the nose (n, 2) = (radius, z) at fractions t (n,) of rows (n,)."""
+    """Return the centre of the nose (n, 2) = (radius, z) at fractions t (n,) of rows (n,)."""
     at = position(sweep.take(row), t) + nose_radius(sweep)[row][:, None] * OUTWARD
     return np.asarray(at[:, [0, 2]])
 
 
 def nose_radius(sweep: Sweep) -> Array:
-    """Nose radius of each row (m,), mm."""
+    """Return the nose radius of each row (m,), mm."""
     return np.array([tool.radius for tool in sweep.tools])[sweep.tool]
 
 
 def capsules(sweep: Sweep, chord: float = CHORD) -> Capsules:
-    """The rows of a sweep as straight stretches; arcs cut so that no chord is higher than `chord` mm."""
+    """Return the rows of a sweep as straight stretches; arcs cut so that no chord is higher than `chord` mm."""
     arm = np.where((sweep.kind == LINE)[:, None], 0.0, sweep.start - sweep.centre)
     radius = np.hypot(arm[:, 0], arm[:, 2])
     step = 2 * np.arccos(np.clip(1.0 - chord / np.where(radius > 0, radius, 1.0), -1.0, 1.0))
@@ -62,7 +62,7 @@ def capsules(sweep: Sweep, chord: float = CHORD) -> Capsules:
 
 
 def entry(o: Array, n: Array, r: Array) -> Array:
-    """Lowest s (...) at which o + s n lies in a circle of radius r about the origin; o, n (..., 2); inf where it misses."""
+    """Return the lowest s (...) at which o + s n lies in a circle of radius r about the origin; o, n (..., 2); inf where it misses."""
     b = (o * n).sum(axis=-1)
     square = b * b - ((o * o).sum(axis=-1) - r * r)
     return np.where(square >= 0.0, -b - np.sqrt(np.maximum(square, 0.0)), np.inf)
@@ -71,7 +71,7 @@ def entry(o: Array, n: Array, r: Array) -> Array:
 def removed_by(
     points: Array, normals: Array, path: Capsules, depth: float, height: float, band: float, candidates: int
 ) -> CutSurface:
-    """As `surface_left`, for meridian points (n, 3) = (radius, 0, z): status, and the moves that come lowest, with their t.
+    """Compute `surface_left` for meridian points (n, 3) = (radius, 0, z): status, and the moves that come lowest, with their t.
 
     Places of contacts are good to the chord of the arcs. contact_s is that of the swept circle, without feed marks.
     """
@@ -109,7 +109,7 @@ def removed_by(
 
 
 def _near(path: Capsules, points: Array, reach: float) -> Capsules:
-    """The stretches that come within `reach` mm of the box around the points; one at least."""
+    """Return the stretches that come within `reach` mm of the box around the points; one at least."""
     low, high = points[:, [0, 2]].min(axis=0) - reach, points[:, [0, 2]].max(axis=0) + reach
     r = path.r[:, None]
     first, last = np.minimum(path.start, path.end) - r, np.maximum(path.start, path.end) + r
@@ -121,7 +121,7 @@ def _near(path: Capsules, points: Array, reach: float) -> Capsules:
 def _part(
     points: Array, normals: Array, path: Capsules, depth: float, height: float, band: float, candidates: int
 ) -> tuple[Array, Ints, Array]:
-    """(s, stretch, t) (n, K) of the lowest stretches that bound what is removed around each point."""
+    """Return (s, stretch, t) (n, K) of the lowest stretches that bound the removed material around each point."""
     low, high, t = _stretches(points[:, [0, 2]], normals[:, [0, 2]], path)
     low = np.where(low > height, np.inf, low)
     bottom = _bottom(low, high, depth)
@@ -150,7 +150,7 @@ def _bottom(low: Array, high: Array, depth: float) -> Array:
 
 
 def _stretches(p: Array, n: Array, path: Capsules) -> tuple[Array, Array, Array]:
-    """(lowest s, highest s, fraction of the stretch at the lowest) (n, m) of rays through capsules; inf and -inf: missed."""
+    """Return (lowest s, highest s, fraction of the stretch at the lowest) (n, m) of rays through capsules; inf and -inf: missed."""
     along = path.end - path.start
     length = np.hypot(along[:, 0], along[:, 1])
     unit = along / np.where(length > 0, length, 1.0)[:, None]
@@ -171,7 +171,7 @@ def _disc(p: Array, n: Array, centre: Array, r: Array, t: float) -> tuple[Array,
 
 
 def _slab(p: Array, n: Array, path: Capsules, unit: Array, length: Array) -> tuple[Array, Array, Array]:
-    """The rectangle between the two end circles."""
+    """Return the rectangle between the two end circles."""
     o0, o1 = p[:, 0:1] - path.start[:, 0], p[:, 1:2] - path.start[:, 1]
     a, va = o0 * unit[:, 0] + o1 * unit[:, 1], n[:, 0:1] * unit[:, 0] + n[:, 1:2] * unit[:, 1]
     c, vc = o1 * unit[:, 0] - o0 * unit[:, 1], n[:, 1:2] * unit[:, 0] - n[:, 0:1] * unit[:, 1]

@@ -16,7 +16,7 @@ from vcmm.shop.cutting.tools import Cutter
 
 
 def lowest(sweep: Sweep, points: Array, normals: Array, samples: int = 401, rounds: int = 12) -> Array:
-    """Lowest s (m,) at which ray i enters the sweep of row i alone (tool axis +Z); inf where it misses."""
+    """Return the lowest s (m,) at which ray i enters the sweep of row i alone (tool axis +Z); inf where it misses."""
     out = np.empty(len(sweep))
     for k, tool in enumerate(sweep.tools):
         rows = np.flatnonzero(sweep.tool == k)

@@ -1,15 +1,16 @@
-"""Chips of the teeth of a mill that runs out: each tooth cuts what the teeth before it left.
+"""Chips of the teeth of a mill that runs out: each tooth cuts the material that the teeth before it left.
 
-The axis of the tool stands A beside that of the spindle, towards the tooth that stands out most (number 0), so that tooth i runs on a circle larger by
+The axis of the tool is A beside that of the spindle, towards the most protruding tooth (number 0), so that tooth i runs on a circle larger by
 
     rho_i = A cos(2 pi i / N),    A the amplitude of tool_runout: what the wall loses
 
-and its chip at phi is what the deepest of the N passes before it, its own of the last turn among them, has left:
+and its chip at phi is the material left by the deepest of the N passes before it, its own of the last turn included:
 
     h_i(phi) = min over m = 1 .. N of  m c sin(phi) + rho_i - rho_(i-m);    below zero it does not touch
 
 (Kline, DeVor, Int. J. Mach. Tool Des. Res. 23 (1983) 123; Altintas, Manufacturing Automation, 2nd ed. (2012), 2.9). At a wall (sin phi = 0) the tooth that
-makes it meets what it left itself: no chip, as without run-out. The chips of one turn always add up to N c sin(phi). Within a piece of phi with one m
+makes it meets its own previous cut: no chip, as without run-out. The chips of one turn always add up to N c sin(phi). Within a piece of
+phi with one m
 the chip is that of a feed m c with a constant more, K_c (m c sin(phi) + delta) + K_e, which is the same edge model with K_e + K_c delta.
 """
 
@@ -30,7 +31,8 @@ NONE = 1e-12  # mm: of a chip, rounding
 
 
 class ChipPiece(NamedTuple):
-    """Where (low <= phi <= high, rad; empty where high <= low) a tooth cuts chips of `chip` sin(phi) mm with the coefficients `edges`."""
+    """A piece of the engagement (low <= phi <= high, rad; empty where high <= low) in which a tooth cuts chips of `chip` sin(phi) mm with
+    the coefficients `edges`."""
 
     chip: Array
     edges: LinearEdge
@@ -39,12 +41,12 @@ class ChipPiece(NamedTuple):
 
 
 def radius_more(tooth: int, teeth: Ints, amplitude: Array) -> Array:
-    """rho (k,) mm of a tooth of each of k tools."""
+    """Return rho (k,) mm of a tooth of each of k tools."""
     return np.asarray(amplitude * np.cos(TURN * tooth / np.maximum(teeth, 1)))
 
 
 def chip_at(phi: Array, tooth: int, teeth: Ints, chip: Array, amplitude: Array) -> Array:
-    """h (k,) mm of a tooth at phi (k,); below zero it does not touch."""
+    """Return h (k,) mm of a tooth at phi (k,); below zero it does not touch."""
     sine, out = np.sin(phi), np.full(len(phi), np.inf)
     for m in range(1, int(np.max(teeth, initial=0)) + 1):
         here = m * chip * sine + _step(tooth, m, teeth, amplitude)
@@ -55,7 +57,7 @@ def chip_at(phi: Array, tooth: int, teeth: Ints, chip: Array, amplitude: Array) 
 def chip_pieces(
     tooth: int, teeth: Ints, chip: Array, amplitude: Array, edges: LinearEdge
 ) -> Iterator[ChipPiece]:
-    """The pieces of half a turn of a tooth of each of k tools in which it cuts, without one that begins or ends with the engagement."""
+    """Yield the pieces of half a turn of a tooth of each of k tools in which it cuts, without one that begins or ends with the engagement."""
     most = int(np.max(teeth, initial=0))
     feed = np.where(chip > 0.0, chip, np.inf)
     amplitude = np.where(chip > 0.0, amplitude, 0.0)
@@ -80,7 +82,7 @@ def chip_pieces(
 
 
 def with_more_chip(edges: LinearEdge, chip: Array) -> LinearEdge:
-    """Coefficients that hold for chips thicker by `chip` (k,) mm."""
+    """Return the coefficients that hold for chips thicker by `chip` (k,) mm."""
     return replace(
         edges, edge_tangential=edges.edge_tangential + edges.tangential * chip,
         edge_radial=edges.edge_radial + edges.radial * chip, edge_axial=edges.edge_axial + edges.axial * chip,
@@ -88,5 +90,5 @@ def with_more_chip(edges: LinearEdge, chip: Array) -> LinearEdge:
 
 
 def _step(tooth: int, m: int, teeth: Ints, amplitude: Array) -> Array:
-    """rho_i - rho_(i-m)."""
+    """Return rho_i - rho_(i-m)."""
     return radius_more(tooth, teeth, amplitude) - radius_more(tooth - m, teeth, amplitude)

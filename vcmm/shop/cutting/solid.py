@@ -14,12 +14,12 @@ from vcmm.shop.cutting.stock import Stock
 
 
 def triangles(stock: Stock | Dexels) -> tuple[Array, Array]:
-    """Vertices (v, 3) mm and triangles (f, 3), watertight, outward."""
+    """Return the vertices (v, 3) mm and triangles (f, 3), watertight, outward."""
     return surface(stock) if isinstance(stock, Dexels) else _of_heights(stock)
 
 
 def picture(stock: Stock | Dexels, most: int) -> tuple[Array, Array]:
-    """The same with at most so many triangles: only every second, third ... node or ray."""
+    """Return the mesh with at most so many triangles: only every second, third ... node or ray."""
     if isinstance(stock, Dexels):
         every = 1
         while len((found := surface(sparser(stock, every)))[1]) > most:
@@ -31,7 +31,7 @@ def picture(stock: Stock | Dexels, most: int) -> tuple[Array, Array]:
 
 
 def thinning(nx: int, ny: int, most: int) -> int:
-    """Every which node of a map of heights is drawn, so that top and bottom (2 triangles per cell each) and sides can be."""
+    """Return the step of the nodes of a map of heights to be drawn, so that top and bottom (2 triangles per cell each) and sides fit."""
     every = max(1, int(np.sqrt(4.0 * nx * ny / most)))
     while 4 * (-(-nx // every)) * (-(-ny // every)) > most:
         every += 1
@@ -39,7 +39,7 @@ def thinning(nx: int, ny: int, most: int) -> int:
 
 
 def _of_heights(stock: Stock) -> tuple[Array, Array]:
-    """The nodes as top, the underside, four walls.
+    """Return the nodes as top, the underside, four walls.
 
     Where a node is cut down to the underside, a skin of a thousandth of the cell remains, so that the mesh stays closed.
     """
@@ -70,7 +70,7 @@ def _of_heights(stock: Stock) -> tuple[Array, Array]:
 
 
 def write_stl(stock: Stock | Dexels, path: str | Path) -> None:
-    """Binary STL of the stock, mm."""
+    """Write a binary STL of the stock, mm."""
     import trimesh
 
     vertices, faces = triangles(stock)

@@ -1,4 +1,4 @@
-"""A tool that stands still, met by a ray in closed form."""
+"""Entry of a ray into a tool at rest, in closed form."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from vcmm.shop.cutting.tools import Cutter
 
 
 def entry(tool: Cutter, o: Array, n: Array) -> Array:
-    """Lowest s (...) at which o + s n lies in a tool with its tip at the origin, axis +Z; inf where the ray misses."""
+    """Return the lowest s (...) at which o + s n lies in a tool with its tip at the origin, axis +Z; inf where the ray misses."""
     lo, hi = _slab(o[..., 2], n[..., 2], 0.0, tool.length)
     lo, hi = _meet(lo, hi, *_quadric(o, n, tool.radius, 0.0))
     if tool.shape == "cone":
@@ -36,7 +36,7 @@ def _meet(lo: Array, hi: Array, a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def _quadric(o: Array, n: Array, radius: float, slope: float) -> tuple[Array, Array]:
-    """Stretch of the ray with distance from the axis <= radius + slope z >= 0 (cylinder or upper sheet of a cone)."""
+    """Return the stretch of the ray with distance from the axis <= radius + slope z >= 0 (cylinder or upper sheet of a cone)."""
     r0, rs = radius + slope * o[..., 2], slope * n[..., 2]
     a = n[..., 0] ** 2 + n[..., 1] ** 2 - rs**2
     b = o[..., 0] * n[..., 0] + o[..., 1] * n[..., 1] - r0 * rs
@@ -65,7 +65,7 @@ def _quadric(o: Array, n: Array, radius: float, slope: float) -> tuple[Array, Ar
 
 
 def _enter_rounded(tool: Cutter, o: Array, n: Array, lo: Array, hi: Array) -> Array:
-    """Entry into a tool with rounded corner: the core grown by a ball. From `lo` Newton climbs to the first root."""
+    """Return the entry into a tool with rounded corner: the core grown by a ball. From `lo` Newton climbs to the first root."""
     s, core = lo.copy(), tool.radius - tool.corner
     alive = (lo <= hi) & np.isfinite(lo)
     for _ in range(60):

@@ -1,6 +1,6 @@
 """Stock as a map of heights (z-dexels): picture, volume removed, engagement, collisions of rapids. Three axes, tool along +Z.
 
-The height at a node is exact (the tool's sweep over that node, not a stamped picture); between nodes nothing is known, so
+The height at a node is exact (the tool's sweep over that node, not a stamped picture); between nodes it is unknown, so
 volumes and engagements carry an error of about the cell times the contour. This is for pictures and forces, which need a
 few percent: deviations come from vcmm.shop.cutting.envelope. Source: z-map, e.g. Altintas & Lazoglu; exact capsule envelopes.
 """
@@ -33,13 +33,13 @@ class Stock:
 
     @property
     def volume(self) -> float:
-        """mm3, each node standing for one cell."""
+        """Volume in mm3; each node represents one cell."""
         return float((self.height - self.bottom).sum() * self.cell**2)
 
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """What the moves of a sweep did to the stock; rows are those of the sweep."""
+    """Effect of the moves of a sweep on the stock; rows are those of the sweep."""
 
     stock: Stock  # afterwards
     volume: Array  # (m,) mm3
@@ -53,7 +53,7 @@ class Removal:
 
 
 def block(low: Array, high: Array, cell: float) -> Stock:
-    """A rectangular block from corner to corner (3,), nodes in the middle of square cells of `cell` mm."""
+    """Return a rectangular block from corner to corner (3,), nodes in the middle of square cells of `cell` mm."""
     low, high = np.asarray(low, float), np.asarray(high, float)
     if not (cell > 0.0 and np.all(high > low)):
         raise UsageError(
@@ -109,8 +109,8 @@ def remove(stock: Stock, sweep: Sweep, rapid: Array | None = None, clearance: fl
 
 
 def _as_circles(items: Array, most: float) -> Array:
-    """Level arcs whose rounded ends lie on two radii or heights, no more than `most` mm apart, as circles: the map has no finer cells,
-    and a spiral is looked for column by column."""
+    """Return level arcs whose rounded ends lie on two radii or heights, no more than `most` mm apart, as circles: the map has no finer cells,
+    and a spiral is searched column by column."""
     out = items.copy()
     upright = np.abs(out[:, 11]) + np.abs(out[:, 14]) <= 1e-14
     near = (np.abs(out[:, 16] - out[:, 15]) <= most) & (
@@ -122,7 +122,8 @@ def _as_circles(items: Array, most: float) -> Array:
 
 
 def _counts(sweep: Sweep) -> Array:
-    """Arcs in quarter turns, lines in pieces of at most four tool radii, so that the engagement is asked often enough."""
+    """Return the number of pieces: arcs in quarter turns, lines in pieces of at most four tool radii, so that the engagement is sampled
+    often enough."""
     reach = np.array([t.radius for t in sweep.tools])[sweep.tool]
     lines = np.ceil(np.linalg.norm(sweep.end - sweep.start, axis=1) / (4.0 * reach) - 1e-9)
     arcs = np.ceil(np.abs(sweep.turn) / QUARTER - 1e-9)
@@ -130,7 +131,7 @@ def _counts(sweep: Sweep) -> Array:
 
 
 def _per_row(engaged: Array, row: Array, length: Array, sweep: Sweep) -> tuple[Array, Array, Array, Array]:
-    """Means over the pieces of each row that meet material, weighted with their length."""
+    """Return the means over the pieces of each row that meet material, weighted with their length."""
     m = len(sweep)
     weight = length * (engaged[:, 3] > 0.0)
     total = np.bincount(row, weight, m)

@@ -1,4 +1,4 @@
-"""Rolling stylus: what a probe ball reads that rests on the cusps of a cut surface (morphological closing).
+"""Rolling stylus: the reading of a probe ball that rests on the cusps of a cut surface (morphological closing).
 
 The ball of radius r comes down along -n over the point p. It stops at the height
 
@@ -45,7 +45,7 @@ def roll_ball(
     depth: float = 0.5,
     height: float = 2.0,
 ) -> BallContacts:
-    """Contact height of a ball of `radius` (mm) at points (n, 3) along -normals (n, 3).
+    """Return the contact height of a ball of `radius` (mm) at points (n, 3) along -normals (n, 3).
 
     relief (mm): cusps and form within the patch are assumed no higher than this above the surface at p, which bounds how far
     from p the ball can touch: sqrt(2 r relief).
@@ -74,7 +74,7 @@ def _roll(
     centre = len(a) // 2
 
     def heights(u: Array, v: Array) -> tuple[Array, Array]:
-        """Lift of the ball (n, m) by the surface at offsets (n, m), and which rays met nothing cut."""
+        """Return the lift of the ball (n, m) by the surface at offsets (n, m), and which rays met nothing cut."""
         at = p[:, None] + u[..., None] * first[:, None] + v[..., None] * second[:, None]
         along = np.broadcast_to(n[:, None], at.shape)
         left = surface_left(at.reshape(-1, 3), along.reshape(-1, 3), index, *window, candidates=1, band=0.0)
@@ -111,7 +111,7 @@ def _tangents(n: Array) -> tuple[Array, Array]:
 
 
 def _peaks(lift: Array) -> list[Array]:
-    """Indices (n,) of the highest local maxima on the grid."""
+    """Return the indices (n,) of the highest local maxima on the grid."""
     square = lift.reshape(-1, GRID, GRID)
     padded = np.pad(square, ((0, 0), (1, 1), (1, 1)), constant_values=-np.inf)
     around = np.max(
@@ -124,7 +124,7 @@ def _peaks(lift: Array) -> list[Array]:
 
 
 def _climb(heights, u: Array, v: Array, lift: Array, peak: Array, step: float) -> tuple[Array, Array, Array]:  # type: ignore[no-untyped-def]
-    """Highest point near a peak, by grids that shrink about the best point so far."""
+    """Return the highest point near a peak, by grids that shrink about the best point so far."""
     rows = np.arange(len(u))
     high, uu, vv = lift[rows, peak], u[rows, peak], v[rows, peak]
     unit = np.linspace(-1.0, 1.0, ZOOM)

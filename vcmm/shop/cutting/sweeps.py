@@ -1,4 +1,4 @@
-"""Sweep: what tools did, as arrays. Positions of the tool tip in the frame of the part, mm.
+"""Sweep: motions of tools, as arrays. Positions of the tool tip in the frame of the part, mm.
 
 A row is a line, an arc or a helix; the tool keeps its direction during a row (indexed rotary axes). An arc runs from
 start to end about `centre`, `turn` rad about `normal` by the right-hand rule, whole turns included; end beside the plane
@@ -42,7 +42,7 @@ class Sweep:
         return len(self.start)
 
     def take(self, rows: Array) -> Sweep:
-        """Rows of the sweep."""
+        """Return the rows of the sweep."""
         names = ("start", "end", "centre", "normal", "turn", "kind", "tool", "move", "axis")
         picked = {name: getattr(self, name)[rows] for name in names}
         for name in ("axis_end", "drift"):
@@ -54,7 +54,7 @@ class Sweep:
 def lines(
     start: Array, end: Array, tools: tuple[Cutter, ...], tool: Array | int = 0, axis: Array = UP
 ) -> Sweep:
-    """Straight moves (m, 3) -> (m, 3)."""
+    """Return the straight moves (m, 3) -> (m, 3)."""
     start, end = np.atleast_2d(np.asarray(start, float)), np.atleast_2d(np.asarray(end, float))
     m = len(start)
     nothing = np.full((m, 3), np.nan)
@@ -78,7 +78,7 @@ def lines(
 
 
 def path(points: Array, tools: tuple[Cutter, ...], tool: int = 0, axis: Array = UP) -> Sweep:
-    """Straight moves through points (m + 1, 3)."""
+    """Return the straight moves through points (m + 1, 3)."""
     points = np.asarray(points, float)
     return lines(points[:-1], points[1:], tools, tool, axis)
 
@@ -93,7 +93,7 @@ def arcs(
     normal: Array = UP,
     axis: Array = UP,
 ) -> Sweep:
-    """Arcs and helices (m, 3) about centres (m, 3), by `turn` (m,) rad about `normal`."""
+    """Return the arcs and helices (m, 3) about centres (m, 3), by `turn` (m,) rad about `normal`."""
     base = lines(start, end, tools, tool, axis)
     m = len(base)
     middle = np.broadcast_to(np.asarray(centre, float), (m, 3)).copy()
@@ -105,7 +105,7 @@ def arcs(
 
 
 def join(sweeps: Iterable[Sweep]) -> Sweep:
-    """Sweeps one after another; all must have the same tools. Moves are numbered anew."""
+    """Return the sweeps one after another; all must have the same tools. Moves are numbered anew."""
     parts = list(sweeps)
     if not parts or any(p.tools != parts[0].tools for p in parts):
         raise UsageError("join: give at least one sweep, and the same tuple of tools to each of them")
@@ -123,7 +123,7 @@ def join(sweeps: Iterable[Sweep]) -> Sweep:
 
 
 def check_sweep(sweep: Sweep) -> Sweep:
-    """The sweep itself, or an error that names the first bad row."""
+    """Return the sweep itself, or an error that names the first bad row."""
     for name in ("start", "end", "axis"):
         bad = np.flatnonzero(~np.isfinite(getattr(sweep, name)).all(axis=1))
         if len(bad):
@@ -159,7 +159,7 @@ def _check_arcs(sweep: Sweep) -> None:
 
 
 def basis(sweep: Sweep) -> tuple[Array, Array, Array, Array, Array]:
-    """First and second direction (m, 3), radius at start and end (m,) and advance along the normal (m, 3) of arcs."""
+    """Return the first and second direction (m, 3), radius at start and end (m,) and advance along the normal (m, 3) of arcs."""
     normal = sweep.normal
     arm = sweep.start - sweep.centre
     arm = arm - np.einsum("mi,mi->m", arm, normal)[:, None] * normal
@@ -172,7 +172,7 @@ def basis(sweep: Sweep) -> tuple[Array, Array, Array, Array, Array]:
 
 
 def position(sweep: Sweep, t: Array) -> Array:
-    """Tip positions (..., m, 3) at fractions t (..., m) or (..., 1) of each row."""
+    """Return the tip positions (..., m, 3) at fractions t (..., m) or (..., 1) of each row."""
     t = np.asarray(t, float)[..., None]
     out = sweep.start + t * (sweep.end - sweep.start)
     if sweep.drift is not None:
@@ -196,7 +196,7 @@ def position(sweep: Sweep, t: Array) -> Array:
 
 
 def lengths(sweep: Sweep) -> Array:
-    """Length of path (m,) mm; of spirals that of the helix with their mean radius."""
+    """Return the length of path (m,) mm; of spirals that of the helix with their mean radius."""
     out = np.linalg.norm(sweep.end - sweep.start, axis=1)
     rows = np.flatnonzero(sweep.kind != LINE)
     if len(rows):
@@ -207,7 +207,7 @@ def lengths(sweep: Sweep) -> Array:
 
 
 def pieces(sweep: Sweep, counts: Array) -> tuple[Sweep, Array, Array, Array]:
-    """Every row cut into counts (m,) equal pieces of the same kind: pieces, their row, first and last fraction t."""
+    """Return every row cut into counts (m,) equal pieces of the same kind: pieces, their row, first and last fraction t."""
     counts = np.asarray(counts, int)
     row = np.repeat(np.arange(len(sweep)), counts)
     number = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -1,4 +1,4 @@
-"""Cutting tools as convex solids of revolution about their axis: what the cutting edges sweep while the spindle turns.
+"""Cutting tools as convex solids of revolution about their axis, swept by the cutting edges while the spindle turns.
 
 The reference point is the tip: the lowest point of the tool on its axis. Radius over height h above the tip:
 
@@ -29,7 +29,7 @@ COLUMNS = 7  # of `parameters`: shape, R, r, radius of the bottom, cosine and si
 
 @dataclass(frozen=True)
 class Cutter:
-    """A tool. Lengths in mm, angles in rad. Use the functions below, which check what they are given.
+    """A tool. Lengths in mm, angles in rad. Use the functions below, which check their arguments.
 
     length: height over the tip up to which the tool (flutes and a shank of the same radius) removes material; infinite
     unless stated. stick_out, modulus (N/mm2): for bending, None where not known.
@@ -51,7 +51,7 @@ def flat(radius: float, length: float = math.inf) -> Cutter:
 
 
 def ball(radius: float, length: float = math.inf) -> Cutter:
-    """Ball-nosed end mill with a shank of the same radius: half a ball below, a cylinder above."""
+    """Return a ball-nosed end mill with a shank of the same radius: half a ball below, a cylinder above."""
     return _check_tool(Cutter("ball", radius, corner=radius, length=length))
 
 
@@ -66,7 +66,7 @@ def bull(radius: float, corner: float, length: float = math.inf) -> Cutter:
 
 
 def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: float = math.inf) -> Cutter:
-    """Chamfer tool or countersink: point_angle is the full angle in rad, tip_radius that of the flat bottom."""
+    """Return the chamfer tool or countersink: point_angle is the full angle in rad, tip_radius that of the flat bottom."""
     if not 0.0 < point_angle < math.pi:
         raise UsageError(
             f"cone: the point angle must lie between 0 and pi rad (180 deg), not {point_angle} rad"
@@ -81,17 +81,17 @@ def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: flo
 
 
 def drill(radius: float, point_angle: float = math.radians(118.0), length: float = math.inf) -> Cutter:
-    """Twist drill: a cone with a sharp point, 118 deg unless stated."""
+    """Return the twist drill: a cone with a sharp point, 118 deg unless stated."""
     return cone(radius, point_angle, 0.0, length)
 
 
 def insert(nose_radius: float) -> Cutter:
-    """Turning insert: its nose circle (see vcmm.shop.cutting.turning); the flanks are not modelled."""
+    """Return the turning insert: its nose circle (see vcmm.shop.cutting.turning); the flanks are not modelled."""
     return ball(nose_radius)
 
 
 def offset_tool(tool: Cutter, by: float) -> Cutter:
-    """The tool offset outwards by `by` mm everywhere on its cutting surface (runout +, wear -), tip at the same point.
+    """Return the tool offset outwards by `by` mm everywhere on its cutting surface (runout +, wear -), tip at the same point.
 
     An offset flat mill would have rounded corners; a mill is ground and worn as a mill, so its corners stay sharp.
     """
@@ -113,14 +113,14 @@ def _check_tool(tool: Cutter) -> Cutter:
 
 
 def nose_height(tool: Cutter) -> float:
-    """Height over the tip at which the full radius is reached, mm."""
+    """Return the height over the tip at which the full radius is reached, mm."""
     if tool.shape == "cone":
         return (tool.radius - tool.tip_radius) / math.tan(tool.half_angle)
     return tool.corner
 
 
 def parameters(tools: tuple[Cutter, ...]) -> Array:
-    """Rows (n, COLUMNS) as the kernels take them."""
+    """Return the rows (n, COLUMNS) as the kernels take them."""
     rows = [
         (
             SHAPES.index(t.shape),
@@ -137,7 +137,7 @@ def parameters(tools: tuple[Cutter, ...]) -> Array:
 
 
 def profile(tool: Cutter, height: Array) -> Array:
-    """Radius (...) of the tool at heights (...) over its tip, mm; nothing (-1) below the tip and above its length."""
+    """Return the radius (...) of the tool at heights (...) over its tip, mm; nothing (-1) below the tip and above its length."""
     h = np.asarray(height, float)
     if tool.shape == "cone":
         radius = np.minimum(tool.tip_radius + h * math.tan(tool.half_angle), tool.radius)
@@ -148,7 +148,7 @@ def profile(tool: Cutter, height: Array) -> Array:
 
 
 def implicit(tool: Cutter, radius: Array, height: Array) -> Array:
-    """G (...) at distances `radius` from the axis and heights over the tip: negative inside, at most the distance outside."""
+    """Return G (...) at distances `radius` from the axis and heights over the tip: negative inside, at most the distance outside."""
     rho, h = np.broadcast_arrays(np.asarray(radius, float), np.asarray(height, float))
     top = h - tool.length
     if tool.shape == "cone":

@@ -1,8 +1,8 @@
-"""The force at the moment at which an edge makes a point of the wall, and not the mean of a turn.
+"""Cutting force at the moment at which an edge makes a point of the wall, instead of the mean of a turn.
 
 A wall keeps the place of the tool at the moments at which its edges touch it. With straight edges that is at phi = 0 (conventional) or
 phi = pi (climb), where the chip has no thickness: only the edge forces act. An edge of helix b lags by kappa = tan b / R per mm of height,
-so that height z of the wall is made while the edge stands at phi_s there and at phi_s - kappa (zeta - z) at height zeta:
+so that height z of the wall is made while the edge is at phi_s there and at phi_s - kappa (zeta - z) at height zeta:
 
     F(z) = sum over teeth j of  int_0^a dF(phi_s - 2 pi j / N - kappa (zeta - z)) dzeta,    where phi lies within start and exit
 
@@ -30,8 +30,8 @@ SLACK = 1e-9  # rad
 
 @dataclass(frozen=True, eq=False)
 class ToothCuts:
-    """How each of m stretches of a path is cut: start and exit rad, axial depth mm, feed per tooth mm, teeth, lag kappa rad/mm (nan: helix not
-    known), edge coefficients, run-out of the tool mm (`vcmm.shop.cutting.runout`; tooth 0 stands out most)."""
+    """Engagement of each of m stretches of a path: start and exit rad, axial depth mm, feed per tooth mm, teeth, lag kappa rad/mm (nan: helix not
+    known), edge coefficients, run-out of the tool mm (`vcmm.shop.cutting.runout`; tooth 0 protrudes most)."""
 
     start: Array
     exit: Array
@@ -48,14 +48,14 @@ class ToothCuts:
         return bool(np.any((self.runout > 0.0) & (self.chip > 0.0)))
 
     def take(self, rows: Ints) -> ToothCuts:
-        """Of some of the stretches."""
+        """Return some of the stretches."""
         return ToothCuts(
             start=self.start[rows], exit=self.exit[rows], axial=self.axial[rows], chip=self.chip[rows], teeth=self.teeth[rows],
             lag=self.lag[rows], edges=_edges_of(self.edges, rows), runout=self.runout[rows] if len(self.runout) > 1 else self.runout,
         )  # fmt: skip
 
     def force(self, angle: Array, height: Array) -> Array:
-        """Force (m, 3) N of the part on the tool while its edge stands at `angle` (m,) rad at `height` (m,) mm over the tip."""
+        """Return the force (m, 3) N of the part on the tool while its edge is at `angle` (m,) rad at `height` (m,) mm over the tip."""
         deep, out = self.axial > 0.0, np.zeros((len(self.axial), 3))
         twist = np.nan_to_num(self.lag) * self.axial
         straight = np.abs(twist) < STRAIGHT
@@ -69,7 +69,7 @@ class ToothCuts:
                 out += self._straight(tooth, at_once, there)
             first = (
                 phi + np.nan_to_num(self.lag) * height
-            )  # where the edge stands at the tip; at the top it lags by the whole twist
+            )  # angle of the edge at the tip; at the top it lags by the whole twist
             low, high = np.minimum(first, first - twist), np.maximum(first, first - twist)
             for piece in self._pieces(tooth):
                 for turn in range(-turns, turns + 1):
@@ -88,7 +88,7 @@ class ToothCuts:
         return out
 
     def _straight(self, tooth: int, phi: Array, there: Array) -> Array:
-        """Of a straight edge that stands at phi (m,) with all of its depth."""
+        """Return the force of a straight edge at phi (m,) with all of its depth."""
         depth = np.where(there, self.axial, 0.0)
         if not self.runs_out:
             return depth[:, None] * edge_force(phi, self.chip, self.edges)
@@ -99,7 +99,7 @@ class ToothCuts:
         )
 
     def _pieces(self, tooth: int) -> list[ChipPiece]:
-        """Pieces of the engagement in which a tooth cuts."""
+        """Return the pieces of the engagement in which a tooth cuts."""
         if not self.runs_out:
             return [ChipPiece(self.chip, self.edges, self.start, self.exit)]
         return [
@@ -108,7 +108,7 @@ class ToothCuts:
         ]
 
     def mean(self) -> Array:
-        """Mean force (m, 3) N of a turn, whatever the helix: of a mill that runs true `milling_force`."""
+        """Return the mean force (m, 3) N of a turn, for any helix: of a mill that runs true `milling_force`."""
         out = np.zeros((len(self.axial), 3))
         for tooth in range(int(np.max(self.teeth, initial=0))):
             per = np.where(tooth < self.teeth, self.axial, 0.0) / TURN
@@ -121,8 +121,8 @@ class ToothCuts:
         return out
 
     def generating(self, angle: Array, height: Array) -> Array:
-        """The same for the edge that makes the wall at `angle`: it cuts there, so that start or exit, which come from a map of heights, are
-        taken as far as that angle (within TURN / 8 of it). height: of the point of the wall; above the depth of cut that of its top."""
+        """Return the force of the edge that makes the wall at `angle`: it cuts there, so that start or exit, which come from a map of heights, are
+        extended to that angle (within TURN / 8 of it). height: of the point of the wall; above the depth of cut that of its top."""
         near = np.remainder(angle, TURN)
         over = np.remainder(near - self.exit, TURN)
         under = np.remainder(self.start - near, TURN)
@@ -138,7 +138,7 @@ class ToothCuts:
 
 
 def _edges_of(edges: LinearEdge, rows: Ints) -> LinearEdge:
-    """Coefficients of some of the stretches, where they have their own."""
+    """Return the coefficients of some of the stretches, where they have their own."""
     names = [f.name for f in fields(edges) if f.name != "source"]
     own = {n: value[rows] for n in names if np.ndim(value := getattr(edges, n))}
     return replace(edges, **own)

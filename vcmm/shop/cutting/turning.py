@@ -20,7 +20,7 @@ OUTWARD = np.array([1.0, 0.0, 0.0])
 
 
 def meridian(points: Array, normals: Array) -> tuple[Array, Array]:
-    """Points and normals (n, 3) of a part about the Z axis, turned into the half plane y = 0, x >= 0.
+    """Return the points and normals (n, 3) of a part about the Z axis, turned into the half plane y = 0, x >= 0.
 
     Normals must lie in the meridian plane of their points, as those of a surface of revolution do.
     """
@@ -42,19 +42,19 @@ def meridian(points: Array, normals: Array) -> tuple[Array, Array]:
 
 
 def tip_of_centre(centre: Array, nose: float) -> Array:
-    """Reference point (..., 3) of an insert whose nose circle has its centre at `centre` (..., 3)."""
+    """Return the reference point (..., 3) of an insert whose nose circle has its centre at `centre` (..., 3)."""
     return np.asarray(centre, float) - nose * OUTWARD
 
 
 def straight(start: Array, end: Array, tools: tuple[Cutter, ...], tool: int = 0) -> Sweep:
-    """Straight passes between reference points (m, 2) = (radius, z) in mm, not diameters."""
+    """Return the straight passes between reference points (m, 2) = (radius, z) in mm, not diameters."""
     return lines(_plane(start), _plane(end), tools, tool, OUTWARD)
 
 
 def arc_sweep(
     start: Array, end: Array, centre: Array, turn: Array, tools: tuple[Cutter, ...], tool: int = 0
 ) -> Sweep:
-    """Arcs in the (radius, z) plane about `centre` (m, 2), turn (m,) rad from +z towards +radius (right-handed about +y)."""
+    """Return the arcs in the (radius, z) plane about `centre` (m, 2), turn (m,) rad from +z towards +radius (right-handed about +y)."""
     sweep = arcs(
         _plane(start),
         _plane(end),

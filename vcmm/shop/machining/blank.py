@@ -1,10 +1,10 @@
-"""The blank: what of it is removed, which rapids run through it, and the forces that follow from the engagement.
+"""The blank: the material removed, the rapids that run through it, and the forces that follow from the engagement.
 
-While the tool stands along +Z of the workpiece, the stock is a map of heights (vcmm.shop.cutting.stock). A tool that comes from
+While the tool points along +Z of the workpiece, the stock is a map of heights (vcmm.shop.cutting.stock). A tool that comes from
 another side makes undercuts, which heights cannot hold: then it is kept as rays along X, Y and Z (vcmm.shop.cutting.dexels).
 Either is good to a few percent, which is what pictures and forces need. Deviations never come from it.
 
-A shank or holder wider than the cutter does not cut: where it meets what is left of the stock, the line is named.
+A shank or holder wider than the cutter does not cut: where it meets the remaining stock, a remark names the line.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ ROUGH = 1 / 16  # of the way between rays, by which a row may miss a tool that t
 OFTEN, TURNED = (
     0.5,
     0.125,
-)  # of the radius of the tool, rad of an arc: so often the engagement is asked for forces
+)  # of the radius of the tool, rad of an arc: spacing at which the engagement is sampled for forces
 TURN = 2.0 * np.pi
 MOST_PIECES = 200_000
 LEAST = 1e-3  # of what the whole program removes: less is the difference between two bundles of rays
@@ -55,14 +55,14 @@ LEAST = 1e-3  # of what the whole program removes: less is the difference betwee
 
 @dataclass(frozen=True, eq=False)
 class PathPieces:
-    """The rows of a sweep cut into stretches: sweep of these, first (rows,) of each row and how many (rows,)."""
+    """The rows of a sweep cut into stretches: sweep of the stretches, first (rows,) of each row and how many (rows,)."""
 
     sweep: Sweep
     first: Ints
     count: Ints
 
     def at(self, row: Ints, share: Array) -> tuple[Ints, Array]:
-        """(stretch (k,), share of it (k,)) at shares of rows."""
+        """Return (stretch (k,), share of it (k,)) at shares of rows."""
         along = np.clip(share, 0.0, 1.0) * self.count[row]
         inside = np.minimum(along.astype(np.intp), self.count[row] - 1)
         return self.first[row] + inside, along - inside
@@ -70,10 +70,10 @@ class PathPieces:
 
 @dataclass(frozen=True, eq=False)
 class Blank:
-    """after: what is left; removed mm^3; collisions: (line, depth mm) of rapids through material; forces (pieces, 3) N or None.
+    """after: the remaining stock; removed mm^3; collisions: (line, depth mm) of rapids through material; forces (pieces, 3) N or None.
 
-    power (pieces,) W: what cutting them takes. pieces: the stretches of the path, each with its own engagement. shanks: (line, tool, depth mm) where a
-    shank runs in what is left. said: what this stock could not tell.
+    power (pieces,) W: the cutting power. pieces: the stretches of the path, each with its own engagement. shanks: (line, tool, depth mm) where a
+    shank runs in the remaining stock. said: remarks on results that this stock cannot give.
     """
 
     before: Stock | Dexels
@@ -89,13 +89,14 @@ class Blank:
 
     @property
     def kept_as(self) -> str:
-        """How the stock was kept."""
+        """How the stock is kept."""
         return "rays along X, Y and Z" if isinstance(self.after, Dexels) else "map of heights"
 
 
 @dataclass(frozen=True, eq=False)
 class BlankRequest:
-    """What a blank takes beside set-up and program. runout: mm by tool number; feed (rows,): mm/min of the tip over the part in each row of the sweep,
+    """Requests for a blank beside set-up and program. runout: mm by tool number; feed (rows,): mm/min of the tip over the part in each
+    row of the sweep,
     None: F as programmed; rough: the sweep within some mm, for rays; None: the sweep itself."""
 
     runout: Mapping[int, float] = field(default_factory=dict)
@@ -145,7 +146,7 @@ def machined_blank(
 
 
 def along_path(sweep: Sweep, divided: bool) -> PathPieces:
-    """Stretches of at most OFTEN of the tool's radius, and of an eighth of a radian of an arc; the rows themselves if not divided."""
+    """Return the stretches of at most OFTEN of the tool's radius, and of an eighth of a radian of an arc; the rows themselves if not divided."""
     count = np.ones(len(sweep), dtype=np.intp)
     if divided:
         reach = np.array([t.radius for t in sweep.tools])[sweep.tool]
@@ -157,7 +158,7 @@ def along_path(sweep: Sweep, divided: bool) -> PathPieces:
 
 
 def first_turned_cut(program: Program) -> int:
-    """Line of the first cut with a rotary axis off zero, 0 where there is none."""
+    """Return the line of the first cut with a rotary axis off zero, 0 where there is none."""
     turned = (
         m.source.line for m in program.moves if m.kind in CUTS and any((*m.rotary_start, *m.rotary_end))
     )
@@ -172,7 +173,7 @@ def _from_all_sides(
     corners: tuple[Array, Array],
     asks: BlankRequest,
 ) -> Blank:
-    """The blank as rays along X, Y and Z. What rapids alone remove no feed move would have, so they ran through material."""
+    """Return the blank as rays along X, Y and Z. Material that rapids alone remove was not removed by a feed move, so they ran through material."""
     low, high = corners
     cell = float((high - low).max() / RAYS)
     rough = sweep if asks.rough is None else asks.rough(ROUGH * cell)
@@ -206,14 +207,14 @@ def _from_all_sides(
 
 
 def _volume(stock: Dexels) -> float:
-    """mm^3, mean of the three bundles of rays."""
+    """Return the volume in mm^3, mean of the three bundles of rays."""
     return float(np.mean([stock.volume(axis) for axis in range(3)]))
 
 
 def shank_collisions(
     setup: Setup, program: Program, sweep: Sweep, left: Stock
 ) -> tuple[tuple[int, int, float], ...]:
-    """(line, tool, depth mm) of lines whose shank or holder runs in what the whole program leaves of the stock, deepest of their runs.
+    """Return (line, tool, depth mm) of lines whose shank or holder runs in the stock left by the whole program, deepest of their runs.
 
     The shank is a cylinder from the end of the cutting edges upwards. Material that a later move removes is not looked at.
     """
@@ -241,7 +242,7 @@ def shank_collisions(
 
 
 def _shank(setup: Setup, number: int) -> tuple[shapes.Cutter, float] | None:
-    """(cylinder of the shank, height of its lower end over the tip in mm); None where no wider shank is stated."""
+    """Return (cylinder of the shank, height of its lower end over the tip in mm); None where no wider shank is stated."""
     tool = setup.tools.get(number)
     if tool is None or tool.shank_diameter is None or tool.cutting_length is None:
         return None
@@ -256,8 +257,8 @@ def cutting_forces(
     removal: Removal,
     asks: BlankRequest = BlankRequest(),
 ) -> tuple[Array, Array, ToothCuts]:
-    """While each stretch is cut: mean force of the part on the tool (rows, 3) N, workpiece axes, power (rows,) W, and what each
-    tooth cuts."""
+    """Return, while each stretch is cut, the mean force of the part on the tool (rows, 3) N, workpiece axes, power (rows,) W, and the cuts of each
+    tooth."""
     sweep = stretches.sweep
     moves = [program.moves[i] for i in sweep.move.tolist()]
     teeth = np.array([setup.tools[m.tool].teeth or 0 for m in moves])
@@ -294,7 +295,7 @@ def cutting_forces(
 
 
 def _edges(setup: Setup, chip: Array) -> LinearEdge:
-    """Edge coefficients of the material, those of Kienzle's law at the mean chip (rows,) of each move."""
+    """Return the edge coefficients of the material, those of Kienzle's law at the mean chip (rows,) of each move."""
     name = str(setup.material)
     if name in LINEAR_EDGE:
         return linear_edge(name)
@@ -302,7 +303,7 @@ def _edges(setup: Setup, chip: Array) -> LinearEdge:
 
 
 def notes(blank: Blank | TurnedBlank | None) -> list[str]:
-    """What the blank has to say: collisions, and a program that misses it."""
+    """Return the remarks on the blank: collisions, and a program that misses it."""
     if blank is None:
         return []
     out = [
@@ -313,7 +314,7 @@ def notes(blank: Blank | TurnedBlank | None) -> list[str]:
         out.append(f"{len(blank.collisions) - 5} more rapids run through the stock")
     for line, tool, depth in blank.shanks[:5]:
         out.append(
-            f"line {line}: the shank of tool {tool} runs {depth:.2f} mm deep in what is left of the stock; take a longer or "
+            f"line {line}: the shank of tool {tool} runs {depth:.2f} mm deep in the remaining stock; take a longer or "
             "slimmer tool"
         )
     if len(blank.shanks) > 5:

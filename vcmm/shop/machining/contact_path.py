@@ -1,4 +1,4 @@
-"""The one way from points of a part to the errors with which a machine tool cuts them, whatever the process.
+"""Compute, for any process, the errors with which a machine tool cuts the points of a part.
 
     surface_at   which cuts make the surface at the points, and what may cut deeper beside them
     tool_side    one row of a run per candidate: state of the machine, columns of the surface, forces, wear;
@@ -30,7 +30,7 @@ from vcmm.shop.machining.zero_setting import ProbedRows, join_runs, setting_rows
 
 
 def surface_at(job: PreparedCut, points: Array, normals: Array, exact: bool = True) -> CutSurface:
-    """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes.
+    """Return the surface that the program leaves at points (n, 3) of the drawing, workpiece axes.
 
     exact=False: as the search sees it, tools that turn with a rotary axis in short rows of constant direction.
     """
@@ -40,7 +40,7 @@ def surface_at(job: PreparedCut, points: Array, normals: Array, exact: bool = Tr
 def tool_side(
     job: PreparedCut, surface: CutSurface, touch: Words, feature: Words, inputs: tuple[Input, ...] = ()
 ) -> tuple[ToolSide, Contacts]:
-    """States of the machine tool when it cuts each point, and how its errors there move the surface.
+    """Return the states of the machine tool when it cuts each point, and how its errors there move the surface.
 
     touch, feature (n,): labels of the points, all of which are cut. Raises ModelLimit where the cut leaves the machine.
     """
@@ -62,7 +62,7 @@ def tool_side(
 
 
 def of_one_pass(job: PreparedCut, run: Run, known: Array, inputs: tuple[Input, ...]) -> ToolSide:
-    """Rows of a run that one pass cuts, with their labels, and those of setting behind them; known (n, 3) as of `states_at`."""
+    """Return the rows of a run that one pass cuts, with their labels, and those of setting behind them; known (n, 3) as of `states_at`."""
     whole, setting = _with_setting(job, run)
     passes = np.concatenate([np.ones((run.n, 1)), np.zeros((whole.n - run.n, 1))])
     return replace(_tool_errors(job, run, whole, setting, known=known, inputs=inputs), passes=passes)
@@ -71,13 +71,13 @@ def of_one_pass(job: PreparedCut, run: Run, known: Array, inputs: tuple[Input, .
 def _tool_errors(
     job: PreparedCut, run: Run, whole: Run, setting: Ints, *, known: Array, inputs: tuple[Input, ...]
 ) -> ToolSide:
-    """The errors of all rows; what is known of the cut is nothing in the rows of setting behind it."""
+    """Return the errors of all rows; known deviations of the cut are zero in the rows of setting behind it."""
     known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
     return job.process.tool_side(job, _prepare_run(job, whole), setting, known, inputs)
 
 
 def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:
-    """Contacts of points that are all cut, and the row of the run that belongs to each candidate."""
+    """Return the contacts of points that are all cut, and the row of the run that belongs to each candidate."""
     process = job.process
     candidates = process.candidates(job, surface)
     points, normals = process.contacts_seen(surface)
@@ -96,7 +96,7 @@ def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:
 
 
 def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
-    """The run of all contacts, without labels of the points, and what is known to lead elsewhere (rows, 3) mm.
+    """Return the run of all contacts, without labels of the points, and the known deviations of the path (rows, 3) mm.
 
     The offset of each row leads to the point where the cutter meets the surface, so that the lever arms of all error
     motions, and with them the tilt of the tool, count to there.
@@ -120,7 +120,7 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
 
 
 def logged_states(job: PreparedCut, states: Run) -> Run:
-    """With what is logged of the machine while it cuts: load and speed of the spindle, temperatures."""
+    """Add to the run the logs of the machine while it cuts: load and speed of the spindle, temperatures."""
     load = power_log(job)
     states = with_own_logs(states, job.path, job.machine.effects, job.scenario.batch_part)
     series = states.series if load is None else {**states.series, LOAD: load}
@@ -128,9 +128,9 @@ def logged_states(job: PreparedCut, states: Run) -> Run:
 
 
 def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
-    """The rows of the cut, then those in which each tool and work offset was set.
+    """Return the rows of the cut, then those in which each tool and work offset was set.
 
-    The second result (n, 3): first of the rows in which the zero of each row was set, in X, Y and Z; -1: nothing is taken off.
+    The second result (n, 3): first of the rows in which the zero of each row was set, in X, Y and Z; -1: nothing is subtracted.
     """
     run = run.with_columns({"setting": np.zeros(run.n)})
     if not job.scenario.set_here:
@@ -155,7 +155,7 @@ def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
 def _with_touches(
     job: PreparedCut, run: Run, setting: Ints, rows: ContactRows
 ) -> tuple[Run, Ints, ProbedRows | None]:
-    """The rows of touches of the program behind those of setting, which count no more along axes that the program sets itself."""
+    """Return the rows of touches of the program behind those of setting, which no longer count along axes that the program sets itself."""
     touched = job.touched
     if touched is None:
         return run, setting, None
@@ -189,7 +189,7 @@ def _with_touches(
 
 
 def _set_with(job: PreparedCut, run: Run, chosen: Ints, tool: Words) -> Run:
-    """The rows `chosen` (k,) of a run again, as when their zero was set with tools (k,)."""
+    """Return the rows `chosen` (k,) of a run again, as when their zero was set with tools (k,)."""
     offset = -np.array([job.scenario.setup.tools[int(name)].offset for name in tool])
     rows = setting_rows(run, chosen, offset, zeros(job, run.labels[OFFSET_LABEL][chosen]), job.pose)
     rows = warmed_when_set(rows, job.scenario.setup.log)
@@ -197,7 +197,7 @@ def _set_with(job: PreparedCut, run: Run, chosen: Ints, tool: Words) -> Run:
 
 
 def setting_tool(job: PreparedCut, tool: str) -> str:
-    """The tool that carried X and Y of the zeros under which `tool` cuts: on a mill the one that set the work offsets."""
+    """Return the tool that carried X and Y of the zeros under which `tool` cuts: on a mill the one that set the work offsets."""
     return tool if job.process.each_tool_set else str(first_tool(job.program.moves, job.scenario.setup))
 
 

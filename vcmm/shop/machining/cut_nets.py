@@ -1,4 +1,4 @@
-"""Departures of a virtually cut surface on nets of points, for many machines: who cuts a point is looked up once.
+"""Departures of a virtually cut surface on nets of points, for many machines: the contact of each point is searched once.
 
 Which cutter touches a point does not depend on the errors of the machine; only how far the surface moves does. So the
 search is done once for a net, and every further machine costs one evaluation of its errors.
@@ -23,7 +23,7 @@ from vcmm.shop.machining.tool_errors import ToolSide
 
 @dataclass(frozen=True, eq=False)
 class CutNet:
-    """A net whose points are all cut: who cuts them and when."""
+    """A net whose points are all cut: their contacts and the times of the cut."""
 
     net: Net
     tool: ToolSide
@@ -42,7 +42,7 @@ def cut_net(job: PreparedCut, net: Net) -> CutNet:
 
 
 def decisive_contacts(cut: CutNet) -> CutNet:
-    """Of every point only the contact that makes it on a machine without errors: 20 times fewer rows, for sums over many machines.
+    """Keep of every point only the contact that makes it on a machine without errors: 20 times fewer rows, for sums over many machines.
 
     Errors that would let another edge cut deeper are missed: 0.01 um for errors of 50 um, 0.5 um at a corner
     that two moves share (tests/papers).
@@ -68,9 +68,9 @@ def decisive_contacts(cut: CutNet) -> CutNet:
 
 
 def departure(cut: CutNet, machine: Machine, zero_set_here: bool = True) -> Array:
-    """Surface with the errors of `machine` less the surface without (n,) mm, along the normal; plus is material left.
+    """Return the surface with the errors of `machine` less the surface without (n,) mm, along the normal; plus is material left.
 
-    zero_set_here: the work offset was set on this machine, so that its error there is taken away; else nothing is.
+    zero_set_here: the work offset was set on this machine, so that its error there is subtracted; else nothing is.
     """
     setting = cut.tool.setting if zero_set_here else np.full_like(cut.tool.setting, -1)
     tool = replace(cut.tool, machine=machine, setting=setting)

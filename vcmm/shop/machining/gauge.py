@@ -1,4 +1,4 @@
-"""The ideal gauge: inspection without errors, so that a result is the part's own deviation."""
+"""The ideal gauge: inspection without errors, so that a result is the deviation of the part itself."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ OFF_AXIS = 0.05  # rad: points just where an axis turns round belong to neither 
 
 
 def ideal_gauge() -> Machine:
-    """A measuring machine without errors and without limits."""
+    """Return a measuring machine without errors and without limits."""
     axes = {letter: Axis(letter, (-FAR, FAR)) for letter in "XYZ"}
     return Machine("ideal gauge", "cmm", parse_structure("w b X Y Z t"), axes)
 
 
 def gauge_plan(part: Part, plan: Plan | None) -> Plan:
-    """The points of a plan with a tip of no size; where there is no plan, every feature that a characteristic names."""
+    """Return the points of a plan with a tip of no size; where there is no plan, every feature that a characteristic names."""
     stylus = {"gauge": Stylus("gauge", np.zeros(3), GAUGE_TIP)}
     if plan is not None:
         steps = tuple(Step(s.feature, "gauge", s.points, s.normals, s.approach) for s in plan.steps)
@@ -51,7 +51,7 @@ def _gauge_features(features: Mapping[str, Feature], part: Part) -> list[Feature
 
 
 def usual_points(feature: Feature) -> Grid | Levels | Around | Even | Latitudes | Ring:
-    """Points dense enough for size, form and orientation of a cut surface; a tenth of the size is kept from the edges."""
+    """Return points dense enough for size, form and orientation of a cut surface; a tenth of the size is kept from the edges."""
     inner = 0.1 * min(feature.extent, default=0.0)
     if feature.kind == "plane":
         return Grid((7, 7), inner)

@@ -1,14 +1,14 @@
-"""Grooves that a lathe plunges: how far their width, place and floor come out wrong, and how well that is known.
+"""Grooves that a lathe plunges: errors of width, place and floor, and their uncertainty.
 
-A groove tool of the width w cuts one flank with its left corner, the other with its right one. The corner that the program leads is
-told by the orientation of the insert: the lower one in Z (2, 3), the upper one (1, 4), or the middle of the edge (6, 8). With the error e
-of the tool where it stands deepest beside each flank (as the mean over a turn of the spindle) and its width wrong by d
+A groove tool of the width w cuts one flank with its left corner, the other with its right one. The corner that the program leads
+follows from the orientation of the insert: the lower one in Z (2, 3), the upper one (1, 4), or the middle of the edge (6, 8). With the error e
+of the tool at its deepest place beside each flank (as the mean over a turn of the spindle) and its width wrong by d
 
     lower flank   e_z(lower) + c_1 d        c_1, c_2 = 0, 1 (lower corner led), -1, 0 (upper one), -1/2, 1/2 (the middle)
     upper flank   e_z(upper) + c_2 d
     width         upper - lower             place: the mean of both, along Z; floor: 2 e_x, mean of both
 
-d is not known: the width of the set-up is taken, and `u_width` of [cut.tools] says how well it holds. The flanks are taken to be straight
+d is not known: the width of the set-up is taken, and `u_width` of [cut.tools] is its uncertainty. The flanks are taken to be straight
 and square: rake, side clearance and the force of grooving are left out.
 """
 
@@ -52,7 +52,7 @@ class CutGroove:
 
 @dataclass(frozen=True)
 class Flanks:
-    """Which moves (number, share) stand deepest beside the lower and the upper flank, and these flanks, machine axes, mm."""
+    """The moves (number, share) that are deepest beside the lower and the upper flank, and these flanks, machine axes, mm."""
 
     tool: Tool
     lower: tuple[int, float]
@@ -61,19 +61,19 @@ class Flanks:
 
 
 def corners(tool: Tool, dialect: str) -> tuple[float, float]:
-    """Share of the width by which the lower and the upper corner stand off the point that is led, along Z."""
+    """Return the share of the width by which the lower and the upper corner are off the point that is led, along Z."""
     tips = LINUXCNC_TIPS if dialect == "linuxcnc" else FANUC_TIPS
     side = tips.get(tool.orientation, (0, 0))[1]
     return (-0.5 - 0.5 * side, 0.5 - 0.5 * side)
 
 
 def grooves_of(job: PreparedCut) -> tuple[CutGroove, ...]:
-    """Every groove that is plunged towards the axis by a tool with a width, in order."""
+    """Return every groove that is plunged towards the axis by a tool with a width, in order."""
     return tuple(_cut_groove(job, one) for one in flanks_of(job))
 
 
 def flanks_of(job: PreparedCut) -> list[Flanks]:
-    """Plunges side by side, with one tool, are one groove."""
+    """Group plunges side by side, with one tool, into grooves."""
     found: list[Flanks] = []
     tools = {n: t for n, t in job.scenario.setup.tools.items() if t.width}
     for k, m in enumerate(job.program.moves):
@@ -91,7 +91,7 @@ def flanks_of(job: PreparedCut) -> list[Flanks]:
 
 
 def _plunges(m: Move) -> bool:
-    """Towards the axis, square to it."""
+    """Return whether a move goes towards the axis, square to it."""
     return m.start[0] - m.end[0] > SAME and abs(m.end[2] - m.start[2]) < SAME
 
 
@@ -100,7 +100,7 @@ def _beside(one: Flanks, other: Flanks) -> bool:
 
 
 def _together(one: Flanks, new: Flanks) -> Flanks:
-    """The later plunge counts where both stand at one flank."""
+    """Combine plunges; the later one counts where both are at one flank."""
     lower = new if new.z[0] <= one.z[0] + SAME else one
     upper = new if new.z[1] >= one.z[1] - SAME else one
     return Flanks(one.tool, lower.lower, upper.upper, (lower.z[0], upper.z[1]))
@@ -126,7 +126,7 @@ def _cut_groove(job: PreparedCut, flanks: Flanks) -> CutGroove:
 
 
 def _passes(n: int, move: Ints, flanks: Flanks) -> Array:
-    """(n, 2): the scatter of each plunge, which takes a flank along as it takes the other: along +Z, though they look at one another."""
+    """Return the scatter of each plunge (n, 2), which shifts both flanks together along +Z, though they face one another."""
     out = np.zeros((n, 2))
     out[: len(move), 0] = move == flanks.lower[0]
     out[: len(move), 1] = (move == flanks.upper[0]) & (flanks.lower[0] != flanks.upper[0])
@@ -135,7 +135,8 @@ def _passes(n: int, move: Ints, flanks: Flanks) -> Array:
 
 
 def _operator(n: int) -> Array:
-    """(3, n, 3): width, place and diameter from the errors of n rows: the lower flank, the upper one, the floor beside either."""
+    """Return the operator (3, n, 3) from the errors of n rows to width, place and diameter: the lower flank, the upper one, the floor
+    beside either."""
     out = np.zeros((3, n, 3))
     lower, upper = slice(0, ANGLES), slice(ANGLES, 2 * ANGLES)
     out[0, lower, 2], out[0, upper, 2] = -1.0 / ANGLES, 1.0 / ANGLES

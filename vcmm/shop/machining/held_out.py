@@ -1,17 +1,17 @@
-"""Whether what was found in a measured part is more than scatter makes, predicts passes that it was not fitted to, and how much of it
+"""Test whether the shape found in a measured part exceeds scatter, predicts passes that it was not fitted to, and how much of it
 the part cannot show.
 
     evidence = ln p(all points | with the shape) - ln p(all points | without)
     held out = sum over passes of ln p(points of the pass | all other points, with the shape) - ln p(... | without)
 
-The shape is what the names that were found do at the measured points, with its size free: a normal prior of `SIZE` standard deviations. The
-joint normal law of everything that is known to be uncertain, scatter of moves and passes included, says what points tell of one
-another (leave-group-out by blocks of the precision: Rasmussen, Williams, Gaussian Processes (2006), 5.4.2). What chance reaches is
-simulated: parts with nothing but what is uncertain, in each of which the best of all covariates and of sines over each axis is chosen,
-as a search would; `FALSE_ALARM` of these have more evidence than the threshold. Passes held out must not speak against the shape:
-a radius beyond what is stated of it gains nothing there, since the other passes tell it either way.
+The shape is the effect of the identified causes at the measured points, with its size free: a normal prior of `SIZE` standard deviations. The
+joint normal law of everything that is known to be uncertain, scatter of moves and passes included, gives the prediction of points from one
+another (leave-group-out by blocks of the precision: Rasmussen, Williams, Gaussian Processes (2006), 5.4.2). The evidence by chance is
+simulated: parts with the known uncertainty only, in each of which the best of all covariates and of sines over each axis is chosen,
+as a search would; `FALSE_ALARM` of the simulated parts have more evidence than the threshold. Passes held out must not speak against the shape:
+a radius beyond its stated uncertainty gains nothing there, since the other passes show it in both cases.
 
-A shift or turn of the whole part does not show in the drawing frame. What of the shape is one (`unseen`) rests on the name alone.
+A shift or turn of the whole part does not show in the drawing frame. That part of the shape (`unseen`) rests on the identified cause alone.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from vcmm.core.run import Array
 from vcmm.shop.machining.mismatch import AXES, Ints, ObservedPoints, covariates, rigid_columns
 from vcmm.shop.machining.passes import PASS
 
-SIZE = 7.0  # prior standard deviations of a shape: the size from which the right name stands first in 95 % (docs/exam.md)
+SIZE = 7.0  # prior standard deviations of a shape: the size from which the right name ranks first in 95 % (docs/exam.md)
 FALSE_ALARM = 0.01  # of parts with nothing concealed that reach the threshold
 FORGIVEN = 1.0  # nats: the gain in passes held out is not believed to be better known
 DRAWS = 400
@@ -45,8 +45,9 @@ SMALL = 1e-12
 
 @dataclass(frozen=True)
 class HeldOutProof:
-    """evidence, threshold: nats, and what chance reaches; gain: nats in passes held out; seen, unseen: mm^2, squared size of the shape where the
-    part shows it, and of what of it is a shift or turn of the part; largest: mm, of that; shift: x, y, z of it in the middle of the points, mm."""
+    """evidence, threshold: nats, the second by chance; gain: nats in passes held out; seen, unseen: mm^2, squared size of the shape where the
+    part shows it, and of its share that is a shift or turn of the part; largest: mm, of that; shift: x, y, z of it in the middle of the
+    points, mm."""
 
     evidence: float
     threshold: float
@@ -64,7 +65,7 @@ class HeldOutProof:
 def held_out_proof(
     points: ObservedPoints, shape: Array, scatter: float, rigid: bool, seed: int
 ) -> HeldOutProof:
-    """shape (n,) mm along the normals, plus as the rest; scatter: of one point, mm; rigid: the part may lie anywhere."""
+    """Test a shape (n,) mm along the normals, plus as the rest; scatter: of one point, mm; rigid: the part may lie anywhere."""
     base = rigid_columns(points) if rigid else np.zeros((len(shape), 0))
     cov = points.covariance + scatter**2 * np.eye(len(shape)) + FREE**2 * base @ base.T
     precision: Array = np.asarray(np.linalg.inv(cov), dtype=np.float64)
@@ -90,7 +91,7 @@ def held_out_proof(
 
 
 def _columns_to_search(points: ObservedPoints) -> list[Array]:
-    """Columns (n, k) of each thing that a search may choose."""
+    """Return columns (n, k) of each candidate that a search may choose."""
     out = [c.columns for c in covariates(points)]
     for i, letter in enumerate(AXES):
         place = points.run.position.get(letter)
@@ -103,20 +104,20 @@ def _columns_to_search(points: ObservedPoints) -> list[Array]:
 
 
 def _best_by_chance(precision: Array, searched: list[Array], draws: Array) -> Array:
-    """Evidence (M,) of the shape that a search chooses in each draw (n, M)."""
+    """Return the evidence (M,) of the shape that a search chooses in each draw (n, M)."""
     found = [_evidence(precision, _in_precision(precision, columns), draws) for columns in searched]
     return np.asarray(np.max(found, axis=0))
 
 
 def _evidence(precision: Array, q: Array, y: Array) -> Array:
-    """Evidence (M,) of directions q (n, k) with q^T P q = 1, sizes N(0, SIZE^2), in observations (n, M)."""
+    """Return the evidence (M,) of directions q (n, k) with q^T P q = 1, sizes N(0, SIZE^2), in observations (n, M)."""
     square = ((q.T @ precision @ y) ** 2).sum(axis=0)
     wide = 1.0 + SIZE**2
     return np.asarray(0.5 * (SIZE**2 / wide * square - q.shape[1] * np.log(wide)))
 
 
 def _in_precision(precision: Array, columns: Array) -> Array:
-    """Directions (n, k) of the columns with q^T P q = 1: a unit is a standard deviation of its size."""
+    """Return the directions (n, k) of the columns with q^T P q = 1: a unit is a standard deviation of its size."""
     scale = np.sqrt((columns**2).sum(axis=0))
     kept = columns[:, scale > SMALL] / scale[scale > SMALL]
     value, vector = np.linalg.eigh(kept.T @ precision @ kept)

@@ -1,9 +1,10 @@
-"""What stands before a tool that comes from several sides, one direction after another: forces beside rotary axes off zero.
+"""Material before a tool that comes from several sides, one direction after another, for forces with rotary axes off zero.
 
 Seen along the tool a stock has no undercuts that matter to it, so for each stretch of the program with one direction of the tool the stock is a map of
-heights in the frame of that tool: rays against its axis meet first what all moves before have left of the block. In it the moves of that stretch
-cut as with three axes, and what they meet (depth, angles of entry and exit) is what forces need. Rays are `NODES` along the longer side of what the stretch
-runs over. A tool that tilts while it cuts has as many directions as blocks: beyond `MOST` nothing is worked out.
+heights in the frame of that tool: rays against its axis meet first the block as all moves before have left it. In it the moves of that stretch
+cut as with three axes, and the engagement (depth, angles of entry and exit) is what forces need. Rays are `NODES` along the longer side
+of the area that the stretch
+covers. A tool that tilts while it cuts has as many directions as blocks: beyond `MOST` there is no result.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ FIELDS = ("volume", "axial", "radial", "enter", "leave")
 
 
 def directions(axis: Array) -> Ints:
-    """(rows,): number of the stretch of one direction that each row with its axis (rows, 3) belongs to."""
+    """Return the number of the stretch of one direction that each row with its axis (rows, 3) belongs to, (rows,)."""
     turned = np.abs(np.diff(axis, axis=0)).max(axis=1, initial=0.0) > SAME
     return np.concatenate([[0], np.cumsum(turned)]).astype(np.intp)
 
@@ -35,9 +36,11 @@ def directions(axis: Array) -> Ints:
 def indexed_removal(
     low: Array, high: Array, whole: Sweep, rapid: Array, stretches: tuple[Sweep, Ints]
 ) -> Removal | None:
-    """What each stretch of a sweep meets of the block between two corners (3,), workpiece axes; None where the tool cuts in more than `MOST` directions.
+    """Return the engagement of each stretch of a sweep with the block between two corners (3,), workpiece axes; None where the tool cuts
+    in more than `MOST` directions.
 
-    whole, rapid (rows,): the sweep and what of it cuts nothing; stretches: its rows cut up, and the row of each. Of the answer only the columns count; its
+    whole, rapid (rows,): the sweep and its rows that cut nothing; stretches: its rows cut up, and the row of each. Of the answer only the
+    columns count; its
     stock is that of the last direction.
     """
     sweep, row = stretches
@@ -67,7 +70,7 @@ def indexed_removal(
 
 
 def _chords(sweep: Sweep) -> tuple[Sweep, Ints]:
-    """The sweep with its arcs as chords, which rays along the axis of a tool leave at once, and the row of each (rows,)."""
+    """Return the sweep with its arcs as chords, which rays along the axis of a tool leave at once, and the row of each (rows,)."""
     count = np.where(sweep.kind == LINE, 1, np.maximum(np.ceil(np.abs(sweep.turn) / CHORD), 1)).astype(
         np.intp
     )
@@ -87,7 +90,7 @@ def _chords(sweep: Sweep) -> tuple[Sweep, Ints]:
 
 
 def _in_frame(sweep: Sweep, frame: Array) -> Sweep:
-    """The sweep in the frame of its tool (3, 3), axes as rows."""
+    """Return the sweep in the frame of its tool (3, 3), axes as rows."""
     turned = {name: getattr(sweep, name) @ frame.T for name in ("start", "end", "centre", "normal")}
     drift = None if sweep.drift is None else sweep.drift @ frame.T
     return replace(
@@ -96,7 +99,7 @@ def _in_frame(sweep: Sweep, frame: Array) -> Sweep:
 
 
 def _stock_before(low: Array, high: Array, before: Sweep, mine: Sweep, frame: Array) -> Stock | None:
-    """Heights in the frame of the tool of what `before` (workpiece axes) leaves of the block, under what `mine` runs over; None where it runs beside."""
+    """Return heights in the frame of the tool of the block after `before` (workpiece axes), under the area of `mine`; None where it runs beside."""
     corners = (
         np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
         @ frame.T
@@ -123,7 +126,7 @@ def _stock_before(low: Array, high: Array, before: Sweep, mine: Sweep, frame: Ar
 
 
 def _first_met(rays: Array, way: Array, length: float, low: Array, high: Array, before: Sweep) -> Array:
-    """How far (k,) mm rays run along `way` until they meet the block less what `before` has cut; `length` where they meet nothing."""
+    """Return how far (k,) mm rays run along `way` until they meet the block after `before`; `length` where they meet nothing."""
     with np.errstate(divide="ignore", invalid="ignore"):
         slabs = np.stack([(low - rays) / way, (high - rays) / way])
     flat = np.abs(way) < SAME

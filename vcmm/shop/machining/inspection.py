@@ -1,4 +1,4 @@
-"""What is inspected of the finished part, and the world of the machine that measures it."""
+"""Inspection of the finished part: its points, and the world of the machine that measures it."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from vcmm.task.measuring.plan import Plan, touches
 from vcmm.task.measuring.qualification import qualified_machine
 from vcmm.task.measuring.task import Task
 
-UNSEEN = 0.1  # of U: what the probing machine misses beyond this is said
+UNSEEN = 0.1  # of U: larger errors that the probing machine misses are reported
 
 
 def cut_points(job: PreparedCut, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...]]:
-    """The plan without the points that no cutter touched, and the surface at those that remain."""
+    """Return the plan without the points that no cutter touched, and the surface at those that remain."""
     steps, notes = [], []
     for step in plan.steps:
         surface = surface_at(job, step.points, step.normals)
@@ -56,7 +56,7 @@ def cut_points(job: PreparedCut, plan: Plan) -> tuple[Plan, CutSurface, tuple[st
 
 
 def gouges(job: PreparedCut, feature: str, surface: CutSurface) -> list[str]:
-    """What the program itself takes away too much. Raises ModelLimit where the depth is beyond all search."""
+    """Return remarks on gouges, material that the program itself removes too deep. Raises ModelLimit where the depth is beyond all search."""
     if not (surface.status == BEYOND).any() and not (surface.contact_s[:, 0] < -GOUGE).any():
         return []
     worst = int(np.where(surface.status == BEYOND, -np.inf, np.nan_to_num(surface.contact_s[:, 0])).argmin())
@@ -75,7 +75,7 @@ def gouges(job: PreparedCut, feature: str, surface: CutSurface) -> list[str]:
 
 
 def measuring_world(job: PreparedCut, plan: Plan, surface: CutSurface) -> Measuring | ProbedHere:
-    """The world of the measuring machine: none, the machine tool again, or another machine."""
+    """Return the world of the measuring machine: none, the machine tool again, or another machine."""
     scenario, how = job.scenario, job.scenario.inspection
     if how.kind == IDEAL:
         gauge = ideal_gauge()
@@ -119,7 +119,7 @@ def measuring_world(job: PreparedCut, plan: Plan, surface: CutSurface) -> Measur
 
 
 def _offset_cut_under(job: PreparedCut, surface: CutSurface, feature: Words, drawn: bool) -> Words:
-    """The work offset (n,) from which each touch is read: that under which its feature was cut, for the most part.
+    """Return the work offset (n,) from which each touch is read: that under which its feature was cut, for the most part.
 
     Raises UsageError for a feature that two of them share, where each was set with an uncertainty of its own.
     """
@@ -140,9 +140,10 @@ def _offset_cut_under(job: PreparedCut, surface: CutSurface, feature: Words, dra
 
 
 def unseen(part: UncertaintyResult, reading: UncertaintyResult | None) -> list[str]:
-    """What the machine that cut the part does not see of it, characteristic by characteristic, where it is much beside U.
+    """Return remarks on errors that the machine that cut the part does not see on it, characteristic by characteristic, where they are
+    large beside U.
 
-    reading: what it would read; None where another machine measures.
+    reading: its reading; None where another machine measures.
     """
     out = []
     for true, seen in zip(part.characteristics, reading.characteristics if reading else ()):
@@ -158,7 +159,7 @@ def unseen(part: UncertaintyResult, reading: UncertaintyResult | None) -> list[s
 
 
 def with_uncut(outcome: UncertaintyResult, task: Task, job: PreparedCut) -> tuple[CharacteristicResult, ...]:
-    """A feature of which points were left uncut does not conform, whatever the points that were cut say."""
+    """Return results in which a feature with uncut points does not conform, whatever the points that were cut show."""
     scenario = job.scenario
     plan = gauge_plan(scenario.part, scenario.plan) if scenario.inspection.kind == IDEAL else scenario.plan
     planned = {step.feature: len(step.points) for step in plan.steps} if plan else {}

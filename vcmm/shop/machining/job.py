@@ -43,7 +43,7 @@ def cut(
     progress: Progress | None = None,
     sharing: Sharing | None = None,
 ) -> CutResult:
-    """Machine a part virtually. Raises DataError for a program that cannot be read, UsageError and ModelLimit."""
+    """Return the machine a part virtually. Raises DataError for a program that cannot be read, UsageError and ModelLimit."""
     report = progress or (lambda text, share: None)
     settings = scenario.settings.with_changes(seed=seed, trials=trials, engine=engine)
     report("reading the program", 0.0)
@@ -95,7 +95,7 @@ def measure_cut(scenario: CutScenario, seed: int | None = None) -> Measurement:
 
 
 def finished_part(job: PreparedCut) -> tuple[Task, Cutting, tuple[str, ...]]:
-    """The task of inspecting the part, the world it was cut in, and what is to be said about points left out."""
+    """Return the task of inspecting the part, the world it was cut in, and remarks on points left out."""
     scenario = job.scenario
     planned = gauge_plan(scenario.part, scenario.plan) if scenario.inspection.kind == IDEAL else scenario.plan
     if planned is None:
@@ -117,7 +117,7 @@ def finished_part(job: PreparedCut) -> tuple[Task, Cutting, tuple[str, ...]]:
 
 
 def _cusp_lift(job: PreparedCut, surface: CutSurface, radius: Array) -> Array:
-    """How much higher a stylus tip of radius (P,) mm rests on the cusps beside each point than the surface in it, (P,) mm."""
+    """Return how much higher a stylus tip of radius (P,) mm rests on the cusps beside each point than the surface in it, (P,) mm."""
     out = np.zeros(len(surface.points))
     for r in np.unique(radius[radius > 0]):
         mine = np.flatnonzero(radius == r)

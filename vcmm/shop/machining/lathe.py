@@ -1,11 +1,11 @@
-"""A lathe with driven tools: what turning tools leave in the meridian, and what driven ones cut where axis C stands or turns.
+"""A lathe with driven tools: surfaces of turning tools in the meridian, and of driven ones while axis C rests or turns.
 
 Each point is that of the tool that cuts it deeper. Rows of turning tools come first, then those of driven tools; each point and each
 row keeps the axes of its own process: the meridian frame, or workpiece axes (vcmm.shop.machining.turning, .rotary_milling).
 
 Every tool of a turret was set by itself: a turning tool by a trial cut, over a turn of the spindle; a driven one along X and Z with C
-at zero. What the machine errs by there is taken off, as in vcmm.shop.machining.turning. Along Y a driven tool stands where the machine
-holds it: nobody sets that by a trial cut.
+at zero. The machine's errors there are subtracted, as in vcmm.shop.machining.turning. Along Y a driven tool is where the machine
+holds it: no trial cut sets that.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ AROUND = 1e-7  # sine of the angle by which a normal may look round the spindle;
 
 @dataclass(frozen=True, eq=False)
 class LatheSurface(CutSurface):
-    """Of all n points what turning tools and what driven ones leave; driven (n,): where these cut deeper."""
+    """Surface at all n points after turning tools and driven ones; driven (n,): where these cut deeper."""
 
     turned: TurnedSurface
     milled: CutSurface
     driven: Bools
 
     def take(self, rows: Array) -> LatheSurface:
-        """Some of the points."""
+        """Return some of the points."""
         own = {n: getattr(self, n)[rows] for n in CutSurface.__dataclass_fields__}
         return LatheSurface(
             **own, turned=self.turned.take(rows), milled=self.milled.take(rows), driven=self.driven[rows]
@@ -58,7 +58,7 @@ class LatheSurface(CutSurface):
 
 @dataclass(frozen=True, eq=False)
 class LatheCutters:
-    """The cutters of both; driven (P,) says whose each point is; the arrays of either hold its own points alone."""
+    """The cutters of both; driven (P,) says which kind cuts each point; the arrays of either hold its own points alone."""
 
     turning: MovedCutters
     driving: MovedCutters
@@ -66,7 +66,7 @@ class LatheCutters:
     counts: tuple[int, int]
 
     def entry(self, shift: Array, normal: Array) -> Array:
-        """Where the rays from the points along normal (P, 3) meet cutters moved by shift (..., P, K, 3), (..., P, K)."""
+        """Return where the rays from the points along normal (P, 3) meet cutters moved by shift (..., P, K, 3), (..., P, K)."""
         out = np.full(shift.shape[:-1], np.inf)
         for own, mine, count in zip((self.turning, self.driving), (~self.driven, self.driven), self.counts):
             if mine.any():
@@ -76,7 +76,7 @@ class LatheCutters:
 
 @dataclass(frozen=True, eq=False)
 class LatheProcess(Process):
-    """turning and driving: how either is cut; driven: numbers of the tools that are."""
+    """Process of a lathe with driven tools. turning and driving: the two processes; driven: numbers of the driven tools."""
 
     turning: TurningProcess
     driving: RotaryMillingProcess
@@ -104,7 +104,7 @@ class LatheProcess(Process):
         )
 
     def _turn_surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> TurnedSurface:
-        """What turning leaves: nothing is cut by it where a surface looks round the spindle, as no surface of revolution does."""
+        """Return the surface after turning: nothing is cut where a surface looks round the spindle, as no surface of revolution does."""
         arm = points[:, :2] - self.turning.turning.centre
         across = arm[:, 0] * normals[:, 1] - arm[:, 1] * normals[:, 0]
         aside = np.abs(across) > AROUND * np.maximum(np.hypot(*arm.T), AROUND)
@@ -174,7 +174,7 @@ class LatheProcess(Process):
         return _merge_runs(len(rows.row), parts), known
 
     def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
-        """Of a driven tool the way from its tip to its holder takes the place of that to the centre of a nose."""
+        """Return the columns; of a driven tool the way from its tip to its holder takes the place of that to the centre of a nose."""
         out: dict[str, Array] = {}
         for process, mine, one in self._split(rows):
             found = process.columns(job, one)
@@ -191,7 +191,7 @@ class LatheProcess(Process):
         return {**self.turning.fed_in_part(job), **milled}
 
     def force(self, job: PreparedCut, rows: ContactRows, forces: Array) -> Array:
-        """Of turning tools alone."""
+        """Return the force of turning tools alone."""
         out = np.zeros((len(rows.row), 3))
         for process, mine, one in self._split(rows):
             if process is self.turning:
@@ -218,7 +218,7 @@ class LatheProcess(Process):
         if "led" in run.columns:  # the control turns its zero with the part
             turn[run.columns["led"] > 0.5] = np.eye(3)
         setting = setting.copy()
-        setting[driven, 1] = -1  # nobody sets the height of a driven tool by a trial cut
+        setting[driven, 1] = -1  # no trial cut sets the height of a driven tool
         phi = np.where(driven, 0.0, run.position.get("C", np.zeros(run.n)))
         return ToolSide(
             job.machine, run, setting, known, inputs, turn=turn, phi=phi, rows_per_zero=self.rows_per_zero
@@ -258,7 +258,7 @@ class LatheProcess(Process):
         return np.isin(run.labels["tool"], [str(n) for n in self.driven])
 
     def _split(self, rows: ContactRows) -> list[tuple[Any, Ints, ContactRows]]:
-        """(process, which rows, these rows as it numbers them) of either process that has any."""
+        """Return (process, which rows, these rows as it numbers them) of either process that has any."""
         own, out = _lathe(rows.surface), []
         driven = rows.row >= self._first
         for process, mine, surface, first in (
@@ -281,7 +281,7 @@ def _lathe(surface: CutSurface) -> LatheSurface:
 
 
 def _choose(driven: Bools, turned: Array, milled: Array, none: float = np.nan) -> Array:
-    """Rows of `milled` where driven, else of `turned`; the shorter one is filled up with `none` along its second axis."""
+    """Choose rows of `milled` where driven, else of `turned`; the shorter one is filled up with `none` along its second axis."""
     if turned.ndim > 1 and turned.shape[1] != milled.shape[1]:
         most = max(turned.shape[1], milled.shape[1])
         turned, milled = (_wide(one, most, none) for one in (turned, milled))
@@ -295,14 +295,14 @@ def _wide(values: Array, count: int, none: float) -> Array:
 
 
 def _some(candidates: CutCandidates, points: Ints, first: int) -> CutCandidates:
-    """The candidates of some points, rows numbered from `first` on."""
+    """Return the candidates of some points, rows numbered from `first` on."""
     own = {n: getattr(candidates, n)[points] for n in CutCandidates.__annotations__}
     own["row"] = np.where(own["row"] >= 0, own["row"] - first, -1)
     return CutCandidates(**own)
 
 
 def _merge_runs(count: int, parts: list[tuple[Ints, Run]]) -> Run:
-    """One run of `count` rows from those of either process; a column that only one has is nothing in the rows of the other."""
+    """Merge the runs of both processes into one of `count` rows; a column that only one has is zero in the rows of the other."""
 
     def filled(read: Callable[[Run], Mapping[str, Array]]) -> dict[str, Array]:
         out: dict[str, Array] = {}
@@ -324,7 +324,7 @@ def _merge_runs(count: int, parts: list[tuple[Ints, Run]]) -> Run:
 
 
 def _both_sweeps(one: Sweep, other: Sweep) -> Sweep:
-    """Rows of both, tools numbered on."""
+    """Join the rows of both, with tools numbered on."""
     names = ("start", "end", "centre", "normal", "turn", "kind", "move", "axis")
     stacked: dict[str, Any] = {n: np.concatenate([getattr(s, n) for s in (one, other)]) for n in names}
     tool = np.concatenate([one.tool, other.tool + len(one.tools)])

@@ -1,4 +1,4 @@
-"""Maps: nets of points on the nominal surfaces, where the cut surface is looked at for pictures and extremes."""
+"""Maps: nets of points on the nominal surfaces, at which the cut surface is evaluated for pictures and extremes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Net:
 
 
 def net(feature: Feature, across: int = 41) -> Net | None:
-    """About across x across points over the extent of a feature; None for points, lines and meshes."""
+    """Return the about across x across points over the extent of a feature; None for points, lines and meshes."""
     full = np.linspace(0.0, 2 * np.pi, 2 * across - 1)
     labels = ("angle / deg", "along the axis / mm")
     if feature.kind == "plane":

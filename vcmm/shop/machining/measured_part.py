@@ -1,7 +1,7 @@
-"""The part comes back measured: what was predicted of these very points, and where both disagree.
+"""Compare a measured part with its prediction at the same points.
 
     measured points -> feet on the nominal surfaces -> the cut of exactly these points -> predicted surface and its covariance
-                    -> characteristics side by side -> what the difference goes with (vcmm.shop.machining.mismatch)
+                    -> characteristics side by side -> covariates of the difference (vcmm.shop.machining.mismatch)
 
 Both sides are evaluated alike, in the same alignment. The difference of one characteristic is judged with the uncertainty of
 its prediction and of the measured points: E_n = difference / (2 u_difference), ISO 13528.
@@ -65,12 +65,13 @@ class BesidePrediction:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredCut:
-    """compared: by characteristic; mismatch: what the difference goes with; scatter: of one measured point, mm.
+    """compared: by characteristic; mismatch: covariates of the difference; scatter: of one measured point, mm.
 
-    observed: the points with what was done when each was cut; normal (n, 3) of the cutter: along which `departure` (n,) mm
-    counts, what the tool did less what was predicted of it. known: (Input id, columns (n, r)), what is uncertain of it, mm per draw of
-    unit variance. noise (n,): what is drawn anew at every point, mm along `normal`. notes: points left out, what could not be told. wave: of no known cause, where
-    the difference goes with nothing more.
+    observed: the points with the state of the machine when each was cut; normal (n, 3) of the cutter: along which `departure` (n,) mm
+    counts, the motion of the tool less its prediction. known: (Input id, columns (n, r)), its uncertainty, mm per draw of
+    unit variance. noise (n,): scatter that is independent at every point, mm along `normal`. notes: points left out, statements that were
+    not possible. wave: of no known cause, where
+    no covariate explains the difference better.
     """
 
     compared: tuple[BesidePrediction, ...]
@@ -91,7 +92,8 @@ class MeasuredCut:
 
 
 def left_of(cut: MeasuredCut, rest: Array) -> Array:
-    """What a prediction leaves, `rest` (n,) mm along the normals of the drawing; where the part was aligned, less the best rigid motion, which is
+    """Return the residual of a prediction, `rest` (n,) mm along the normals of the drawing; where the part was aligned, less the best
+    rigid motion, which is
     the alignment's."""
     if cut.in_machine:
         return rest
@@ -101,7 +103,7 @@ def left_of(cut: MeasuredCut, rest: Array) -> Array:
 
 
 def rest_of(scenario: CutScenario, given: GivenPoints, in_machine: bool = False) -> Array:
-    """Measured less predicted (n,) mm along the normals, in the order of `measured_cut`."""
+    """Return measured less predicted (n,) mm along the normals, in the order of `measured_cut`."""
     job = set_up(scenario)
     job, points, _ = _cut_there(job, *_on_part(job, given, in_machine), given)
     task, world, _ = finished_part(job)
@@ -115,10 +117,10 @@ def measured_cut(
     job: PreparedCut | None = None,
 ) -> MeasuredCut:  # fmt: skip
     """Compare a measured part with its prediction. in_machine: points in the frame of the machine that measured, else in the drawing
-    frame. Where the part lay on a measuring machine says nothing of how it was cut, so there both are aligned.
+    frame. The place of the part on a measuring machine is unrelated to the cut, so there both are aligned.
 
-    u_point: standard uncertainty of one measured point, mm; None: what is left beside everything that is tested. job: the scenario
-    made ready before, for several parts of it.
+    u_point: standard uncertainty of one measured point, mm; None: the residual after everything that is tested. job: the prepared
+    scenario, for several parts of it.
     Raises DataError for points that are not of this part (file and line), UsageError and ModelLimit as `cut` does.
     """
     job = job or set_up(scenario)
@@ -167,7 +169,7 @@ def measured_cut(
 
 
 def _on_part(job: PreparedCut, given: GivenPoints, in_machine: bool) -> tuple[dict[str, OnSurface], Array]:
-    """Feet of the points on the nominal surfaces, and the points (n, 3) in the drawing frame."""
+    """Return the feet of the points on the nominal surfaces, and the points (n, 3) in the drawing frame."""
     scenario = job.scenario
     plan = gauge_plan(scenario.part, scenario.plan)
     asked = Scenario(scenario.name, ideal_gauge(), scenario.part, plan, job.pose)
@@ -181,7 +183,7 @@ def _on_part(job: PreparedCut, given: GivenPoints, in_machine: bool) -> tuple[di
 def _cut_there(
     job: PreparedCut, placed: dict[str, OnSurface], points: Array, given: GivenPoints
 ) -> tuple[PreparedCut, Array, list[str]]:
-    """The job with the measured points as its plan, and these points in its order, less those that no tool reaches."""
+    """Return the job with the measured points as its plan, and these points in its order, less those that no tool reaches."""
     plan = _inspection_plan(job)
     stylus = {step.feature: step.stylus for step in plan.steps}
     steps, order, notes = [], [], []
@@ -216,9 +218,9 @@ def _inspection_plan(job: PreparedCut) -> Plan:
 
 @dataclass(frozen=True, eq=False)
 class KnownColumns:
-    """What is uncertain of n predicted points along their normals, mm per draw of unit variance.
+    """Uncertainty of n predicted points along their normals, mm per draw of unit variance.
 
-    common: (Input id, columns (n, r)) of what several points share; single (n, s): of what is drawn anew at every point.
+    common: (Input id, columns (n, r)) shared by several points; single (n, s): independent at every point.
     """
 
     common: tuple[tuple[str, Array], ...]
@@ -226,13 +228,13 @@ class KnownColumns:
 
     @property
     def covariance(self) -> Array:
-        """(n, n) mm^2."""
+        """Covariance of the points (n, n) mm^2."""
         every = np.concatenate([*(c for _, c in self.common), np.zeros((len(self.single), 0))], axis=1)
         return every @ every.T + np.diag((self.single**2).sum(axis=1))
 
 
 def known_columns(model: LinearModel) -> KnownColumns:
-    """Everything that is uncertain of the predicted points."""
+    """Return the columns of everything that is uncertain of the predicted points."""
     n = len(model.points)
     along = replace(model, operator=np.eye(n), q0=np.zeros(n))
     common, single = [], [np.zeros((n, 0))]
@@ -246,7 +248,7 @@ def known_columns(model: LinearModel) -> KnownColumns:
 
 
 def _drawn_anew(columns: Array) -> bool:
-    """Whether no two points (rows) share a draw: whatever its law says of copies, their covariance is diagonal. What acts on one
+    """Return whether no two points (rows) share a draw: whatever its law says of copies, their covariance is diagonal. An Input that acts on one
     point alone is no scatter."""
     shared = columns @ columns.T
     own = np.diag(shared).copy()
@@ -255,7 +257,7 @@ def _drawn_anew(columns: Array) -> bool:
 
 
 def _per_draw(term: Term) -> Array:
-    """Columns (n, r) with the covariance of a term."""
+    """Return the columns (n, r) with the covariance of a term."""
     if isinstance(term.law, Law) and np.isfinite(term.law.u):
         return np.asarray(term.gain * term.law.u)
     value, vector = np.linalg.eigh(covariance([term]))
@@ -264,7 +266,7 @@ def _per_draw(term: Term) -> Array:
 
 
 def _unknown(wave: Wave | None, observed: ObservedPoints) -> list[tuple[str, Array]]:
-    """What has no name as one more covariance, so that no name takes its place: columns (n, 6) whose rms is that of the wave as
+    """Return an unnamed wave as one more covariance, so that no named cause takes its place: columns (n, 6) whose rms is that of the wave as
     the points show it.
     """
     if wave is None:
@@ -278,7 +280,7 @@ def _unknown(wave: Wave | None, observed: ObservedPoints) -> list[tuple[str, Arr
 
 
 def _observe(world: Cutting, rest: Array, known: Array) -> ObservedPoints:
-    """The points with the state of the machine when each was cut."""
+    """Return the points with the state of the machine when each was cut."""
     row, _ = world.makers()
     run: Run = world.tool.run.take(row)
     return ObservedPoints(
@@ -293,9 +295,9 @@ def _observe(world: Cutting, rest: Array, known: Array) -> ObservedPoints:
 
 
 def _compare(model: LinearModel, measured: Array, trials: Array) -> tuple[BesidePrediction, ...]:
-    """Each characteristic beside what measuring such a part would give. trials (m, n): departures of the points, mm.
+    """Compare each characteristic with the prediction of measuring such a part. trials (m, n): departures of the points, mm.
 
-    The scatter of the points is in the trials, so that a form that grows with it is expected as large as it will be found.
+    The scatter of the points is in the trials, so that a form that grows with it is predicted with its expected size.
     """
     drawn = model.values(model.q0 + trials @ model.operator.T)
     mean, u = drawn.mean(axis=0), drawn.std(axis=0)

@@ -1,4 +1,4 @@
-"""Milling with all rotary axes at zero: what the steps of vcmm.shop.machining.contact_path mean there."""
+"""Milling with all rotary axes at zero: the steps of vcmm.shop.machining.contact_path for it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ STEP = 1e-3  # of a move, to either side, for its direction
 
 @dataclass(frozen=True, eq=False)
 class MillingProcess(Process):
-    """sweep: what the program makes its tools pass through, workpiece axes; index: the same for the search."""
+    """Process of milling. sweep: motions of the tools, workpiece axes; index: the same for the search."""
 
     sweep: Sweep
     index: Index
@@ -48,7 +48,7 @@ class MillingProcess(Process):
         return self.search_contacts(job, points, normals, CONTACTS)
 
     def search_contacts(self, job: PreparedCut, points: Array, normals: Array, contacts: int) -> CutSurface:
-        """The surface with so many contacts of each point; where it is gouged deep, looked for deeper."""
+        """Search the surface with so many contacts of each point; deeper where it is gouged deep."""
         surface = self._surface_of_rays(job, points, normals, DEPTH, contacts)
         deep = np.flatnonzero(surface.status == BEYOND)
         if not len(deep):
@@ -72,15 +72,15 @@ class MillingProcess(Process):
             raise ModelLimit(hint) from None
 
     def depth_hint(self, job: PreparedCut, depth: float, error: Exception) -> str | None:
-        """A better message for a search that found too many moves below the surface."""
+        """Return a better message for a search that found too many moves below the surface."""
         return None
 
     def standing(self, row: Ints, share: Array) -> tuple[Array, Array | None]:
-        """Tips (k, 3) at shares of rows of the sweep, and frames of the tools there; None: all point along Z."""
+        """Return the tips (k, 3) at shares of rows of the sweep, and frames of the tools there; None: all point along Z."""
         return position(self.sweep.take(row), share), None
 
     def on_path(self, job: PreparedCut, row: Ints, share: Array, at: Array) -> tuple[Run, Array]:
-        """States with the tool at shares of rows, and how far it has left the programmed path at points (k, 3) of it."""
+        """Return states with the tool at shares of rows, and how far it has left the programmed path at points (k, 3) of it."""
         return states_at(job.path, self.sweep.move[row], share, at)
 
     def candidates(self, job: PreparedCut, surface: CutSurface) -> CutCandidates:
@@ -105,11 +105,11 @@ class MillingProcess(Process):
         return replace(states, offset=states.offset + (rows.at - rows.tip)), known
 
     def tool_axis(self, rows: ContactRows) -> Array:
-        """Unit vectors (rows, 3) along the tools, workpiece axes."""
+        """Return the unit vectors (rows, 3) along the tools, workpiece axes."""
         return np.broadcast_to(UP, rows.at.shape)
 
     def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
-        """Also the share of the normal that lies across the axis of the tool: 1 on walls, 0 on floors."""
+        """Return the columns, with the share of the normal that lies across the axis of the tool: 1 on walls, 0 on floors."""
         across = np.cross(rows.surface.normals[rows.point], self.tool_axis(rows))
         return super().columns(job, rows) | {"across_tool": np.linalg.norm(across, axis=1)}
 
@@ -132,26 +132,27 @@ class MillingProcess(Process):
         return machined_blank(job.scenario.setup, job.program, self.sweep, zero, asks)
 
     def rough(self, within: float) -> Sweep:
-        """The sweep as good as a picture of the stock needs it, mm."""
+        """Return a sweep that is accurate enough for a picture of the stock, mm."""
         return self.sweep
 
     def feed(self, job: PreparedCut) -> Array | None:
-        """Speed of the tip over the part in each row of the sweep, mm/min; None: F as programmed."""
+        """Return the speed of the tip over the part in each row of the sweep, mm/min; None: F as programmed."""
         return None
 
     def refusal(self, job: PreparedCut) -> VcmmError | None:
-        """Of a tool that runs out the tooth that stands out most passes everywhere once per turn; a wave would be sampled."""
+        """Return an error for a wave with a tool that runs out: the most protruding tooth passes everywhere once per turn, and a wave
+        would be undersampled."""
         waves = [e for e in job.machine.effects if SPINDLE_ANGLE in required(e)]
         if waves:
             return UsageError(
-                f"{waves[0].id}: while milling the tooth that stands out most leaves the surface, whatever its angle; write harmonic = 0 with the "
+                f"{waves[0].id}: while milling the most protruding tooth makes the surface at any angle; write harmonic = 0 with the "
                 "amplitude (feed marks, f^2 / 8R per turn, come on top). Waves per turn are for lathes and for diagnose"
             )
         return None
 
 
 def runout_by_tool(job: PreparedCut) -> dict[int, float]:
-    """mm by which the tooth that stands out most of each tool does, as the machine file states it."""
+    """Return the run-out of the most protruding tooth of each tool in mm, as the machine file states it."""
     stated = [
         e for e in job.machine.effects if e.about.belongs_to == "tool" and getattr(e, "harmonic", None) == 0
     ]
@@ -164,7 +165,7 @@ def runout_by_tool(job: PreparedCut) -> dict[int, float]:
 
 
 def force_along(forces: Array, sweep: Sweep, row: Ints, share: Array) -> Array:
-    """Force (k, 3) N at fractions share (k,) of the rows (k,); forces (rows, 3): for the middle of each, workpiece axes.
+    """Return the force (k, 3) N at fractions share (k,) of the rows (k,); forces (rows, 3): for the middle of each, workpiece axes.
 
     The force of a move is a mean over the move, stated for the direction in its middle. On an arc the direction of feed
     turns while the tool runs along it, and the force with it: round a full circle a boss is cut larger all round, not shifted.
@@ -184,9 +185,9 @@ def force_along(forces: Array, sweep: Sweep, row: Ints, share: Array) -> Array:
 def _made_by_edges(
     out: Array, teeth: ToothCuts, sweep: Sweep, stretch: Ints, share: Array, rows: ContactRows
 ) -> None:
-    """On walls that a cylinder of known helix makes: the force at the moment at which an edge does, in place of the mean of a turn.
+    """Replace the mean force of a turn on walls that a cylinder of known helix makes, by the force at the moment at which an edge makes them.
 
-    An edge makes the point at the angle at which the way from the axis to it, against the outward normal, stands to feed and left of it.
+    An edge makes the point at the angle, from feed and left of it, of the way from the axis to the point, against the outward normal.
     """
     normal, axis = rows.surface.normals[rows.point], sweep.axis
     steep = np.einsum("ki,ki->k", normal, axis)
@@ -207,7 +208,7 @@ def _made_by_edges(
 
 
 def _feed(sweep: Sweep, share: Array) -> Array:
-    """Direction of feed (k, 3) at fractions (k,) of the rows."""
+    """Return the direction of feed (k, 3) at fractions (k,) of the rows."""
     way = position(sweep, share + STEP) - position(sweep, share - STEP)
     length = np.linalg.norm(way, axis=1)
     return np.asarray(way / np.where(length > 0.0, length, 1.0)[:, None])

@@ -2,11 +2,11 @@
 
     rest = measured - predicted = B b + X c + scatter      cov(rest) = C + s^2 1
 
-C holds everything that is known to be uncertain, B what is nobody's fault (where the part was aligned). Each covariate is a
+C holds everything that is known to be uncertain, B the alignment of the part (a nuisance). Each covariate is a
 small set of columns X: what moves the tool (along X, Y or Z, in proportion to position, direction, time ...) shows along the
-normal of each point, what changes the tool shows across its axis. A covariate is tested by the F of its columns against what is
-left beside all covariates together; s is found so that this rest has its expected size. The best one is taken into B and the
-others are asked again. p counts all that were asked (Bonferroni). Source: Rao, Linear Statistical Inference (1973), ch. 4.
+normal of each point, what changes the tool shows across its axis. A covariate is tested by the F of its columns against the
+residual of all covariates together; s is found so that this rest has its expected size. The best one is taken into B and the
+others are tested again. p counts all that were tested (Bonferroni). Source: Rao, Linear Statistical Inference (1973), ch. 4.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vcmm.shop.machining.waves import Wave, largest_wave, slow_courses
 
 Ints = npt.NDArray[np.intp]
 Words = npt.NDArray[np.str_]
-FALSE = 1e-3  # share of parts as predicted in which anything is said at all
+FALSE = 1e-3  # share of parts as predicted in which any entry is reported
 MOST = 6  # entries
 SAME_P_FACTOR = (
     1e2  # times the least p: such covariates cannot be told apart, and the first of the list is named
@@ -55,7 +55,7 @@ class ObservedPoints:
 
 @dataclass(frozen=True, eq=False)
 class Covariate:
-    """name, what is said of it ("grows with time"), columns (n, m) along the normals."""
+    """A possible cause: name, description ("grows with time"), columns (n, m) along the normals."""
 
     name: str
     words: str
@@ -64,7 +64,7 @@ class Covariate:
 
 @dataclass(frozen=True)
 class MismatchEntry:
-    """An entry: where it is largest (feature, line), what it goes with, p of that among all that was asked, rms in mm."""
+    """An entry: where it is largest (feature, line), its covariate, p of that among all that were tested, rms in mm."""
 
     feature: str
     line: int
@@ -76,7 +76,7 @@ class MismatchEntry:
 
 @dataclass(frozen=True, eq=False)
 class Mismatch:
-    """entries: what the rest goes with; scatter: of one point, mm; wave: where what it goes with most is one of no known cause."""
+    """Covariates of the rest in `entries`; scatter: of one point, mm; wave: where the best covariate is a wave of no known cause."""
 
     entries: tuple[MismatchEntry, ...]
     scatter: float
@@ -84,7 +84,7 @@ class Mismatch:
 
 
 def locate_mismatch(points: ObservedPoints, *, rigid: bool = True, u_point: float | None = None) -> Mismatch:
-    """What the rest goes with. rigid: the part may lie anywhere (drawing frame).
+    """Return the covariates of the rest. rigid: the part may lie anywhere (drawing frame).
 
     Raises UsageError for fewer points than the covariates need.
     """
@@ -119,7 +119,7 @@ def locate_mismatch(points: ObservedPoints, *, rigid: bool = True, u_point: floa
 
 
 def _left_over(points: ObservedPoints, white: Array, taken: Array) -> list[MismatchEntry]:
-    """An entry where what is left beside everything taken is more than what is known to be uncertain lets expect (chi-square)."""
+    """Return an entry where the residual after everything taken exceeds the known uncertainty (chi-square)."""
     from scipy import stats
 
     q = _directions(white @ taken)
@@ -146,7 +146,7 @@ def _left_over(points: ObservedPoints, white: Array, taken: Array) -> list[Misma
 def _waving(
     points: ObservedPoints, white: Array, taken: Array, left: tuple[float, int] | None
 ) -> tuple[float, Covariate, Wave] | None:
-    """(logarithm of the significance, every period paid; the covariate; the wave) of the largest wave in time."""
+    """Return (logarithm of the significance, corrected for every period; the covariate; the wave) of the largest wave in time."""
     time = points.run.columns.get("time_s")
     if time is None:
         return None
@@ -163,7 +163,7 @@ def _waving(
 
 # -- what may explain it ----------------------------------------------------------------------------------------------
 def covariates(points: ObservedPoints) -> Iterator[Covariate]:
-    """Everything that the rest may go with, from what was done when the points were cut."""
+    """Yield everything that may explain the rest, from the state of the machine when the points were cut."""
     run, n = points.run, points.normals
     across = run.columns.get("across_tool", np.ones(run.n))
     yield Covariate("tool radius", "is the same wherever the side of the tool cuts", across[:, None])
@@ -189,7 +189,8 @@ def covariates(points: ObservedPoints) -> Iterator[Covariate]:
 
 
 def machine_shapes(points: ObservedPoints, rigid: bool) -> Array:
-    """Columns (n, k) of what machine, tools or a bend of the part may do: covariates but features and lines, and squares of positions."""
+    """Return columns (n, k) for possible effects of machine, tools or a bend of the part: covariates but features and lines, and squares
+    of positions."""
     place, n = points.run.position, points.normals
     asked = [c.columns for c in covariates(points) if c.name not in ("feature", "NC line")]
     squares = [n * _centre(place[a])[:, None] ** 2 for a in AXES if a in place]
@@ -197,7 +198,7 @@ def machine_shapes(points: ObservedPoints, rigid: bool) -> Array:
 
 
 def _label_covariates(points: ObservedPoints, across: Array) -> Iterator[Covariate]:
-    """One feature, one tool, one line of the program."""
+    """Yield one feature, one tool, one line of the program."""
     for name in np.unique(points.feature):
         yield Covariate(
             "feature", f"belongs to {name} alone", (points.feature == name).astype(float)[:, None]
@@ -216,7 +217,7 @@ def _label_covariates(points: ObservedPoints, across: Array) -> Iterator[Covaria
 
 
 def _of_axis(run: Run, letter: str, along: Array) -> Iterator[Covariate]:
-    """Direction, speed and acceleration of one linear axis, along it."""
+    """Yield direction, speed and acceleration of one linear axis, along it."""
     for column, name, words in (
         (f"sense_{letter}", "direction", f"turns its sign with the direction of axis {letter}"),
         (f"speed_{letter}_mm_s", "speed", f"goes with the speed of axis {letter}"),
@@ -227,7 +228,7 @@ def _of_axis(run: Run, letter: str, along: Array) -> Iterator[Covariate]:
 
 
 def _running(points: ObservedPoints, across: Array) -> Iterator[Covariate]:
-    """Time, temperatures, wear and feed: what drifts in any direction, what wears across the tool."""
+    """Yield time, temperatures, wear and feed: drifts in any direction, wear across the tool."""
     run, n = points.run, points.normals
     for column, name, words in [
         ("time_s", "time", "grows with time"),
@@ -245,7 +246,7 @@ def _running(points: ObservedPoints, across: Array) -> Iterator[Covariate]:
 
 
 def _bends(points: ObservedPoints) -> Array:
-    """Second-order surfaces of the part, per face: what a clamping leaves when it lets go."""
+    """Return second-order surfaces of the part, per face: the bend after a clamp is released."""
     x, y, z = (points.place - points.place.mean(axis=0)).T
     n = points.normals
     columns = [n[:, 2] * f for f in (x * x, x * y, y * y)] + [n[:, i] * z * z for i in (0, 1)]
@@ -263,18 +264,18 @@ def _centre(values: Array) -> Array:
 
 # -- the test ---------------------------------------------------------------------------------------------------------
 def _nuisance(points: ObservedPoints, rigid: bool) -> Array:
-    """Where the part was aligned is nobody's fault in the drawing frame."""
+    """Return the columns of the alignment of the part, which is a nuisance in the drawing frame."""
     return rigid_columns(points) if rigid else np.zeros((len(points.rest), 0))
 
 
 def rigid_columns(points: ObservedPoints) -> Array:
-    """Three shifts and three turns (rad x 100 mm) of the part, as they show along the normals (n, 6)."""
+    """Return three shifts and three turns (rad x 100 mm) of the part, as they show along the normals (n, 6)."""
     arm = (points.place - points.place.mean(axis=0)) / 100.0
     return np.hstack([points.normals, np.cross(arm, points.normals)])
 
 
 def _fitting(asked: list[Covariate], points: ObservedPoints, rigid: bool) -> list[Covariate]:
-    """Covariates whose columns are no alignment of the part, and few enough for the points."""
+    """Return covariates whose columns are no alignment of the part, and few enough for the points."""
     base = _nuisance(points, rigid)
     kept = []
     for one in asked:
@@ -304,7 +305,7 @@ def _scale_columns(columns: Array) -> Array:
 
 
 def _beyond(base: Array, columns: Array) -> Array:
-    """Orthonormal directions (n, r) that columns add to those of the base."""
+    """Return the orthonormal directions (n, r) that columns add to those of the base."""
     q = _directions(base)
     rest = columns - q @ (q.T @ columns)
     u, s, _ = np.linalg.svd(rest, full_matrices=False)
@@ -321,10 +322,10 @@ def _directions(columns: Array) -> Array:
 def _whiten(
     points: ObservedPoints, every: Array, u_point: float | None
 ) -> tuple[Array, float, tuple[float, int] | None]:
-    """(W with W cov W^T = 1, scatter mm, (sum of squares, freedom) of what is left beside everything).
+    """Return (W with W cov W^T = 1, scatter mm, (sum of squares, freedom) of the residual after everything).
 
-    None for the last where the scatter is given, and where less is left than C alone lets expect: then C is all there is, its size is
-    known, and a sum of squares that the least scatter makes small must not stand for it.
+    None for the last where the scatter is given, and where the residual is smaller than C alone predicts: then C is complete, its size is
+    known, and a sum of squares that the least scatter makes small must not replace it.
     """
     values, vectors = np.linalg.eigh(points.covariance)
     values = np.maximum(values, 0.0)
@@ -354,13 +355,13 @@ def _whiten(
 
 
 def _p(white: Array, taken: Array, columns: Array, rest: Array, left: tuple[float, int] | None) -> float:
-    """Logarithm of the significance of columns beside those already taken."""
+    """Return the logarithm of the significance of columns beside those already taken."""
     gain, m = _gain(white, taken, columns, rest)
     return log_p(gain, m, left) if m else 0.0
 
 
 def _gain(white: Array, taken: Array, columns: Array, rest: Array) -> tuple[float, int]:
-    """What columns explain beside those already taken: sum of squares, and with how many numbers."""
+    """Return what columns explain beside those already taken: the sum of squares, and the number of parameters."""
     q = _beyond(white @ taken, white @ columns)
     return float(((q.T @ (white @ rest)) ** 2).sum()), q.shape[1]
 
@@ -368,7 +369,7 @@ def _gain(white: Array, taken: Array, columns: Array, rest: Array) -> tuple[floa
 def _entry(
     points: ObservedPoints, white: Array, taken: Array, best: Covariate, *, p: float, rivals: list[str]
 ) -> MismatchEntry:
-    """Where measured departure and fitted columns go together most, in words; the amount is what was measured less predicted."""
+    """Return the place where measured departure and fitted columns agree most, in words; the amount is measured less predicted."""
     every = np.hstack([taken, best.columns])
     c = np.linalg.lstsq(white @ every, white @ points.rest, rcond=None)[0]
     shape = best.columns @ c[taken.shape[1] :]
@@ -388,13 +389,13 @@ def _entry(
 
 
 def _line_of_most(line: Ints, amount: Array) -> int:
-    """The line of the program that has most of an amount."""
+    """Return the line of the program that has most of an amount."""
     lines, which = np.unique(line, return_inverse=True)
     return int(lines[int(np.argmax(np.bincount(which, amount)))])
 
 
 def _join_names(names: list[str]) -> str:
-    """a, b or c; the first few."""
+    """Return a, b or c; the first few."""
     names = list(dict.fromkeys(names))
     shown = [*names[:4], *(["others"] if len(names) > 4 else [])]
     return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} or {shown[-1]}"

@@ -28,7 +28,7 @@ from vcmm.shop.machining.process import CutCandidates
 from vcmm.shop.machining.rotary import Bools, turn_to_workpiece, turned_back
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
-SOURCES = 2  # contacts of a point whose neighbours are asked
+SOURCES = 2  # contacts of a point whose neighbours are evaluated
 STEPS = np.concatenate([-OFFSETS[::-1], [0.0], OFFSETS])
 BAND = 0.05  # mm: a neighbour that lies further above the contact than any error is none
 ROUNDS, ACROSS = 7, 9  # the bracket shrinks to a quarter in each round: 0.3 mm to 0.02 um
@@ -42,7 +42,7 @@ INSIDE = 0.02  # mm that the full radius has passed a point at the upper end of 
 
 
 OffPath = Callable[[Ints, Array, Array], Array]
-"""How far the nominal motion stands off the programmed path (n, 3) mm at rows (n,), shares (n,), tips (n, 3)."""
+"""Distance of the nominal motion from the programmed path (n, 3) mm at rows (n,), shares (n,), tips (n, 3)."""
 
 
 Standing = Callable[[Ints, Array], tuple[Array, Array | None]]
@@ -56,7 +56,7 @@ there off its path (n, m, 3), mm."""
 def candidates(
     surface: CutSurface, sweep: Sweep, tips: Array, standing: Standing, off: OffPath | None = None
 ) -> CutCandidates:
-    """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts.
+    """Return the contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts.
 
     standing: where the tool stands. off: where given, the deepest cut under it is looked for between the steps too.
     """
@@ -91,7 +91,7 @@ def candidates(
 def _beside(
     surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, offset: Array
 ) -> CutCandidates:
-    """The tool `offset` (n,) radii further along the path than the k-th contact of each of the points."""
+    """Return the tool `offset` (n,) radii further along the path than the k-th contact of each of the points."""
     radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
     from_ = surface.row[points, k]
     row, share = _walk(sweep, from_, surface.t[points, k], offset * radius[from_])
@@ -101,7 +101,7 @@ def _beside(
 def _candidates_at(
     surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, at: tuple[Ints, Array]
 ) -> CutCandidates:
-    """The tool at (rows, shares) (n,) as one more candidate of each of the points, whose k-th contact is another place."""
+    """Return the tool at (rows, shares) (n,) as one more candidate of each of the points, whose k-th contact is another place."""
     count, (row, share) = len(surface.points), at
     tip, frame = standing(row, share)
     height, cutter = np.full(len(points), np.inf), surface.normals[points].copy()
@@ -131,7 +131,7 @@ def _candidates_at(
 def _strokes(
     surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int
 ) -> list[CutCandidates]:
-    """Places along the strokes into holes whose walls are touched by the k-th contact of the points."""
+    """Return the places along the strokes into holes whose walls are touched by the k-th contact of the points."""
     axial, hole = _holes(sweep)
     points = points[axial[surface.row[points, k]]]
     if not len(points):
@@ -147,7 +147,7 @@ def _strokes(
 
 
 def _holes(sweep: Sweep) -> tuple[Bools, Ints]:
-    """Rows (m,) that lead their tool along its own axis, and a number (m,) for each run of them on one line."""
+    """Return the rows (m,) that lead their tool along its own axis, and a number (m,) for each run of them on one line."""
     way = sweep.end - sweep.start
     length = np.linalg.norm(way, axis=1)
     across = np.linalg.norm(np.cross(way, sweep.axis), axis=1)
@@ -160,7 +160,7 @@ def _holes(sweep: Sweep) -> tuple[Bools, Ints]:
 
 
 def _stroke(sweep: Sweep, hole: Ints, own: Ints, top: Array) -> tuple[Ints, Array, Array]:
-    """The row (n,) that leads the tool from heights `top` (n,) over its axis to the bottom of the hole, and its shares there.
+    """Return the row (n,) that leads the tool from heights `top` (n,) over its axis to the bottom of the hole, and its shares there.
 
     The row of the contact itself where it does, else the longest of the strokes of that hole (the way out after pecks).
     """
@@ -180,7 +180,7 @@ def _stroke(sweep: Sweep, hole: Ints, own: Ints, top: Array) -> tuple[Ints, Arra
 def _further(
     surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, offset: Array
 ) -> tuple[Ints, Array, Array, Array | None]:
-    """Row, share, tip and frame of the tool `offset` radii further along the path than the k-th contact of the points.
+    """Return the row, share, tip and frame of the tool `offset` radii further along the path than the k-th contact of the points.
 
     frame (n, 3, 3): axes of the tool, None where all tools point along Z.
     """
@@ -193,7 +193,7 @@ def _further(
 def _moved_heights(
     surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, off: OffPath
 ) -> Heights:
-    """Heights of points (n,) of `points` cut by the tool `at` radii from their k-th contact and moved by `off`."""
+    """Return the heights of points (n,) of `points` cut by the tool `at` radii from their k-th contact and moved by `off`."""
 
     def heights(which: Ints, at: Array) -> tuple[Array, Array]:
         flat = np.repeat(points[which], at.shape[1])
@@ -214,7 +214,7 @@ def _moved_heights(
 
 
 def deepest_between(heights: Heights, count: int, steps: Array) -> tuple[Ints, Array]:
-    """Which of `count` points (m,) are cut deepest between the steps (k,), ascending, and at which offset (m,).
+    """Return which of `count` points (m,) are cut deepest between the steps (k,), ascending, and at which offset (m,).
 
     A point is searched where the tool is moved differently at the steps beside its deepest one; without that the steps
     themselves, which hold the contact of the programmed path, are the answer. Each round asks at ACROSS places of the
@@ -244,7 +244,7 @@ def deepest_between(heights: Heights, count: int, steps: Array) -> tuple[Ints, A
 
 
 def _walk(sweep: Sweep, row: Ints, share: Array, along: Array) -> tuple[Ints, Array]:
-    """Row and share (n,) reached after `along` mm of path from (row, share); the ends of the program stop the walk."""
+    """Return the row and share (n,) reached after `along` mm of path from (row, share); the ends of the program stop the walk."""
     length = lengths(sweep)
     edge = np.concatenate([[0.0], np.cumsum(length)])
     s = np.clip(edge[row] + share * length[row] + along, 0.0, edge[-1])
@@ -254,7 +254,7 @@ def _walk(sweep: Sweep, row: Ints, share: Array, along: Array) -> tuple[Ints, Ar
 
 
 def _outward(tool: Cutter, at: Array, n: Array) -> Array:
-    """Normal of the cutter (m, 3) at points of its surface (tip at the origin), from the gradient of its implicit form."""
+    """Return the normal of the cutter (m, 3) at points of its surface (tip at the origin), from the gradient of its implicit form."""
     rho, step = np.hypot(at[:, 0], at[:, 1]), 1e-7
     by_rho = (implicit(tool, rho + step, at[:, 2]) - implicit(tool, np.abs(rho - step), at[:, 2])) / (
         2 * step

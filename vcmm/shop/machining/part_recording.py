@@ -1,9 +1,9 @@
-"""A measured part as a recording: what the tool did at every point, for `diagnose`.
+"""Convert a measured part into a recording: the motion of the tool at every point, for `diagnose`.
 
-The value is actual - commanded of the tool along the normal of the cutter. It is made so that what the machine file predicts of
-these rows, taken off, leaves what was measured less what was predicted: what is known of the set-up (the zero was set on this very
-machine, a tool of known compliance bends) is no riddle, and what is uncertain in it is handed on as the covariance that it has.
-Where the part was aligned is nobody's fault: free parameters.
+The value is actual - commanded of the tool along the normal of the cutter. It is made so that its value less the prediction of the machine file for
+these rows is the measured less the predicted departure: known errors of the set-up (the zero was set on this very
+machine, a tool of known compliance bends) are explained, and its uncertainty is passed on as a covariance.
+The alignment of the part is free parameters.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from vcmm.task.response.recording import Recording
 
 ROUNDING = 1e-6  # of a scatter: rounding
 LABELS = ("tool", "feature", "part", "setup")
-WITHOUT_MEANING = ("spindle_angle_rad",)  # of a milled wall: the tooth that stands out most passes everywhere
+WITHOUT_MEANING = ("spindle_angle_rad",)  # of a milled wall: the most protruding tooth passes everywhere
 
 
 def part_recording(name: str, cut: MeasuredCut, machine: Machine, keep: frozenset[str]) -> Recording:
-    """The recording, to be diagnosed beside `machine`. keep: columns that a recording file may have, as a run names them; others
+    """Return the recording, to be diagnosed beside `machine`. keep: columns that a recording file may have, as a run names them; others
     are left out.
     """
     run = cut.observed.run
@@ -49,6 +49,6 @@ def part_recording(name: str, cut: MeasuredCut, machine: Machine, keep: frozense
 
 
 def _noise(u: Array) -> dict[str, Any]:
-    """One law where every point scatters alike, else u of each."""
+    """Return one law where every point scatters alike, else u of each."""
     alike = float(np.ptp(u)) <= ROUNDING * float(u.max(initial=0.0))
     return {"noise": Normal(float(u.mean()))} if alike else {"u": u}

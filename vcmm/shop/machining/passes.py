@@ -1,4 +1,4 @@
-"""Scatter of a machine tool: it repeats badly from pass to pass, and little along one.
+"""Scatter of a machine tool: large from pass to pass, and small along one pass.
 
 A pass is what one tool cuts between two rapids. Its departure is a Gaussian-correlated process over the way of the tool,
 exp(-d^2 / (2 l^2)), one draw per pass: points that a pass cuts side by side have the same departure, however many are
@@ -16,12 +16,12 @@ from vcmm.shop.cutting.sweeps import LINE, Sweep
 
 MOVE, PASS = "number_of_move", "number_of_pass"  # columns of a run of a cut
 LENGTH = 20.0  # mm along the pass
-CELL = 8  # places per correlation length that are told apart
+CELL = 8  # places per correlation length that are distinguished
 LEAST_VARIANCE = 1e-6  # of the variance of a pass that may be left out
 
 
 def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length: float = LENGTH) -> Array:
-    """(n, r): departure of each row of a cut per independent unit draw; rows of weight have the length 1.
+    """Return the departure of each row of a cut per independent unit draw, (n, r); rows of weight have the length 1.
 
     row, share (n,): of the sweep.
     """
@@ -42,7 +42,7 @@ def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length
 
 
 def move_and_pass(program: Program, sweep: Sweep, row: Ints) -> tuple[Array, Array]:
-    """Numbers (n,) of the move that makes each row of a cut, and of its pass."""
+    """Return the numbers (n,) of the move that makes each row of a cut, and of its pass."""
     move = sweep.move[row]
     rapid = np.array([one.kind == "rapid" for one in program.moves])
     return move.astype(float), np.cumsum(rapid)[move].astype(float)
@@ -57,7 +57,7 @@ def _places(program: Program, sweep: Sweep, row: Ints, share: Array) -> tuple[In
 
 
 def _lengths(sweep: Sweep) -> Array:
-    """(m,) mm: of lines, arcs and helices."""
+    """Return lengths of lines, arcs and helices (m,) mm."""
     straight = np.linalg.norm(sweep.end - sweep.start, axis=1)
     arc = np.abs(sweep.turn) * np.linalg.norm(np.nan_to_num(sweep.start - sweep.centre), axis=1)
     return np.where(sweep.kind == LINE, straight, arc)

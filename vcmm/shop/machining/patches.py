@@ -14,14 +14,14 @@ MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of 
 
 
 def surface_map(job: PreparedCut) -> tuple[Patch, ...]:
-    """All features of the part that have an extent, as densely as a picture of all of them can show."""
+    """Return all features of the part that have an extent, with a density that a picture of all of them can show."""
     features = job.scenario.part.features.values()
     across = int(min(MOST_ACROSS, np.sqrt(MOST_FACES / 2 / max(len(features), 1))))
     return tuple(patch(job, n) for f in features if (n := job.process.net(job, f, across)) is not None)
 
 
 def patch(job: PreparedCut, over: Net) -> Patch:
-    """The surface over one net at the estimates of all errors, and without errors."""
+    """Return the surface over one net at the estimates of all errors, and without errors."""
     surface = surface_at(job, over.points, over.normals)
     height, nominal = np.full(len(over.points), np.nan), np.full(len(over.points), np.nan)
     there = np.flatnonzero(surface.status != UNCUT)

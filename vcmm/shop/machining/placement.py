@@ -1,4 +1,4 @@
-"""Where on the table a part comes out best: the poses of a cutting scenario, judged by the deviations of the cut part.
+"""Find the best place of a part on the table: compare poses of a cutting scenario by the deviations of the cut part.
 
 The work offset moves with the part, so the tool path keeps its place in the part and the contacts stay as they are; what
 changes is where in the travels of the machine everything happens. One number per pose:
@@ -44,7 +44,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class ProgramTravels:
-    """Shifts of the part for which the whole program stays within travels and known ranges. present (3,): its shift."""
+    """Limits on shifts of the part so that the whole program stays within travels and known ranges. present (3,): its shift."""
 
     job: PreparedCut
     present: Array
@@ -62,7 +62,7 @@ class ProgramTravels:
         return tuple(out)
 
     def intervals(self, six: Array) -> tuple[Array, Array]:
-        """Lowest and highest shifts (m, 3); rapids to machine positions (G28, G53) do not move with the part."""
+        """Return the lowest and highest shifts (m, 3); rapids to machine positions (G28, G53) do not move with the part."""
         path = self.job.path
         rewritable = np.array([m.rewritable for m in self.job.program.moves])[path.move]
         rewritable &= path.move != path.timing.moving[0]  # the way from where the machine happens to stand
@@ -94,7 +94,7 @@ class CutDeviation:
         return np.abs(self.deviations(poses)) @ self.weights
 
     def deviations(self, poses: Array) -> Array:
-        """Expected deviation of each characteristic from nominal (m, C), mm or rad; known errors, without scatter."""
+        """Return the expected deviation of each characteristic from nominal (m, C), mm or rad; known errors, without scatter."""
         parts = [self._some(poses[i : i + BATCH]) for i in range(0, len(poses), BATCH)]
         return np.concatenate(parts) if parts else np.zeros((0, len(self.weights)))
 
@@ -114,7 +114,7 @@ class CutDeviation:
 
 
 def _tile_run(run: Run, shifts: Array) -> Run:
-    """The run once per shift (m, 3), every axis moved by it."""
+    """Return the run once per shift (m, 3), every axis moved by it."""
     m = len(shifts)
     position = {
         a: (v + shifts[:, "XYZ".index(a)][:, None]).ravel() if a in "XYZ" else np.tile(v, m)
@@ -169,7 +169,7 @@ def place_cut(
     scenario: CutScenario, *, seed: int | None = None, evaluations: int = EVALUATIONS, scanned: int = SCANNED,
     trials: int | None = None, progress: Progress | None = None,
 ) -> PlacedCut:  # fmt: skip
-    """The shift of part and work offset with the smallest deviations. Raises ModelLimit where the program never fits."""
+    """Find the shift of part and work offset with the smallest deviations. Raises ModelLimit where the program never fits."""
     report = progress or (lambda text, share: None)
     scenario.settings.with_changes(trials=trials, seed=seed)  # refused before the search, not after it
     seed = scenario.settings.seed if seed is None else seed
@@ -225,7 +225,7 @@ def _at(objective: CutDeviation, six: Array) -> AtPose:
 
 
 def _move_scenario(scenario: CutScenario, job: PreparedCut, six: Array) -> CutScenario:
-    """The scenario with part and work offsets moved together."""
+    """Return the scenario with part and work offsets moved together."""
     by = six[:3] - job.pose.shift
     offsets = {n: _plus(o, by) for n, o in scenario.setup.offsets.items()}
     at = None if scenario.set_at is None else _plus(scenario.set_at, by)
@@ -238,7 +238,7 @@ def _plus(point: tuple[float, float, float], by: Array) -> tuple[float, float, f
 
 
 def _weights(scenario: CutScenario, characteristics: Sequence[Characteristic]) -> dict[str, float]:
-    """Those of the scenario, which sum to 1; else all the same."""
+    """Return the weights of the scenario, which sum to 1; else equal weights."""
     given = scenario.weights
     if not given:
         return {c.name: 1.0 / len(characteristics) for c in characteristics}
@@ -249,7 +249,7 @@ def _weights(scenario: CutScenario, characteristics: Sequence[Characteristic]) -
 
 
 def _scales(model: LinearModel) -> Array:
-    """Half the tolerance of each characteristic; without limits 1 um or 1 urad, so that deviations count as they are."""
+    """Return half the tolerance of each characteristic; without limits 1 um or 1 urad."""
     out = []
     for c in model.characteristics:
         limits = gps.tolerance(c, gps.nominal(c, model.task.part.features))

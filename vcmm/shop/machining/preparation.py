@@ -1,4 +1,4 @@
-"""A cutting scenario made ready: program read and timed, tools swept, part placed, and what is wrong with it refused."""
+"""Prepare a cutting scenario: read and time the program, sweep the tools, place the part, and refuse what is wrong with it."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ MOST_PATHS = 2  # kept: a job cuts the program as it is and the new one, each se
 
 
 def _timed_path(program: Program, scenario: CutScenario) -> Toolpath:
-    """The motion of the program; that of the same moves with the same axes and control is computed once. Of the errors of
+    """Return the motion of the program; that of the same moves with the same axes and control is computed once. Of the errors of
     the machine only its play changes it."""
     machine = scenario.machine
     axes = replace(machine, effects=playing(machine.effects, machine.axes), inputs=())
@@ -87,13 +87,13 @@ def _timed_path(program: Program, scenario: CutScenario) -> Toolpath:
 
 
 def _of_axes(scenario: CutScenario, program: Program) -> Program:
-    """The program as motions of the axes: where it leads the tip over the workpiece, the machine follows."""
+    """Return the program as motions of the axes: where it leads the tip over the workpiece, the machine follows."""
     moves, remarks_ = in_machine_axes(program.moves, scenario.machine, str(scenario.program))
     return replace(program, moves=moves, warnings=(*program.warnings, *remarks_))
 
 
 def _prepare_cut(scenario: CutScenario, program: Program, path: Toolpath) -> PreparedCut:
-    """The cut without a blank: tools swept, on a lathe in the meridian; the part placed."""
+    """Return the cut without a blank: tools swept, on a lathe in the meridian; the part placed."""
     # the drawing frame is the work coordinate system of the first cut
     pose = scenario.pose or Pose(np.eye(3), _work_zero(scenario, program))
     if turns_with(scenario.setup, program):
@@ -120,7 +120,7 @@ def _check_spindle(scenario: CutScenario, program: Program) -> None:
 
 
 def _check_driven(scenario: CutScenario, program: Program) -> None:
-    """A cut with axis C off zero is one of a driven tool, which the set-up has to name."""
+    """Check that the set-up names the driven tool of each cut with axis C off zero."""
     tools = scenario.setup.tools
     for m in program.moves:
         turned = (
@@ -130,13 +130,13 @@ def _check_driven(scenario: CutScenario, program: Program) -> None:
         )
         if turned and m.tool in tools and tools[m.tool].driven is None:
             raise UsageError(
-                f'line {m.source.line} of the program cuts with a rotary axis off zero, on a lathe a driven tool: add driven = "x" (it stands '
+                f'line {m.source.line} of the program cuts with a rotary axis off zero, on a lathe a driven tool: add driven = "x" (it is '
                 f'across the spindle) or driven = "z" (along it) to [tools.{m.tool}] of the set-up, or take these blocks out'
             )
 
 
 def _on_lathe(scenario: CutScenario, program: Program, turning: TurningProcess) -> Process:
-    """Turning alone, or with what driven tools cut."""
+    """Return turning alone, or with the cuts of driven tools."""
     tools = {n: t for n, t in scenario.setup.tools.items() if t.driven is not None}
     first = int(turning.turning.path.timing.moving[0])
     kept = [
@@ -154,12 +154,12 @@ def _on_lathe(scenario: CutScenario, program: Program, turning: TurningProcess) 
 
 
 def other_unit(scenario: CutScenario) -> str:
-    """What to add to the message about a program that misses the part, where it would hit it in the other unit."""
+    """Return an addition to the message about a program that misses the part, where it would hit it in the other unit."""
     return unit_hint(scenario, _hits)
 
 
 def _hits(scenario: CutScenario, program: Program) -> tuple[int, int]:
-    """(inspection points that the program cuts no more than DEPTH too deep, inspection points); travels are not checked."""
+    """Return (inspection points that the program cuts no more than DEPTH too deep, inspection points); travels are not checked."""
     program = _of_axes(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     job = _prepare_cut(scenario, program, path)
@@ -171,7 +171,7 @@ def _hits(scenario: CutScenario, program: Program) -> tuple[int, int]:
 
 
 def _check_lengths(scenario: CutScenario, program: Program) -> None:
-    """A tool whose length the program does not take into account would cut too deep by that length."""
+    """Check tool lengths: a tool whose length the program ignores would cut too deep by that length."""
     tools = scenario.setup.tools
     move = without_length(program.moves, tools)
     if move is not None:
@@ -179,7 +179,7 @@ def _check_lengths(scenario: CutScenario, program: Program) -> None:
 
 
 def _check_forces(scenario: CutScenario, program: Program) -> None:
-    """Deflection needs forces, and they need to be told what is cut."""
+    """Check that the material is stated where deflection needs forces."""
     bends = [e for e in scenario.machine.effects if needs_forces(e)]
     stated = scenario.setup.stock is not None or scenario.setup.bar is not None
     if bends and not scenario.force_log and not (stated and scenario.setup.material is not None):
@@ -190,7 +190,7 @@ def _check_forces(scenario: CutScenario, program: Program) -> None:
 
 
 def _check_forces_known(job: PreparedCut) -> None:
-    """A tool that tilts while it cuts has no forces."""
+    """Refuse a tool that tilts while it cuts: its forces are unknown."""
     bends = [e for e in job.machine.effects if needs_forces(e)]
     if bends and not job.scenario.force_log and isinstance(job.blank, Blank) and job.blank.forces is None:
         raise ModelLimit(
@@ -201,14 +201,14 @@ def _check_forces_known(job: PreparedCut) -> None:
 
 
 def _to_check(scenario: CutScenario, move: Move) -> str:
-    """What may be wrong where a move leaves the travels: its work offset first, where the set-up does not name it."""
+    """Return the likely cause where a move leaves the travels: its work offset first, where the set-up does not name it."""
     if move.offset in scenario.setup.offsets:
         return "check work offset and tool length"
     return f"work offset {move.offset} is not in the set-up, and machine zero is taken: add it to [offsets]"
 
 
 def _check_ends(scenario: CutScenario, program: Program) -> None:
-    """No move ends a hundred travels away: a length in a wrong unit, found before the motion there is calculated."""
+    """Check that no move ends a hundred travels away, as a length in a wrong unit does, before the motion there is computed."""
     for move in program.moves[1:]:
         for i, letter in enumerate("XYZ"):
             axis = scenario.machine.axes.get(letter)
@@ -221,13 +221,13 @@ def _check_ends(scenario: CutScenario, program: Program) -> None:
 
 
 def _logs(scenario: CutScenario) -> list[tuple[str, Series]]:
-    """What was measured while such a part was cut."""
+    """Return the logs that were measured while such a part was cut."""
     logs = {"force": next(iter(scenario.force_log.values()), None), "load": scenario.load_log}
     return [(what, log) for what, log in logs.items() if log is not None]
 
 
 def _check_log(scenario: CutScenario, path: Toolpath) -> None:
-    """A log that ends before the program says nothing of the rest."""
+    """Refuse a log that ends before the program, since it does not cover the rest."""
     for what, log in _logs(scenario):
         if log.time[0] > 0.0 or log.time[-1] < path.seconds - LOG_SLACK:
             raise ModelLimit(
@@ -237,7 +237,7 @@ def _check_log(scenario: CutScenario, path: Toolpath) -> None:
 
 
 def _check_travels(scenario: CutScenario, program: Program, path: Toolpath) -> None:
-    """The whole program stays within the travels, but for the way from where the machine happens to stand."""
+    """Check that the whole program stays within the travels, except the way from the unknown start position."""
     later = np.flatnonzero(path.move != path.timing.moving[0])
     for letter, axis in scenario.machine.axes.items():
         q, (low, high) = path.axes[letter][later], axis.limits
@@ -253,7 +253,7 @@ def _check_travels(scenario: CutScenario, program: Program, path: Toolpath) -> N
 
 
 def _work_zero(scenario: CutScenario, program: Program) -> Array:
-    """Point of the part at the work offset of the first cut (3,), workpiece axes."""
+    """Return the point of the part at the work offset of the first cut (3,), workpiece axes."""
     moves = [m for m in program.moves if m.work_spindle == scenario.work_spindle] or program.moves
     first = next((m for m in moves if m.kind != "rapid"), moves[0])
     zero = np.array(scenario.setup.offsets.get(first.offset, (0.0, 0.0, 0.0)))
@@ -263,17 +263,18 @@ def _work_zero(scenario: CutScenario, program: Program) -> Array:
 
 
 def _unready(job: PreparedCut) -> list[str]:
-    """The first cut with a spindle that stands still; what starts that of a driven tool is a word of the machine builder."""
+    """Return a remark on the first cut with a spindle at rest; the machine builder defines the word that starts that of a driven tool."""
     tools = {n: t for n, t in job.scenario.setup.tools.items() if t.shape != "probe" and t.driven is None}
     for move in job.program.moves:
         cuts = move.kind in ("line", "arc") and move.tool in tools
         if cuts and not move.spindle:
-            return [f"line {move.source.line} cuts while the spindle stands still"]
+            return [f"line {move.source.line} cuts while the spindle does not turn"]
     return []
 
 
 def _turned_part(job: PreparedCut) -> list[str]:
-    """Of a part that lies turned against its drawing: effects that name directions of the workpiece mean those of the machine's table."""
+    """Return a remark on a part that lies turned against its drawing: effects that name directions of the workpiece mean those of the
+    machine's table."""
     named = [e.id for e in job.machine.effects if needs_forces(e) and hasattr(e, "direction")]
     if not named or np.allclose(job.pose.rotation, np.eye(3), atol=1e-9):
         return []
@@ -284,7 +285,7 @@ def _turned_part(job: PreparedCut) -> list[str]:
 
 
 def _mean_forces(job: PreparedCut) -> list[str]:
-    """Tools that something bends while no helix is stated: their walls are bent by the mean force of a turn."""
+    """Return a remark on tools that bend while no helix is stated: the mean force of a turn bends their walls."""
     blank = job.blank
     if not isinstance(blank, Blank) or blank.teeth is None or blank.pieces is None:
         return []
@@ -304,7 +305,7 @@ def _mean_forces(job: PreparedCut) -> list[str]:
 
 
 def remarks(job: PreparedCut) -> tuple[str, ...]:
-    """What the program, the time law and the machine leave to be said."""
+    """Return the remarks of the program, the time law and the machine."""
     program = [f"{job.scenario.program.name}:{w.line}: {w.text}" for w in job.program.warnings]
     idle = cutting_effects(job.machine)[2]
     said = [f"{', '.join(idle)} act on measuring, not on cutting"] if idle else []
@@ -318,7 +319,7 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
     ]
     gaps = [(what, gap) for what, log in _logs(job.scenario) if (gap := gap_of(log)) is not None]
     said += [
-        f"the {what} log has no reading from {a:.1f} to {b:.1f} s: a straight line stands there"
+        f"the {what} log has no reading from {a:.1f} to {b:.1f} s: a straight line bridges the gap"
         for what, (a, b) in gaps
     ]
     expands = unusual_expansion("[part] expansion", job.scenario.part.expansion)

@@ -2,8 +2,8 @@
 
 A feature is read from the work offset under which it was cut.
 
-What the machine errs by at the zero is in the zero as well, so it is taken off every reading, draw by draw. The offset that
-was set wrongly shifts cut and reading alike: its draw is that of the cut, and its error is found in neither.
+The machine's errors at the zero are in the zero as well, so they are subtracted from every reading, draw by draw. A wrong offset
+shifts cut and reading equally: its draw is that of the cut, and its error shows in neither.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vcmm.task.response.trials import Draws, exact_errors
 
 @dataclass(frozen=True, eq=False)
 class NoMeasuringWorld:
-    """The world of a task that nothing measures: its touches are where the part is looked at, and err by nothing."""
+    """The world of a task without measurement: its touches are the places of evaluation, without errors."""
 
     task: Task
     predicts: bool = False

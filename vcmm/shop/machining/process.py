@@ -1,11 +1,11 @@
-"""A prepared cut, and what differs between milling, milling with rotary axes off zero, and turning.
+"""A prepared cut, and the interface of milling, milling with rotary axes off zero, and turning.
 
 The way from a program to the errors of its surface is walked once, in vcmm.shop.machining.contact_path:
 
     points -> surface and its contacts -> candidates of the deepest cut -> rows of a run -> states there -> zero -> errors
 
 A `Process` answers its steps: MillingProcess (vcmm.shop.machining.milling), RotaryMillingProcess (rotary_milling) and
-TurningProcess (turning). What is the same for all of them, or nothing for most, stands here.
+TurningProcess (turning). Steps that are equal for all of them, or empty for most, are defined here.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ Words = np.typing.NDArray[np.str_]
 
 @dataclass(frozen=True, eq=False)
 class PreparedCut:
-    """A scenario made ready: the program read, its motion in time, the tools swept (process), the part placed."""
+    """A prepared scenario: the program read, its motion in time, the tools swept (process), the part placed."""
 
     scenario: CutScenario
     program: Program
@@ -66,7 +66,7 @@ class PreparedCut:
         return self.path.seconds
 
     def line_of(self, row: int) -> int:
-        """Line of the program that made a row of the sweep."""
+        """Return the line of the program that made a row of the sweep."""
         return self.program.moves[int(self.sweep.move[row])].source.line
 
 
@@ -103,104 +103,104 @@ class ContactRows:
 
 
 class Process(ABC):
-    """How one way of cutting answers the steps of vcmm.shop.machining.contact_path."""
+    """Interface of a way of cutting: the steps of vcmm.shop.machining.contact_path."""
 
     sweep: Sweep
 
     # -- the surface and what cuts it ---------------------------------------------------------------------------------
     @abstractmethod
     def surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> CutSurface:
-        """The surface at points (n, 3) of the workpiece. exact=False: as the search sees it."""
+        """Return the surface at points (n, 3) of the workpiece. exact=False: as the search sees it."""
 
     @abstractmethod
     def candidates(self, job: PreparedCut, surface: CutSurface) -> CutCandidates:
-        """The contacts of a surface and all else that may cut deeper under errors."""
+        """Return the contacts of a surface and all other places that may cut deeper under errors."""
 
     @abstractmethod
     def cutters(self, surface: CutSurface, candidates: CutCandidates) -> MovedCutters:
-        """The cutting edges of the candidates, to be met by rays when they are moved."""
+        """Return the cutting edges of the candidates, to be met by rays when they are moved."""
 
     def contacts_seen(self, surface: CutSurface) -> tuple[Array, Array]:
-        """Points and normals (n, 3) in the axes in which the process sees its contacts."""
+        """Return the points and normals (n, 3) in the axes in which the process sees its contacts."""
         return surface.points, surface.normals
 
     @abstractmethod
     def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
-        """How much higher (k,) mm than the surface in the points `some` (k,) a ball of `radius` rests on the cusps beside."""
+        """Return how much higher (k,) mm than the surface in the points `some` (k,) a ball of `radius` rests on the cusps beside."""
 
     def net(self, job: PreparedCut, feature: Feature, across: int) -> Net | None:
-        """Where the surface of a feature is looked at for pictures and extremes."""
+        """Return the points at which the surface of a feature is evaluated for pictures and extremes."""
         return net(feature, across)
 
     # -- the machine when it cuts there -------------------------------------------------------------------------------
     @abstractmethod
     def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
-        """States of the machine with its cutting point at `rows.at`, and what is known to lead elsewhere (rows, 3) mm."""
+        """Return the states of the machine with its cutting point at `rows.at`, and the known deviations of the path (rows, 3) mm."""
 
     def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
-        """Columns of the surface in each row, workpiece axes: normal and place in the part."""
+        """Return the columns of the surface in each row, workpiece axes: normal and place in the part."""
         place = rows.at - job.pose.shift
         return by_axis("n{}", rows.surface.normals[rows.point]) | by_axis("part_{}_mm", place)
 
     def fed_in_part(self, job: PreparedCut) -> Mapping[str, float] | None:
-        """mm that each tool is fed in one part; None: as the toolpath says."""
+        """Return the mm that each tool is fed in one part; None: as the toolpath says."""
         return None
 
     @abstractmethod
     def force(self, job: PreparedCut, rows: ContactRows, forces: Array) -> Array:
-        """Force (rows, 3) N of the part on the tool, workpiece axes; forces: that of each row of the sweep."""
+        """Return the force (rows, 3) N of the part on the tool, workpiece axes; forces: that of each row of the sweep."""
 
     # -- where its zero was set ---------------------------------------------------------------------------------------
     rows_per_zero = 1  # rows of the run whose mean error is in a zero
     each_tool_set = False  # whether every tool was set in all axes, as on a lathe; else only its length
 
     def set_at(self, job: PreparedCut, rows: Run) -> Run:
-        """Rows of setting with rotary axes as they stood then."""
+        """Return rows of setting with the rotary axes as they were then."""
         return rows
 
     def angle_set(self, job: PreparedCut, offset: str) -> Array:
-        """A, B, C (3,) rad at which the zero of a work offset was set."""
+        """Return A, B, C (3,) rad at which the zero of a work offset was set."""
         return np.zeros(3)
 
     @abstractmethod
     def tool_side(
         self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]
     ) -> ToolSide:
-        """The errors of the tool in all rows, in the axes of the contacts."""
+        """Return the errors of the tool in all rows, in the axes of the contacts."""
 
     # -- the job ------------------------------------------------------------------------------------------------------
     @abstractmethod
     def blank(self, job: PreparedCut, zero: Array) -> Blank | TurnedBlank | None:
-        """What is left of the stock; zero (3,): work zero, workpiece axes."""
+        """Return the remaining stock; zero (3,): work zero, workpiece axes."""
 
     def refusal(self, job: PreparedCut) -> VcmmError | None:
-        """The error to raise for effects that have no meaning here; None where all have."""
+        """Return the error to raise for effects that have no meaning here; None where all have."""
         return None
 
     def why_fixed(self, job: PreparedCut) -> str | None:
-        """Why the part cannot be cut elsewhere by the same program; None where it can."""
+        """Return why the part cannot be cut elsewhere by the same program; None where it can."""
         return None
 
     def engine(self, settings: Settings) -> tuple[Settings, tuple[str, ...]]:
-        """Settings of the evaluation where none were asked for, and what is to be said of them."""
+        """Return the default settings of the evaluation, and remarks on them."""
         return settings, ()
 
     def remarks(self) -> Sequence[str]:
-        """What the process leaves to be said of the program."""
+        """Return the remarks of the process on the program."""
         return ()
 
     def remarks_on(self, surface: CutSurface, features: Words) -> Sequence[str]:
-        """What is to be said of features (n,) as they are cut."""
+        """Return the remarks on features (n,) as they are cut."""
         return ()
 
 
 def by_axis(name: str, vectors: Array) -> dict[str, Array]:
-    """Vectors (n, 3) as three columns, {} in the name standing for x, y, z."""
+    """Return vectors (n, 3) as three columns, where {} in the name is replaced by x, y, z."""
     return {name.format(c): vectors[:, i] for i, c in enumerate("xyz")}
 
 
 def zeros(job: PreparedCut, names: Words) -> Array:
-    """Where each work offset was set (k, 3): at the stated place, else at the work zero itself; workpiece axes."""
+    """Return where each work offset was set (k, 3): at the stated place, else at the work zero itself; workpiece axes."""
     scenario = job.scenario
     if scenario.set_at is not None:
         return np.tile(np.array(scenario.set_at), (len(names), 1))

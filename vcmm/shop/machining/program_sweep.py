@@ -1,4 +1,4 @@
-"""From canonical moves to swept tools: what the program makes every tool pass through, in workpiece axes."""
+"""Convert canonical moves to swept tools, in workpiece axes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STILL = 1e-12  # mm
 
 
 def cutter(tool: Tool) -> shapes.Cutter:
-    """The solid of revolution of a tool of the set-up. Raises UsageError where a size is missing."""
+    """Return the solid of revolution of a tool of the set-up. Raises UsageError where a size is missing."""
     if tool.shape == "turning":
         if not tool.nose_radius:
             raise UsageError(
@@ -46,7 +46,7 @@ def cutter(tool: Tool) -> shapes.Cutter:
 def part_sweep(
     moves: Sequence[Move], tools: Mapping[int, Tool], machine: Machine
 ) -> tuple[Sweep, RotaryMotion | None]:
-    """(all motions in workpiece axes, how they lie on the moves; None where all rotary axes stay at zero and tools along Z)."""
+    """Return (all motions in workpiece axes, how they lie on the moves; None where all rotary axes stay at zero and tools along Z)."""
     base = swept(moves, tools)
     turned, offset, rapid = _turning_rows(moves, base)
     if not (np.abs(turned) > STILL_TURNED).any() and np.array_equal(
@@ -59,14 +59,14 @@ def part_sweep(
 def driven_sweep(
     moves: Sequence[Move], kept: Sequence[int], tools: Mapping[int, Tool], machine: Machine
 ) -> tuple[Sweep, RotaryMotion]:
-    """The motions `kept` (indices of moves) alone, in workpiece axes, and how they lie on the moves."""
+    """Return the motions `kept` (indices of moves) alone, in workpiece axes, and how they lie on the moves."""
     flat = swept([moves[i] for i in kept], tools)
     base = replace(flat, move=np.array(kept, dtype=np.intp)[flat.move])
     return in_workpiece(machine, base, *_turning_rows(moves, base))
 
 
 def _turning_rows(moves: Sequence[Move], base: Sweep) -> tuple[Array, Array, np.typing.NDArray[np.bool_]]:
-    """A, B, C (m, 2, 3) rad at both ends of the rows, tool offsets (m, 3) mm, and which (m,) are rapids."""
+    """Return A, B, C (m, 2, 3) rad at both ends of the rows, tool offsets (m, 3) mm, and which (m,) are rapids."""
     kept = [moves[i] for i in base.move.tolist()]
     turned = np.array([(m.rotary_start, m.rotary_end) for m in kept], dtype=float)
     offset = np.array([m.tool_offset for m in kept], dtype=float)
@@ -74,9 +74,9 @@ def _turning_rows(moves: Sequence[Move], base: Sweep) -> tuple[Array, Array, np.
 
 
 def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
-    """All motions, rapids too: a rapid through the part cuts it. `move` is the index of each row in `moves`.
+    """Return all motions as a sweep, rapids too: a rapid through the part cuts it. `move` is the index of each row in `moves`.
 
-    Tip positions of the machine, which are those of workpiece axes while all rotary axes stand at zero; `part_sweep` turns
+    Tip positions of the machine, which are those of workpiece axes while all rotary axes are at zero; `part_sweep` turns
     them. Raises UsageError for tools that are not in the table.
     """
     rows = [(i, m) for i, m in enumerate(moves) if m.kind in MOVING and _travels(m) and _has_tool(m, tools)]
@@ -102,7 +102,7 @@ def _travels(move: Move) -> bool:
 
 
 def _has_tool(move: Move, tools: Mapping[int, Tool]) -> bool:
-    """A feed move needs a tool of the table; a rapid without one is a way to the tool changer. A probe cuts nothing."""
+    """Return whether a move has a tool of the table; a rapid without one is a way to the tool changer. A probe cuts nothing."""
     if move.tool in tools:
         return tools[move.tool].shape != "probe"
     if move.kind == "rapid":
@@ -120,7 +120,7 @@ def _has_tool(move: Move, tools: Mapping[int, Tool]) -> bool:
 
 
 def _arc(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, float], float, int]:
-    """Centre, plane normal, signed turn about it and kind of one move; nan and 0 for a line."""
+    """Return the centre, plane normal, signed turn about it and kind of one move; nan and 0 for a line."""
     nothing = (math.nan, math.nan, math.nan)
     if move.centre is None:
         return nothing, nothing, 0.0, LINE

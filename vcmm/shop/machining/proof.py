@@ -1,7 +1,7 @@
-"""The proof of a program: it is cut virtually and the part inspected, before and after it was rewritten.
+"""Prove a program: cut it virtually and inspect the part, before and after the program was rewritten.
 
 Largest and mean of the absolute departure along the normals, at the usual points of every feature that a characteristic names (or of the
-plan), errors at their estimates, what the control does to the path included. `met`: no point departs by more than is allowed.
+plan), errors at their estimates, the path deviations of the control included. `met`: no point departs by more than is allowed.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class CutProof:
 
     @property
     def worse(self) -> str:
-        """In which way the new part is worse than the old one, beyond what is allowed; else ""."""
+        """In which way the new part is worse than the old one, beyond the allowed departure; else ""."""
         if self.before is None or self.after is None:
             return ""
         told = [
@@ -90,7 +90,7 @@ def inspected_cut(scenario: CutScenario) -> InspectedCut:
 
 
 def proof_by_cut(scenario: CutScenario, program: Path, allowed: float) -> CutProof:
-    """The scenario's own program and another one, both cut and inspected. allowed: mm at any point."""
+    """Cut and inspect the scenario's own program and another one. allowed: mm at any point."""
     try:
         gauge_plan(scenario.part, scenario.plan)
     except UsageError as error:

@@ -1,7 +1,7 @@
-"""Recut: some of the points once more, with the tools really moved by the errors, to say how far the contacts err.
+"""Recut some of the points with the tools moved by the errors, to check the error of the contacts.
 
 Milled: the contacts keep a few cuts per point, and the tool beside them along its path, and move the surface by
-(N . e) / (N . n). Here the sweeps themselves are displaced by the errors along their way and asked again. Left out of both
+(N . e) / (N . n). Here the sweeps themselves are displaced by the errors along their way and searched again. Left out of both
 sides: effects that depend on the normal of the surface (wear, runout, scatter) and the tilt of the tool, which are no
 displacement of a whole tool; what jumps or starts like a root from rest: reversal, speed and acceleration, forces, rounded
 corners; and, where rotary axes turn, the mean error along the machine axes, which a work offset holds.
@@ -65,7 +65,7 @@ def recut(job: PreparedCut, surface: CutSurface) -> Recut | None:
 
 
 def _on_lathe(job: PreparedCut, process: LatheProcess, surface: CutSurface) -> Recut | None:
-    """Both ways of cutting, each over its own points."""
+    """Compare both ways of cutting, each over its own points."""
     assert isinstance(surface, LatheSurface)
     found = []
     for own, one, mine in (
@@ -109,7 +109,7 @@ def _recut(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut
     zero = np.zeros(3)  # what a work offset would hold, machine axes
 
     def ways(at: Array, row: Ints, share: Array) -> tuple[Array, Array | None]:
-        """Errors (k, 3), and what a shift of the machine axes does there (k, 3, 3)."""
+        """Return errors (k, 3), and the effect of a shift of the machine axes there (k, 3, 3)."""
         states, _ = process.on_path(job, rows[row], share, at)
         error = -plain.indication_error(_with_constants(states, job))
         return error, commands_to_work(job.machine, states) if turns else None
@@ -139,7 +139,7 @@ def _recut(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut
 
 
 def _whole_tool(machine: Machine) -> Machine:
-    """The machine without what depends on the surface or jumps."""
+    """Return the machine without effects that depend on the surface or jump."""
     moves, _, _ = cutting_effects(machine)
     kept = [e for e in moves.effects if "nx" not in required(e) and e.link != "reading"]
     smooth = tuple(e for e in kept if not any(c.startswith(JUMPING) for c in required(e)))
@@ -147,7 +147,7 @@ def _whole_tool(machine: Machine) -> Machine:
 
 
 def _around(row: Ints, feed: np.typing.NDArray[np.bool_]) -> Ints:
-    """The rows that touch a point, and a few feed moves before and after each, in order. feed (m,): of each row."""
+    """Return the rows that touch a point, and a few feed moves before and after each, in order. feed (m,): of each row."""
     touched = np.unique(row[row >= 0])
     wide = (touched[:, None] + np.arange(-BESIDE, BESIDE + 1)).ravel()
     wide = wide[(wide >= 0) & (wide < len(feed))]

@@ -1,4 +1,4 @@
-"""What virtual machining returns: deviations of the features with their uncertainty, and the surface itself."""
+"""Results of virtual machining: deviations of the features with their uncertainty, and the surface itself."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Patch:
 
 @dataclass(frozen=True)
 class SurfaceExtremes:
-    """Over all patches, um: largest and rms departure (None where no point was cut, with the reason), number of points, of those left uncut,
+    """Summary over all patches, um: largest and rms departure (None where no point was cut, with the reason), number of points, of those left uncut,
     and of gouges. without: features that have no net.
 
     A gouge is a point that the program itself, on a perfect machine, cuts deeper than `deep_um`.
@@ -76,7 +76,7 @@ class SurfaceExtremes:
 class CutResult(Readable):
     """uncertainty: characteristics of the finished part; seconds: cycle time; shares: characteristic -> group -> u^2 share.
 
-    repeats, scatters: characteristic -> standard uncertainty of what all parts of a batch share, and of what differs.
+    repeats, scatters: characteristic -> standard uncertainty that all parts of a batch share, and of their differences.
     """
 
     uncertainty: UncertaintyResult
@@ -100,7 +100,7 @@ class CutResult(Readable):
         return f"<CutResult: {first_few(f'{c.name} {answer(c)}' for c in self.characteristics)}>"
 
     def __getitem__(self, name: str) -> CharacteristicResult:
-        """The characteristic of this name. KeyError: none has it."""
+        """Return the characteristic of this name. KeyError: none has it."""
         return self.uncertainty[name]
 
     @property
@@ -108,18 +108,18 @@ class CutResult(Readable):
         return self.uncertainty.characteristics
 
     def plot(self, ax: Any = None) -> Axes:
-        """The cut surface, coloured by what is left over (+) or taken too much (-), um."""
+        """Plot the cut surface, coloured by remaining material (+) or excess removal (-), um."""
         drawn: Axes = draw(self, ax)
         return drawn
 
 
 def rms_text(surface: SurfaceExtremes) -> str:
-    """Rms of the cut surface for the head of a picture; "" where it was not found."""
+    """Return the rms of the cut surface for the head of a picture; "" where it is unknown."""
     return "" if surface.rms_um is None else f", rms {surface.rms_um:.3g} µm"
 
 
 def expected_deviation(c: CharacteristicResult) -> float:
-    """Deviation from nominal to expect, mm or rad: of the finished part `value`, the mean of its law; of an extreme value that a
+    """Return the expected deviation from nominal, mm or rad: of the finished part `value`, the mean of its law; of an extreme value that a
     machine would read the mean of the trials, which noise enlarges.
     """
     read = c.extreme and not isinstance(c.truth, PredictedPart)
@@ -127,7 +127,7 @@ def expected_deviation(c: CharacteristicResult) -> float:
 
 
 def group_of(line: BudgetLine) -> str:
-    """Who owns a contribution; Inputs of the measuring machine carry its name before theirs."""
+    """Return the owner of a contribution; Inputs of the measuring machine carry its name before theirs."""
     if ": " in line.input:
         return "measurement"
     effect = line.input.split("[")[0].split(".")[0]
@@ -137,7 +137,7 @@ def group_of(line: BudgetLine) -> str:
 
 
 def shares_by_group(c: CharacteristicResult) -> dict[str, float]:
-    """Share of u^2 by group, the sum of its lines; interaction (`budget_interaction`) is left out, and so is a u of next to nothing."""
+    """Return the share of u^2 by group, the sum of its lines; interaction (`budget_interaction`) is left out, and so is a u of next to nothing."""
     out = dict.fromkeys(GROUPS, 0.0)
     if c.u < LEAST_U:
         return out
@@ -147,13 +147,13 @@ def shares_by_group(c: CharacteristicResult) -> dict[str, float]:
 
 
 def batch(c: CharacteristicResult) -> tuple[float, float]:
-    """(u of what repeats from part to part, u of what scatters), mm or rad: the rest of u^2 counts as repeating."""
+    """Return (u that repeats from part to part, u that scatters), mm or rad: the rest of u^2 counts as repeating."""
     scatter = sum(line.u**2 for line in c.budget if line.redraw in SCATTERS)
     return float(np.sqrt(max(c.u**2 - scatter, 0.0))), float(np.sqrt(min(scatter, c.u**2)))
 
 
 def extremes(patches: tuple[Patch, ...], deep: float, features: Iterable[str] = ()) -> SurfaceExtremes:
-    """Summary of the surface; deep: depth in mm from which a cut below nominal counts as a gouge. features: of the part."""
+    """Return the summary of the surface; deep: depth in mm from which a cut below nominal counts as a gouge. features: of the part."""
     height = np.concatenate([p.height for p in patches]) if patches else np.zeros(0)
     nominal = np.concatenate([p.nominal for p in patches]) if patches else np.zeros(0)
     cut = np.isfinite(height)

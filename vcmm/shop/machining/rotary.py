@@ -1,4 +1,4 @@
-"""Rotary axes while cutting: where a program leads its tools in workpiece axes, from the nominal chain of the machine.
+"""Rotary axes while cutting: tools of a program in workpiece axes, from the nominal chain of the machine.
 
 A move gives positions of X Y Z A B C, all linear in the share of the move (along an arc: in its angle). The tip is
 
@@ -53,22 +53,22 @@ class RotaryMotion:
     rapid: Bools
 
     def share(self, row: Ints, t: Array) -> Array:
-        """Share of the move (k,) at fractions t (k,) of rows of the sweep."""
+        """Return the share of the move (k,) at fractions t (k,) of rows of the sweep."""
         return self.first[row] + t * (self.last - self.first)[row]
 
     def command(self, move: Ints, share: Array) -> dict[str, Array]:
-        """Positions of all axes (k,) at shares of rows of `base`; mm and rad."""
+        """Return the positions of all axes (k,) at shares of rows of `base`; mm and rad."""
         tip, angle = machine_position(self.base, self.turned, move, share)
         return by_letter(self.machine, tip + self.offset[move], angle)
 
     def pose(self, move: Ints, share: Array) -> tuple[Array, Array]:
-        """Tip and tool axis (k, 3) in workpiece axes at shares of rows of `base`."""
+        """Return the tip and tool axis (k, 3) in workpiece axes at shares of rows of `base`."""
         found = machine_position(self.base, self.turned, move, share)
         return tip_and_axis(self.machine, *found, self.offset[move], self.base.axis[move])
 
     @cached_property
     def feed_lengths(self) -> tuple[Array, Array]:
-        """(n,), (n,) mm: how far the tip of the tool of each row of the sweep has been fed in the part before it, and in it.
+        """Feed length of the tip of the tool of each row of the sweep, (n,), (n,) mm: in the part before it, and in it.
 
         Where the tool turns, its tip runs on chords of 2 um sagitta at most: for an arc of radius 15 mm they are shorter by 4e-5.
         """
@@ -84,13 +84,13 @@ class RotaryMotion:
         return before, length
 
     def standing(self, row: Ints, t: Array) -> tuple[Array, Array]:
-        """Tip (k, 3) and frame of the tool (k, 3, 3), its axes as rows, where it stands at fractions t of rows of the sweep."""
+        """Return tip (k, 3) and frame of the tool (k, 3, 3), its axes as rows, at fractions t of rows of the sweep."""
         tip, axis = self.pose(self.row[row], self.share(row, t))
         return tip, frames_of(axis)
 
 
 def machine_position(base: Sweep, turned: Array, move: Ints, share: Array) -> tuple[Array, Array]:
-    """Tip as with rotary axes at zero (k, 3), mm, and A, B, C (k, 3), rad."""
+    """Return the tip as with rotary axes at zero (k, 3), mm, and A, B, C (k, 3), rad."""
     tip = position(base.take(move), share)
     return tip, turned[move, 0] + share[:, None] * (turned[move, 1] - turned[move, 0])
 
@@ -102,18 +102,18 @@ def tool_offset_to(machine: Machine, axes: dict[str, Array], at: Array) -> Array
 
 
 def commands_to_work(machine: Machine, run: Run) -> Array:
-    """(n, 3, 3): what a shift of the commanded X, Y, Z does to the tip in workpiece axes."""
+    """Return the effect of a shift of the commanded X, Y, Z on the tip in workpiece axes (n, 3, 3)."""
     return commanded_directions(link_frames(machine.chain, machine.axes, run), run.n)
 
 
 def point_of_part(machine: Machine, zero: Array, angle: Array) -> Array:
-    """Point of the workpiece (3,) that lies at a work zero (3,) while the rotary axes that carry it stand at angle (3,), rad."""
+    """Return the point of the workpiece (3,) that lies at a work zero (3,) while the rotary axes that carry it are at angle (3,), rad."""
     held = np.array([v if a in machine.chain.work else 0.0 for a, v in zip(ROTARY, angle)])
     return tip_and_axis(machine, zero[None], held[None], np.zeros((1, 3)))[0][0]
 
 
 def angle_of(program: Program, motion: RotaryMotion, offset: str) -> Array:
-    """A, B, C (3,) rad at which all cuts of a work offset are made. Raises UsageError where they differ."""
+    """Return A, B, C (3,) rad at which all cuts of a work offset are made. Raises UsageError where they differ."""
     mine = [i for i, m in enumerate(motion.base.move.tolist()) if _cuts(program.moves[m], offset)]
     angles = motion.turned[mine].reshape(-1, 3)
     if not len(angles):
@@ -133,10 +133,10 @@ def _cuts(move: Move, offset: str) -> bool:
 
 
 def turn_to_workpiece(frame: Array | None, vectors: Array) -> Array:
-    """Vectors (..., 3) of workpiece axes in frames (..., 3, 3) of tools; None: the tool points along Z."""
+    """Return the vectors (..., 3) of workpiece axes in frames (..., 3, 3) of tools; None: the tool points along Z."""
     return vectors if frame is None else np.einsum("...ij,...j->...i", frame, vectors)
 
 
 def turned_back(frame: Array | None, vectors: Array) -> Array:
-    """Vectors (..., 3) in frames of tools back in workpiece axes."""
+    """Return the vectors (..., 3) in frames of tools back in workpiece axes."""
     return vectors if frame is None else np.einsum("...ji,...j->...i", frame, vectors)

@@ -1,4 +1,4 @@
-"""Milling with rotary axes off zero: what differs from three axes on the way of vcmm.shop.machining.contact_path.
+"""Milling with rotary axes off zero: the steps of vcmm.shop.machining.contact_path that differ from three axes.
 
 Contacts while rotary axes turn, put exactly where the tool stands, and solids of tools that do not point along Z.
 
@@ -49,12 +49,12 @@ ASTRAY = 0.02  # mm: an exact entry further off belongs to another side of the t
 
 @dataclass(frozen=True, eq=False)
 class TiltedSolids(Solids):
-    """Solids whose tools point elsewhere: frame (P, K, 3, 3), axes of each tool as rows, in workpiece axes."""
+    """Solids of tools with other directions: frame (P, K, 3, 3), axes of each tool as rows, in workpiece axes."""
 
     frame: Array | None = None
 
     def entry(self, shift: Array, normal: Array) -> Array:
-        """Where the rays from the points along normal (P, 3) enter the tools moved by shift (..., P, K, 3), (..., P, K)."""
+        """Return where the rays from the points along normal (P, 3) enter the tools moved by shift (..., P, K, 3), (..., P, K)."""
         out = np.full(shift.shape[:-1], np.inf)
         frame = np.broadcast_to(self.frame, (*out.shape, 3, 3))  # type: ignore[arg-type]
         rays = np.broadcast_to(normal[:, None, :], shift.shape)
@@ -69,7 +69,7 @@ class TiltedSolids(Solids):
 
 
 def polish_contacts(surface: CutSurface, motion: RotaryMotion, keep: int) -> CutSurface:
-    """The surface with the contacts of turning tools exact, each once, the `keep` lowest of every point."""
+    """Return the surface with exact contacts of turning tools, each once, the `keep` lowest of every point."""
     surface = _each_once(surface, motion)
     known = surface.row >= 0
     point, k = np.nonzero(known & motion.inexact[np.maximum(surface.row, 0)])
@@ -84,7 +84,7 @@ def polish_contacts(surface: CutSurface, motion: RotaryMotion, keep: int) -> Cut
 
 
 def _least(motion: RotaryMotion, row: Ints, t: Array, points: Array, normals: Array) -> tuple[Array, Array]:
-    """(least height, fraction of the row) (k,) about fractions t of rows; the fraction may lie beside the row, on its move."""
+    """Return (least height, fraction of the row) (k,) about fractions t of rows; the fraction may lie beside the row, on its move."""
     width = (motion.last - motion.first)[row]
     best = motion.share(row, t)
     low, high = np.clip(best - PIECES * width, 0.0, 1.0), np.clip(best + PIECES * width, 0.0, 1.0)
@@ -103,7 +103,7 @@ def _least(motion: RotaryMotion, row: Ints, t: Array, points: Array, normals: Ar
 
 
 def _entries_of_rays(motion: RotaryMotion, row: Ints, share: Array, points: Array, normals: Array) -> Array:
-    """Where rays (k,) enter the tool of rows as it stands at shares (k,) of their moves; inf where they miss."""
+    """Return where rays (k,) enter the tool of rows at shares (k,) of their moves; inf where they miss."""
     t = (share - motion.first[row]) / (motion.last - motion.first)[row]
     tip, frame = motion.standing(row, t)
     arm, ray = turn_to_workpiece(frame, points - tip), turn_to_workpiece(frame, normals)
@@ -116,7 +116,7 @@ def _entries_of_rays(motion: RotaryMotion, row: Ints, share: Array, points: Arra
 
 
 def _sort_by_height(surface: CutSurface) -> CutSurface:
-    """Contacts by height."""
+    """Sort contacts by height."""
     order = np.argsort(surface.contact_s, axis=1, kind="stable")
     at = np.arange(len(order))[:, None]
     return replace(
@@ -125,7 +125,7 @@ def _sort_by_height(surface: CutSurface) -> CutSurface:
 
 
 def _each_once(surface: CutSurface, motion: RotaryMotion) -> CutSurface:
-    """Without contacts of rows that lie in the window about a lower contact of the same turning move: they are one."""
+    """Drop contacts of rows that lie in the window about a lower contact of the same turning move: they are the same contact."""
     row = np.maximum(surface.row, 0)
     move = np.where(surface.row >= 0, motion.row[row], -1)
     share = np.where(
@@ -145,7 +145,7 @@ def _each_once(surface: CutSurface, motion: RotaryMotion) -> CutSurface:
 
 
 def _lowest(surface: CutSurface, keep: int) -> CutSurface:
-    """The `keep` lowest contacts; those that are none have nan, as from the search."""
+    """Return the `keep` lowest contacts; missing ones have nan, as from the search."""
     known = surface.row[:, :keep] >= 0
     return replace(
         surface, contact_s=np.where(known, surface.contact_s[:, :keep], np.nan), row=surface.row[:, :keep],
@@ -158,7 +158,7 @@ OF_TURNING = 16  # contacts of one point while rotary axes turn: rows beside eac
 
 @dataclass(frozen=True, eq=False)
 class RotaryMillingProcess(MillingProcess):
-    """motion: how the rows of the sweep lie on the moves."""
+    """Process of milling with rotary axes. motion: how the rows of the sweep lie on the moves."""
 
     motion: RotaryMotion
 
@@ -171,7 +171,7 @@ class RotaryMillingProcess(MillingProcess):
         return self.motion.standing(row, share)
 
     def on_path(self, job: PreparedCut, row: Ints, share: Array, at: Array) -> tuple[Run, Array]:
-        """As while milling. The offset of the run leads to the points `at` (k, 3), which count as fixed to the tool."""
+        """Return the states as while milling. The offset of the run leads to the points `at` (k, 3), which count as fixed to the tool."""
         motion, path = self.motion, job.path
         move, along = motion.row[row], motion.share(row, share)
         time = seconds_at(path.timing, motion.base.move[move], along)
@@ -190,7 +190,7 @@ class RotaryMillingProcess(MillingProcess):
         return Run(position, offset, columns, labels), moved - at
 
     def _led(self, job: PreparedCut, move: Ints, run: Run) -> dict[str, Array]:
-        """Where the control leads the tip over the workpiece: what X, Y, Z are told for 1 mm along each axis of the part, else
+        """Return, where the control leads the tip over the workpiece, the commanded X, Y, Z for 1 mm along each axis of the part, else
         the axis itself; led: 1 there. Nothing where no move is led."""
         led = np.array([job.program.moves[i].tool_axis_end is not None for i in move.tolist()], dtype=bool)
         if not any(m.tool_axis_end is not None for m in job.program.moves):
@@ -206,7 +206,7 @@ class RotaryMillingProcess(MillingProcess):
         return TiltedSolids(plain.tools, plain.which, plain.arm, frame)
 
     def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
-        """The ball rolls on the surface that the search sees."""
+        """Return the lift of a ball that rolls on the surface of the search."""
         seen = self.surface(job, surface.points[some], surface.normals[some], exact=False)
         return super().cusp_lift(job, seen, np.arange(len(some)), radius)
 
@@ -221,12 +221,12 @@ class RotaryMillingProcess(MillingProcess):
         return super().columns(job, rows) | {name: axis[:, i] for i, name in enumerate(TOOL_AXIS_COLUMNS)}
 
     def rough(self, within: float) -> Sweep:
-        """While rotary axes turn, as few rows as miss the tool by no more than that."""
+        """Return the sweep in as few rows as miss the tool by no more than that, while rotary axes turn."""
         m = self.motion
         return in_workpiece(m.machine, m.base, m.turned, m.offset, m.rapid, within)[0]
 
     def feed(self, job: PreparedCut) -> Array:
-        """Where a rotary axis turns F may be degrees per minute: there how far the tip runs over the part in its time."""
+        """Return the feed: where a rotary axis turns, F may be degrees per minute, so the way of the tip over the part in its time counts."""
         motion = self.motion
         move = motion.base.move[motion.row]
         programmed = np.array([job.program.moves[i].feed or 0.0 for i in move.tolist()])
@@ -235,13 +235,13 @@ class RotaryMillingProcess(MillingProcess):
         return np.where(turns(motion.turned)[motion.row], motion.feed_lengths[1] / time * 60.0, programmed)
 
     def fed_in_part(self, job: PreparedCut) -> Mapping[str, float]:
-        """Along the tip in the part."""
+        """Return the feed length along the tip in the part."""
         before, length = self.motion.feed_lengths
         tools = np.array([job.program.moves[i].tool for i in self.sweep.move.tolist()])
         return {str(t): float((before + length)[tools == t].max()) for t in np.unique(tools)}
 
     def set_at(self, job: PreparedCut, rows: Run) -> Run:
-        """Where the scenario says so, with A, B, C as the offset is used, and what of the part then lies at the zero."""
+        """Return the rows of setting where the scenario says so, with A, B, C as the offset is used, and the point of the part at the zero."""
         if not job.scenario.set_as_cut:
             return rows
         names = rows.labels[OFFSET_LABEL]
@@ -265,7 +265,7 @@ class RotaryMillingProcess(MillingProcess):
         return ToolSide(job.machine, run, setting, known, inputs, turn)
 
     def refusal(self, job: PreparedCut) -> VcmmError | None:
-        """Fields over workpiece axes are known with rotary axes at zero only."""
+        """Refuse fields over workpiece axes, which are known with rotary axes at zero only."""
         fixed = [e.id for e in job.machine.effects if isinstance(e, OVER_VOLUME)]
         if fixed:
             return ModelLimit(
@@ -277,11 +277,11 @@ class RotaryMillingProcess(MillingProcess):
     def why_fixed(self, job: PreparedCut) -> str:
         return (
             f"line {self._first_turned_line(job)} of the program turns a rotary axis: a part that is shifted on a table "
-            "that turns needs another program for every position, so it is not placed; cut it where it stands (vcmm cut)"
+            "that turns needs another program for every position, so it is not placed; cut it in its present place (vcmm cut)"
         )
 
     def _first_turned_line(self, job: PreparedCut) -> int:
-        """Line of the first move with a rotary axis off zero."""
+        """Return the line of the first move with a rotary axis off zero."""
         row = int(np.argmax(np.abs(self.motion.turned).max(axis=(1, 2)) > 0))
         return job.program.moves[int(self.motion.base.move[row])].source.line
 

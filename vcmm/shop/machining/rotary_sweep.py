@@ -1,4 +1,4 @@
-"""The sweep of a program in workpiece axes where rotary axes stand off zero: exact while they stand, short lines while they turn."""
+"""The sweep of a program in workpiece axes with rotary axes off zero: exact while they rest, short lines while they turn."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ SQUARE = 1e-9
 
 
 def turns(turned: Array) -> Bools:
-    """Rows (m, 2, 3) whose rotary axes move."""
+    """Return the rows (m, 2, 3) whose rotary axes move."""
     return np.asarray(np.abs(turned[:, 1] - turned[:, 0]).max(axis=1) > STILL)
 
 
 def in_workpiece(
     machine: Machine, base: Sweep, turned: Array, offset: Array, rapid: Bools, search: float = SEARCH
 ) -> tuple[Sweep, RotaryMotion]:
-    """The sweep in workpiece axes, in the order of the moves. base, turned, offset: as in RotaryMotion; rapid (m,); search: mm by which a
+    """Return the sweep in workpiece axes, in the order of the moves. base, turned, offset: as in RotaryMotion; rapid (m,); search: mm by which a
     row may miss a turning tool that cuts."""
     held, bent = _affine(machine, base, turned, offset)
     free = turns(turned) | (bent & (base.kind != LINE))
@@ -65,7 +65,7 @@ def in_workpiece(
 
 
 def _affine(machine: Machine, base: Sweep, turned: Array, offset: Array) -> tuple[Sweep, Bools]:
-    """(the moves seen from the part with rotary axes held as at their start, rows (m,) in which circles do not stay circles)."""
+    """Return (the moves seen from the part with rotary axes held as at their start, rows (m,) in which circles do not stay circles)."""
 
     def seen(points: Array) -> tuple[Array, Array]:
         return tip_and_axis(machine, points, turned[:, 0], offset, base.axis)
@@ -82,7 +82,7 @@ def _affine(machine: Machine, base: Sweep, turned: Array, offset: Array) -> tupl
 
 
 def _reference(tools: tuple[Cutter, ...]) -> tuple[Array, Array]:
-    """(height of the point of each tool that is led exactly, mm; lever from there to its cutting edges, mm)."""
+    """Return (height of the point of each tool that is led exactly, mm; lever from there to its cutting edges, mm)."""
     height = np.array([t.corner for t in tools])  # centre of a ball: its nose does not feel a tilt
     lever = np.array([np.hypot(t.radius, min(2 * t.radius, t.length)) for t in tools])
     return height, lever
@@ -91,7 +91,7 @@ def _reference(tools: tuple[Cutter, ...]) -> tuple[Array, Array]:
 def _counts(
     machine: Machine, base: Sweep, turned: Array, offset: Array, rows: Ints, limit: Array
 ) -> np.typing.NDArray[np.int64]:
-    """Pieces of each row that keep chord and tilt within its limit (mm)."""
+    """Return the pieces of each row that keep chord and tilt within its limit (mm)."""
     angle = np.abs(turned[rows, 1] - turned[rows, 0]).max(axis=1) + np.abs(base.turn[rows])
     looks = np.maximum(np.ceil(angle / EVERY), LEAST_LOOKS).astype(int)
     out = np.ones(len(rows), dtype=np.int64)
@@ -123,7 +123,7 @@ def _check_count(counts: Array, base: Sweep) -> None:
 
 
 def _with_pieces(sweep: Sweep, motion: RotaryMotion, rows: Ints) -> Sweep:
-    """The sweep with `rows` replaced by lines along which the tool keeps the direction of their middle."""
+    """Return the sweep with `rows` replaced by lines along which the tool keeps the direction of their middle."""
     if not len(rows):
         return sweep
     middle = 0.5 * (motion.first[rows] + motion.last[rows])

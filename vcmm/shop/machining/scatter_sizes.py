@@ -1,12 +1,12 @@
-"""How much a machine tool scatters from move to move, from pass to pass and along a pass, found in a measured part.
+"""Estimate from a measured part the scatter of a machine tool from move to move, from pass to pass and along a pass.
 
-    rest = F b + u f (M m sqrt(a) + P p sqrt(b) + S s sqrt(c)) + e        m, p, s ~ N(0, 1), a + b + c = 1, cov(e) = what else is uncertain
+    rest = F b + u f (M m sqrt(a) + P p sqrt(b) + S s sqrt(c)) + e        m, p, s ~ N(0, 1), a + b + c = 1, cov(e) = the other uncertainties
 
 A machine file states one scatter u, and how it goes on along a pass (S, `vcmm.shop.machining.passes`). An axis that stops anew at every
-block, or a pass that lies aside as a whole, has fewer independent draws, and what a few draws make of many points looks like physics.
-So a draw along X, Y and Z per move (M) and per pass (P) stands beside it: how the variance is shared between the three (a, b, c, no
+block, or a pass that is shifted as a whole, has fewer independent draws, and a few draws over many points look like physics.
+So a draw along X, Y and Z per move (M) and per pass (P) is added: how the variance is shared between the three (a, b, c, no
 share before another) and how large it is (f, about 1: odds fall as 1 + (ln f / ln 2)^2 grows) is learnt from the restricted likelihood
-beside the columns F of everything that the part is asked for (position, direction, speed, time, feed, wear, force), so that an error of
+beside the columns F of everything that is tested on the part (position, direction, speed, time, feed, wear, force), so that an error of
 the machine of these shapes is not taken for scatter. Of the posterior the mean shares and the median of f are taken.
 Source: Patterson, Thompson, Biometrika 58 (1971) 545 (restricted likelihood).
 """
@@ -32,7 +32,7 @@ TOTALS = np.array([0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 8.0, 16.0])  #
 DOUBT = np.log(2.0)  # of the logarithm of the total: a statement is believed to a factor of two
 STEPS = 4  # of a share on the grid
 LEAST_FREEDOM = 3  # numbers left beside the shapes; with fewer nothing is learnt
-MORE = 0.975  # probability that the scatter is larger than stated, from which on it is said
+MORE = 0.975  # probability that the scatter is larger than stated, from which on it is reported
 TWICE = 2.0  # times the stated variance, from which on it is larger
 
 
@@ -57,7 +57,8 @@ class ScatterSizes:
 def found_scatter(
     points: ObservedPoints, common: KnownOf, single: Array, rigid: bool, u_point: float | None, inputs: tuple[Input, ...]
 ) -> ScatterSizes:  # fmt: skip
-    """The sizes in a measured part. common, single: columns of what is known to be uncertain; u_point: as stated, else it is found beside what
+    """Estimate the sizes from a measured part. common, single: columns of what is known to be uncertain; u_point: as stated, else it is
+    found beside what
     the file states; inputs: of the machine that cut."""
     stated = [i.law.u for i in inputs if i.effect == Scatter.name and isinstance(i.law, Law)]
     empty = np.zeros((len(points.rest), 0))
@@ -73,12 +74,12 @@ def found_scatter(
 
 
 def with_scatter(common: KnownOf, sizes: ScatterSizes) -> KnownOf:
-    """What is known to be uncertain with the scatter as it was found."""
+    """Return the known uncertainty with the estimated scatter."""
     return (*sizes.columns, *(c for c in common if not c[0].startswith(SCATTER)))
 
 
 def scatter_notes(sizes: ScatterSizes) -> tuple[str, ...]:
-    """What is to be told where the part shows more scatter than the machine file states."""
+    """Return the notes where the part shows more scatter than the machine file states."""
     if not sizes.is_larger:
         return ()
     return (
@@ -90,7 +91,7 @@ def scatter_notes(sizes: ScatterSizes) -> tuple[str, ...]:
 def scatter_sizes(
     rest: Array, other: Array, shapes: Array, stated: Array, normals: Array, groups: tuple[Ints, Ints], u: float, u_point: float
 ) -> ScatterSizes:  # fmt: skip
-    """Sizes of the scatter per move and per pass.
+    """Return the sizes of the scatter per move and per pass.
 
     rest (n,) mm; other (n, n) mm^2: covariance of everything else that is uncertain, points included; shapes (n, k): F; stated (n, r): columns of
     the scatter that the machine file states, mm; normals (n, 3); groups: number of the move and of the pass of each point; u: what the
@@ -118,7 +119,7 @@ def scatter_sizes(
 
 
 def _by_group(normals: Array, group: Ints) -> Array:
-    """Columns (n, 3 g): a draw along X, Y, Z for each group, as it shows along the normals."""
+    """Return the columns (n, 3 g): a draw along X, Y, Z for each group, as it shows along the normals."""
     number = np.unique(group, return_inverse=True)[1]
     out = np.zeros((len(normals), number.max() + 1, 3))
     out[np.arange(len(normals)), number] = normals
@@ -127,7 +128,7 @@ def _by_group(normals: Array, group: Ints) -> Array:
 
 
 def _complement(shapes: Array, n: int) -> Array:
-    """Orthonormal directions (n, m) that no combination of the shapes has."""
+    """Return the orthonormal directions (n, m) that no combination of the shapes has."""
     if not shapes.shape[1]:
         return np.eye(n)
     scale = np.linalg.norm(shapes, axis=0)
@@ -136,7 +137,7 @@ def _complement(shapes: Array, n: int) -> Array:
 
 
 def _shares(is_stated: bool) -> Array:
-    """Rows (k, 3) of shares of move, pass and what is stated along a pass; without the last where nothing is stated."""
+    """Return the rows (k, 3) of shares of move, pass and what is stated along a pass; without the last where nothing is stated."""
     every = [
         (i, j, STEPS - i - j)
         for i in range(STEPS + 1)
@@ -147,13 +148,13 @@ def _shares(is_stated: bool) -> Array:
 
 
 def _prior() -> Array:
-    """Probability of each total: the grid is even in its logarithm but for its wide upper end."""
+    """Return the probability of each total: the grid is even in its logarithm but for its wide upper end."""
     weight = np.gradient(np.log(TOTALS)) / (1.0 + (np.log(TOTALS) / DOUBT) ** 2)
     return np.asarray(weight / weight.sum())
 
 
 def _posterior(y: Array, seen: list[Array], shares: Array) -> Array:
-    """Probability (totals, shares)."""
+    """Return the probability (totals, shares)."""
     other, *kernels = seen
     log = np.empty((len(TOTALS), len(shares)))
     for j, share in enumerate(shares):
@@ -175,7 +176,7 @@ def _log_likelihood(y: Array, cov: Array) -> float:
 
 
 def _median(weight: Array, grid: Array) -> float:
-    """Median of a probability on a grid, by its cumulated sum between the places."""
+    """Return the median of a probability on a grid, by its cumulated sum between the places."""
     edges = np.sqrt(grid[1:] * grid[:-1])
     edges = np.concatenate([[grid[0]], edges, [grid[-1]]])
     return float(np.exp(np.interp(0.5, np.concatenate([[0.0], np.cumsum(weight)]), np.log(edges))))

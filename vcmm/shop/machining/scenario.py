@@ -1,4 +1,4 @@
-"""A cutting scenario: program, machine tool, set-up, part and how the part is inspected, as data."""
+"""A cutting scenario: program, machine tool, set-up, part and inspection of the part, as data."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ class CutScenario:
     """program: NC file. pose: machine_from_part in the machine tool, workpiece axes.
 
     set_here: the work offset was set on this very machine, at `set_at` (mm, workpiece axes; None = the work zero), so
-    that its error there is taken away; with the rotary axes at zero, or set_as_cut: where they stand while it is used. step: longest stretch of path between two states of the machine, mm.
+    that its error there is subtracted; with the rotary axes at zero, or set_as_cut: at their angles while it is used. step: longest
+    stretch of path between two states of the machine, mm.
     """
 
     name: str

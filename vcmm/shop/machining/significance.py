@@ -1,6 +1,6 @@
-"""How far beyond chance a gain in the sum of squares is, also where p is too small for a number.
+"""Significance of a gain in the sum of squares, also where p is too small for a number.
 
-Chi-square where the scatter is stated, F where it is found from what is left; the tails by their leading terms (Abramowitz, Stegun,
+Chi-square where the scatter is stated, F where it is estimated from the residual; the tails by their leading terms (Abramowitz, Stegun,
 Handbook of Mathematical Functions, 6.5.32 and 26.5.4).
 """
 
@@ -12,7 +12,8 @@ TINY, LEAST_P = 1e-300, 1e-290
 
 
 def log_p(gain: float, m: int, left: tuple[float, int] | None) -> float:
-    """Logarithm of the significance of a gain in the sum of squares by m numbers. left: (sum of squares, freedom) of what is left, None where the scatter is stated."""
+    """Return the logarithm of the significance of a gain in the sum of squares by m numbers. left: (sum of squares, freedom) of the
+    residual, None where the scatter is stated."""
     from scipy import special, stats
 
     if left is None:

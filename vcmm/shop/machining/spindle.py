@@ -1,12 +1,12 @@
-"""The turning spindle of a lathe: when the tool passes which side of the part.
+"""The turning spindle of a lathe: the times at which the tool passes each side of the part.
 
 A part of revolution is cut along a helix: the meridian section at the angle phi meets the tool once per turn,
 
     t_k :  psi(t_k) = phi (mod 2 pi),   psi(t) = - integral of the spindle speed (signed, M3 plus)
 
-psi is where the tool stands as seen from the part. M3 turns the part in the positive sense about Z (ISO 841: clockwise seen
-along +Z from the spindle), so the tool runs round it in the negative sense. Where the spindle stands when a program starts is
-not known of a real lathe; psi = 0 then, here. It shifts the feed marks along the part and nothing else.
+psi is the angle of the tool as seen from the part. M3 turns the part in the positive sense about Z (ISO 841: clockwise seen
+along +Z from the spindle), so the tool runs round it in the negative sense. The angle of the spindle at the start of a program is
+unknown on a real lathe; here psi = 0 then. It shifts the feed marks along the part and nothing else.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ class Spindle:
     turned: Array
 
     def angle(self, time: Array) -> Array:
-        """psi at times (...), rad."""
+        """Return the psi at times (...), rad."""
         return np.interp(time, self.time, self.psi)
 
     def passes(self, time: Array, phi: Array, count: int) -> Array:
-        """The times (n, 2 count) at which the tool passes the angle phi (n,) nearest to `time` (n,); nan where it never does.
+        """Return the times (n, 2 count) at which the tool passes the angle phi (n,) nearest to `time` (n,); nan where it never does.
 
-        `count` before and as many after, in order. A pass beyond a standstill or a change of sense of the spindle is none.
+        `count` before and as many after, in order. A pass beyond a standstill or a change of sense of the spindle does not count.
         """
         edge = np.searchsorted(self.time, time, side="right")
         row = np.clip(edge, 1, len(self.time) - 1)
@@ -53,14 +53,14 @@ class Spindle:
 
 
 def spindle_of(path: Toolpath) -> Spindle:
-    """The spindle while a program runs: its speed holds from row to row of the toolpath."""
+    """Return the spindle while a program runs: its speed holds from row to row of the toolpath."""
     rate = path.columns["spindle_rpm"] * TURN / 60.0
     length = np.diff(path.time, prepend=path.time[:1])
     return Spindle(path.time, -np.cumsum(rate * length), np.cumsum(np.abs(rate) * length))
 
 
 def moves_at(timing: Timing, time: Array) -> tuple[Ints, Array]:
-    """(index of the move, share of it) that runs at times (n,); during a pause the move before it."""
+    """Return (index of the move, share of it) that runs at times (n,); during a pause the move before it."""
     s = timing.state(time).s
     place = np.clip(np.searchsorted(timing.ends, s - 1e-9, side="left"), 0, len(timing.ends) - 1)
     length = np.diff(timing.ends, prepend=0.0)[place]

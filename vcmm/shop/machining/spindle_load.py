@@ -1,7 +1,7 @@
-"""The cutting power over the time of a program: of the force model, or as the control logged it.
+"""Cutting power over the time of a program: of the force model, or from a log of the control.
 
 A log takes the place of the model in two ways: the spindle warms by it, and the forces of the model are scaled by measured over
-modelled power at each moment. The model then says where the force points to, the log how large it is (P = F_t v: at one speed and
+modelled power at each moment. The model then gives the direction of the force, the log its size (P = F_t v: at one speed and
 engagement all components of the force go with the power).
 """
 
@@ -20,7 +20,7 @@ GAP, LEAST_READINGS = 10.0, 10  # times the median interval; readings from which
 
 
 def power_log(job: PreparedCut) -> Series | None:
-    """Cutting power over the time of the program, W; as logged, else of the model; None where neither is known.
+    """Return the cutting power over the time of the program, W; as logged, else of the model; None where neither is known.
 
     Of the n-th part in a row it begins with the first: each is cut as the first, without a pause.
     """
@@ -34,7 +34,7 @@ def power_log(job: PreparedCut) -> Series | None:
 
 
 def of_one_part(log: Series, seconds: float) -> Series:
-    """A log from 0 to `seconds`: what was logged before the start and behind the end belongs to no part, and the next one begins
+    """Return a log from 0 to `seconds`: what was logged before the start and behind the end belongs to no part, and the next one begins
     with its own first value (a step, not a ramp from the last one)."""
     inside = (log.time > 0.0) & (log.time < seconds)
     first, last = np.interp([0.0, seconds], log.time, log.value)
@@ -42,7 +42,7 @@ def of_one_part(log: Series, seconds: float) -> Series:
 
 
 def gap_of(log: Series) -> tuple[float, float] | None:
-    """(from, to) s of the longest stretch without a reading, where it is GAP times as long as readings are apart; else None."""
+    """Return (from, to) s of the longest stretch without a reading, where it is GAP times as long as readings are apart; else None."""
     apart = np.diff(log.time)
     if len(apart) < LEAST_READINGS or apart.max() <= GAP * np.median(apart):
         return None
@@ -51,7 +51,7 @@ def gap_of(log: Series) -> tuple[float, float] | None:
 
 
 def modelled_power(job: PreparedCut) -> Series | None:
-    """Cutting power of the force model, W: constant along each stretch of the path, nothing between two cuts."""
+    """Return the cutting power of the force model, W: constant along each stretch of the path, zero between two cuts."""
     blank = job.blank
     if not isinstance(blank, Blank) or blank.power is None or blank.pieces is None:
         return None
@@ -70,7 +70,7 @@ def modelled_power(job: PreparedCut) -> Series | None:
 
 
 def measured_share(job: PreparedCut, time: Array, row: Ints, share: Array) -> Array:
-    """Measured over modelled power (k,) at times (k,) of shares of rows; 1 where nothing was logged or the model sees no cut."""
+    """Return the measured over modelled power (k,) at times (k,) of shares of rows; 1 where nothing was logged or the model sees no cut."""
     log, blank = job.scenario.load_log, job.blank
     if log is None or not isinstance(blank, Blank) or blank.power is None or blank.pieces is None:
         return np.ones(len(time))

@@ -25,7 +25,7 @@ HELD = (
 
 
 def states_at(path: Toolpath, move: Ints, share: Array, tips: Array) -> tuple[Run, Array]:
-    """As `states_when`, at the times at which `share` (rows,) of moves (rows,) has been run."""
+    """Return the states, as `states_when`, at the times at which `share` (rows,) of moves (rows,) has been run."""
     return states_when(path, move, seconds_at(path.timing, move, share), tips)
 
 
@@ -50,14 +50,14 @@ def states_when(path: Toolpath, move: Ints, time: Array, tips: Array) -> tuple[R
 
 
 def seconds_at(timing: Timing, move: Ints, share: Array) -> Array:
-    """When `share` (n,) of the moves (n,) has been run, s."""
+    """Return the time at which `share` (n,) of the moves (n,) has been run, s."""
     place = np.searchsorted(timing.moving, move)
     length = np.diff(timing.ends, prepend=0.0)[place]
     return times_at(timing, timing.ends[place] - (1.0 - share) * length)
 
 
 def moment(path: Toolpath, move: Ints, time: Array) -> tuple[dict[str, Array], dict[str, Words]]:
-    """Columns and labels (k,) of the toolpath at times (k,) of moves (k,)."""
+    """Return the columns and labels (k,) of the toolpath at times (k,) of moves (k,)."""
     following = np.clip(np.searchsorted(path.time, time, side="left"), 0, path.n - 1)
     columns = {
         name: values[following] if name.startswith(HELD) else np.interp(time, path.time, values)
@@ -72,7 +72,7 @@ def moment(path: Toolpath, move: Ints, time: Array) -> tuple[dict[str, Array], d
 
 
 def _memory(path: Toolpath, following: Ints, time: Array) -> dict[str, Array]:
-    """Distance since a reversal and state of play (k,) between two rows, where every axis goes one way (vcmm.shop.motion.knots)."""
+    """Return the distance since a reversal and state of play (k,) between two rows, where every axis goes one way (vcmm.shop.motion.knots)."""
     out, before = {}, np.maximum(following - 1, 0)
     for letter, q in path.axes.items():
         here, name = np.interp(time, path.time, q), f"since_reversal_{letter}_{axis_unit(letter)}"
@@ -85,7 +85,7 @@ def _memory(path: Toolpath, following: Ints, time: Array) -> dict[str, Array]:
 
 
 def later_in_batch(states: Run, path: Toolpath, number: int, worn: Mapping[str, float] | None = None) -> Run:
-    """The same states while the `number`-th part in a row is cut: time, cut length of each tool and travel have gone on.
+    """Return the same states while the `number`-th part in a row is cut: time, cut length of each tool and travel have gone on.
 
     worn: what each tool adds to the cut length of its states in one part, mm; default: what the toolpath counts, the
     length of X, Y and Z. The parts follow one another without a pause, and the spindle does not cool while tools are

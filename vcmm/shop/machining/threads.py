@@ -1,15 +1,15 @@
-"""Threads that a lathe cuts: how far pitch and diameter come out wrong, and how well that is known.
+"""Threads that a lathe cuts: errors of pitch and diameter, and their uncertainty.
 
-The last pass makes the thread. At points along it the machine is asked as at any other cut (vcmm.shop.machining.contact_path), over a turn
+The last pass makes the thread. At points along it the machine is evaluated as at any other cut (vcmm.shop.machining.contact_path), over a turn
 of the spindle at each of them:
 
-    pitch       +-(e_z(s) - e_z(0)), + along the way of the tool: how much further a flank lies than the first one calls for
+    pitch       +-(e_z(s) - e_z(0)), + along the way of the tool: how much further a flank lies than the first one requires
     diameter    2 e_x, mean over the length
-    gauge       |pitch deviation| / tan(flank angle / 2), on the pitch diameter: what a nut or a go gauge feels of it; 1.732 for 60 deg
+    gauge       |pitch deviation| / tan(flank angle / 2), on the pitch diameter: the effect on a nut or a go gauge; 1.732 for 60 deg
                 (ISO 965-1:2013, virtual pitch diameter)
 
 e = error of the tool, z along the axis of the spindle, x from it to the tool. The form of the flanks is that of the insert and is
-left out, and so is the force of threading; the spindle is taken to be in step with Z, as far as the program and the errors of the machine say.
+left out, and so is the force of threading; the spindle is taken to be in step with Z, as far as the program and the errors of the machine define it.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ class CutThread:
 
     @property
     def gauge_um(self) -> float:
-        """On the pitch diameter, flanks of 60 deg."""
+        """Gauge error on the pitch diameter, flanks of 60 deg."""
         return abs(self.pitch_um) / math.tan(FLANKS / 2.0)
 
 
 def threads_of(job: PreparedCut) -> tuple[CutThread, ...]:
-    """Every thread of the program, in order; none where it cuts none."""
+    """Return every thread of the program, in order; none where it cuts none."""
     last = last_passes(job.program.moves)
     return tuple(
         _cut_thread(job, number)
@@ -71,7 +71,7 @@ def threads_of(job: PreparedCut) -> tuple[CutThread, ...]:
 
 
 def last_passes(moves: tuple[Move, ...]) -> list[int]:
-    """Numbers of the moves that cut each thread last.
+    """Return the numbers of the moves that cut each thread last.
 
     Passes that follow one another with one tool and one lead are one thread where both ends lie within two leads: infeed along the
     flank shifts where they begin, and the starts of a thread of several lie within one.
@@ -119,7 +119,7 @@ def _cut_thread(job: PreparedCut, number: int) -> CutThread:
 
 
 def uncertainty_of(side: ToolSide, operator: Array) -> Array:
-    """Standard uncertainties (K,) of operator (K, n, 3) on the errors; the scatter of a pass is common to the whole of it."""
+    """Return the standard uncertainties (K,) of operator (K, n, 3) on the errors; the scatter of a pass is common to the whole of it."""
     flat = operator.reshape(len(operator), -1)
     terms = []
     for one in side.influences():
@@ -131,13 +131,13 @@ def uncertainty_of(side: ToolSide, operator: Array) -> Array:
 
 
 def _forces(job: PreparedCut, time: Array) -> dict[str, Array]:
-    """Forces (n,) N at times (n,): those that were logged. None are computed of a thread, so that nothing bends by them."""
+    """Return logged forces (n,) N at times (n,). None are computed for a thread, so that nothing bends by them."""
     logged = {n: np.interp(time, log.time, log.value) for n, log in job.scenario.force_log.items()}
     return {name: np.zeros(len(time)) for name in FORCES} | logged
 
 
 def asked_along(job: PreparedCut, move: Ints, share: Array, feature: str, normal: Array) -> ToolSide:
-    """The machine at fractions (n,) of moves (n,), the spindle at ANGLES places in turn; then the rows of setting. All one pass.
+    """Evaluate the machine at fractions (n,) of moves (n,), the spindle at ANGLES places in turn; then the rows of setting. All one pass.
 
     normal (3,) or (n, 3): of the surface, meridian frame.
     """

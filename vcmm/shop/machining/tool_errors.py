@@ -1,9 +1,9 @@
-"""The machine tool's side of a cut: how its errors and what is known of them move the tool, row by row of a run.
+"""The machine tool's side of a cut: motion of the tool by its errors and their uncertainties, row by row of a run.
 
     moved = actual - commanded of the cutting point, less the same at the place where the work offset was set
 
-Setting the work offset on the very machine takes its error there away; that holds draw by draw, so that what is common
-cancels. Scatter while setting is part of the uncertainty of the offset, not subtracted twice.
+Setting the work offset on the same machine subtracts its error there; that holds draw by draw, so that common errors
+cancel. Scatter while setting is part of the uncertainty of the offset, not subtracted twice.
 
 Effects that are readings when measuring act on a part that is cut and measured later: a part cut warm or bent comes out
 as the measuring machine would have read it, with the sign turned (expansion, clamping); so does the scatter of a pass and
@@ -33,7 +33,7 @@ FORCES = ("force_x_N", "force_y_N", "force_z_N")
 
 
 def cutting_effects(machine: Machine) -> tuple[Machine, Machine, tuple[str, ...]]:
-    """(machine whose negative indication error moves the surface, machine whose reading does, ids that do not cut)."""
+    """Return (machine whose negative indication error moves the surface, machine whose reading does, ids that do not cut)."""
     moves = [e for e in machine.effects if e.link != "reading" or e.about.on_cut_part == "turned"]
     stated = [e for e in machine.effects if e.about.on_cut_part == "stated"]
     idle = tuple(e.id for e in machine.effects if e not in moves and e not in stated)
@@ -41,7 +41,7 @@ def cutting_effects(machine: Machine) -> tuple[Machine, Machine, tuple[str, ...]
 
 
 def needs_forces(effect: Effect) -> bool:
-    """Whether an effect follows the cutting force."""
+    """Return whether an effect follows the cutting force."""
     return bool(set(required(effect)) & set(FORCES))
 
 
@@ -73,12 +73,12 @@ class ToolSide:
 
     @property
     def parts(self) -> tuple[Machine, Machine]:
-        """What moves the tool, and what moves the finished part."""
+        """The effects that move the tool, and those that move the finished part."""
         moves, stated, _ = cutting_effects(self.machine)
         return moves, stated
 
     def errors(self, exact: bool = False) -> Array:
-        """moved (n, 3) at the estimates."""
+        """Return moved (n, 3) at the estimates."""
         moves, stated = self.parts
         total = -moves.indication_error(self.run, exact)
         if stated.effects:
@@ -86,7 +86,7 @@ class ToolSide:
         return self.zero.off_errors(self._to_frame(total)) + self.known
 
     def influences(self) -> tuple[Influence, ...]:
-        """d moved / d input (n, 3, k), setting not yet subtracted, for every Input that acts on the cut."""
+        """Return d moved / d input (n, 3, k), setting not yet subtracted, for every Input that acts on the cut."""
         moves, stated = self.parts
         out = []
         for one in self.inputs:
@@ -99,7 +99,7 @@ class ToolSide:
         return tuple(out)
 
     def _by_pass(self, one: Influence) -> Influence:
-        """Scatter of the machine drawn per pass, not per point that is looked at."""
+        """Return the scatter of the machine sampled per pass, not per evaluated point."""
         if self.passes is None or one.input.redraw != "touch" or one.input.effect != Scatter.name:
             return one
         return Influence(
@@ -108,7 +108,7 @@ class ToolSide:
         )  # fmt: skip
 
     def _by_row(self, one: Draws) -> Draws:
-        """The draws of passes as what acts on every row."""
+        """Return the draws of passes as they act on every row."""
         if self.passes is None or one.influence.input.redraw != PASS:
             return one
         rows = tuple(str(i) for i in range(self.run.n))
@@ -117,11 +117,11 @@ class ToolSide:
         return Draws(each, departures[:, :, None], departures[:, :, None])
 
     def relative(self, one: Influence) -> Influence:
-        """The influence less that in the row of setting, where both are one draw."""
+        """Return the influence less that in the row of setting, where both are one draw."""
         return replace(one, response=self.zero.off_response(one.response, one.codes))
 
     def products(self, given: Sequence[Influence]) -> tuple[Product, ...]:
-        """Second-order terms (n, 3) of moved, by what is multiplied among the `given` influences."""
+        """Return second-order terms (n, 3) of moved, by the products among the `given` influences."""
         moves, stated = self.parts
         out = []
         for machine, sign in ((moves, -1.0), (stated, 1.0)):
@@ -136,7 +136,7 @@ class ToolSide:
         return tuple(out)
 
     def exact(self, drawn: Sequence[Draws]) -> Array:
-        """moved (m, n, 3) in every trial, transforms multiplied; the Draws carry influences of this run."""
+        """Return moved (m, n, 3) in every trial, transforms multiplied; the Draws carry influences of this run."""
         moves, stated = self.parts
         quiet = [self.zero.quiet(self._by_row(d)) for d in drawn]
         total = -exact_errors(moves, self.run, quiet)
@@ -145,7 +145,7 @@ class ToolSide:
         return self.zero.off_errors(self._to_frame(total)) + self.known
 
     def in_workpiece(self, vectors: Array, row: Ints) -> Array:
-        """Vectors (k, 3) of the frame of the contacts in rows (k,), in workpiece axes: `_to_frame` undone."""
+        """Return vectors (k, 3) of the frame of the contacts in rows (k,), in workpiece axes: `_to_frame` undone."""
         if self.phi is None:
             return vectors
         c, s = np.cos(self.phi[row]), np.sin(self.phi[row])
@@ -153,7 +153,7 @@ class ToolSide:
         return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
 
     def _to_frame(self, vectors: Array) -> Array:
-        """Vectors (..., n, 3) of workpiece axes in the frame in which errors are wanted."""
+        """Return vectors (..., n, 3) of workpiece axes in the frame in which errors are wanted."""
         if self.phi is None:
             return vectors
         c, s = np.cos(self.phi), np.sin(self.phi)

@@ -1,10 +1,10 @@
-"""What a program itself probes: how far its path follows when a touch reads further, and what the machine errs by at each touch.
+"""Touches of a program: the shift of its path when a touch reads further, and the errors of the machine at each touch.
 
 A probe answers where ball and surface meet. With an error e of the tip there (actual - commanded) the axes then read
 
     d = -(e . n) / (a . n)
 
-further along the way a of the probing move, n the outward normal of the surface. What the program makes of it (a work offset, a
+further along the way a of the probing move, n the outward normal of the surface. The result of the program (a work offset, a
 tool length, a mean of two touches, a turned frame) is not looked up in its text: the program is read again with each touch reading
 STEP further, and once more with the zeros of the set-up shifted, and the moves are compared. So
 
@@ -55,7 +55,7 @@ class GrowingArc:
     growth: Array
 
     def at(self, share: Array) -> Array:
-        """How far (n, 3, K) its path moves from its centre at fractions (n,) of it."""
+        """Return how far (n, 3, K) its path moves from its centre at fractions (n,) of it."""
         angle = self.first + share * self.sweep
         out = np.zeros((len(share), 3, len(self.growth)))
         out[:, self.axes[0]] = np.cos(angle)[:, None] * self.growth
@@ -85,7 +85,7 @@ class TouchedZero:
         return np.asarray(normal / np.einsum("ki,ki->k", way, normal)[:, None])
 
     def at(self, move: np.typing.NDArray[np.intp], share: Array) -> Array:
-        """Weights (n, 3, K) at fractions (n,) of the moves (n,)."""
+        """Return weights (n, 3, K) at fractions (n,) of the moves (n,)."""
         first, last = self.weight[move, 0], self.weight[move, 1]
         out = np.asarray(first + share[:, None, None] * (last - first))
         for number, arc in self.arcs.items():
@@ -95,7 +95,7 @@ class TouchedZero:
 
 
 def touched_zero(scenario: CutScenario, text: str, program: Program) -> TouchedZero | None:
-    """What the program rests on of what it probed; None where it probes nothing. Raises ModelLimit for what is not modelled."""
+    """Return the dependence of the program on its touches; None where it probes nothing. Raises ModelLimit for what is not modelled."""
     if not program.touches:
         return None
     _check(scenario, program)
@@ -132,7 +132,7 @@ def _ball(setup: Setup, touch: ProbeContact) -> float:
 
 
 def _shift_zeros(setup: Setup, axis: int) -> Setup:
-    """All zeros of the set-up STEP further along an axis; what is touched stays where it is."""
+    """Return the set-up with all zeros STEP further along an axis; touched values do not move."""
     by = tuple(STEP * (i == axis) for i in range(3))
     names = {"G54", *setup.offsets}
     old = {name: setup.offsets.get(name, (0.0, 0.0, 0.0)) for name in names}
@@ -149,7 +149,7 @@ def _same_way(program: Program, again: Program, name: str) -> None:
 
 
 def _zero_sensitivity(program: Program, again: Program) -> Array:
-    """(m, 2, 3) start and end of every move of `again` less those of `program`, per STEP; arcs go with their centres."""
+    """Return start and end of every move of `again` less those of `program`, per STEP (m, 2, 3); arcs go with their centres."""
     one, two = (np.array([_ends(m) for m in p.moves]) for p in (program, again))
     out = (two - one) / STEP
     out[np.abs(out) < ROUNDING] = 0.0
@@ -157,7 +157,7 @@ def _zero_sensitivity(program: Program, again: Program) -> Array:
 
 
 def _growing(program: Program, further: Sequence[Program]) -> dict[int, GrowingArc]:
-    """The arcs whose radius follows a touch."""
+    """Return the arcs whose radius follows a touch."""
     out = {}
     for k, move in enumerate(program.moves):
         if move.centre is None:
@@ -184,7 +184,7 @@ def _ends(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, f
 
 
 def _follows_hand_zero(program: Program, shift: Array, follows: Bools, name: str) -> Bools:
-    """Whether each axis of each move rests on a zero that was set by hand (m, 3): it goes with the zero of the set-up, shift (m, 3, 3) =
+    """Return whether each axis of each move rests on a zero that was set by hand (m, 3): it goes with the zero of the set-up, shift (m, 3, 3) =
     d end / d zero, or follows (m, 3) nothing that was probed, as where the program types its zero.
     """
     whole = np.abs(shift - np.eye(3)) < ROUNDING
@@ -215,7 +215,7 @@ def _moves_of(program: Program) -> tuple[int, ...]:
 
 
 def with_scatter(scenario: CutScenario, touched: TouchedZero | None) -> CutScenario:
-    """The scenario with an Input for the scatter of each touch. Raises UsageError where a tool is said to scatter that does not probe."""
+    """Return the scenario with an Input for the scatter of each touch. Raises UsageError where scatter is stated for a tool that does not probe."""
     known = {} if touched is None else {t.tool for t in touched.touches}
     idle = next((tool for tool in scenario.touch_scatter if tool not in known), None)
     if idle is not None:
@@ -240,7 +240,7 @@ def with_scatter(scenario: CutScenario, touched: TouchedZero | None) -> CutScena
 
 
 def _check(scenario: CutScenario, program: Program) -> None:
-    """What is not simulated of programs that probe."""
+    """Refuse features of programs that probe which are not simulated."""
     name, line = scenario.program, program.touches[0].line
     turned = next((t for t in program.touches if any(t.rotary)), None)
     if turns_with(scenario.setup, program):

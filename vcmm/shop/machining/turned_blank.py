@@ -1,4 +1,4 @@
-"""The bar in a lathe: its meridian as it is turned, rapids that run through it, and the forces that follow from the chip.
+"""The bar in a lathe: its meridian during turning, rapids that run through it, and the forces that follow from the chip.
 
 The outside and the bore are kept as radii at places along Z. A move that removes the area dA of the meridian over the length
 L takes a chip of cross-section S = dA f / L, f = feed per turn. With the length b of edge at work (arc of the nose, then
@@ -8,7 +8,8 @@ straight) the mean thickness is h = S / b, the equivalent chip thickness of Woxe
 
 along the cut. Across the edge acts thrust x Fc, square to the chord of the edge at work (Colwell, Trans. ASME 76 (1954) 199):
 away from the surface, and against the feed. A move towards the work, square to the axis within CLEARANCE, faces: the edge beside the nose
-takes what stands before the shoulder up to its free end, DISC wide at most; a wider ring stays, and a rapid through it is one. The thrust is not in Kienzle's table; where the set-up states no thrust_ratio the
+removes the material before the shoulder up to its free end, DISC wide at most; a wider ring stays, and a rapid through it is one. The
+thrust is not in Kienzle's table; where the set-up states no thrust_ratio the
 workshop rule Fc : Fp : Ff = 5 : 2 : 1 is taken, 0.45. Good to tens of percent; deviations never come from the bar itself.
 """
 
@@ -46,7 +47,7 @@ class Profile:
 
     @property
     def volume(self) -> float:
-        """mm^3."""
+        """Volume in mm^3."""
         left = np.maximum(self.outer**2 - self.inner**2, 0.0)
         return float(np.pi * np.trapezoid(left, self.z))
 
@@ -109,8 +110,8 @@ def _bar(bar: Bar, turning: Turning, zero: float) -> Profile:
 class NoseStretch:
     """A straight stretch of a nose of radius r: its centre from start to end, (radius, z), mm; i: its number in the paths.
 
-    edge: from where to where along Z, from the centre, a straight edge of the same height stands beside it (a groove tool).
-    bore: it cuts the inside. faces: the side, +1 or -1 along Z, on which an edge takes what stands before the nose; 0: none.
+    edge: the range along Z, from the centre, of a straight edge of the same height beside it (a groove tool).
+    bore: it cuts the inside. faces: the side, +1 or -1 along Z, on which an edge removes the material before the nose; 0: none.
     """
 
     i: int
@@ -136,7 +137,7 @@ def _stretch(setup: Setup, move: Move, turning: Turning, i: int) -> NoseStretch:
 
 @dataclass(frozen=True)
 class Bite:
-    """What one straight stretch takes away: mm^2 of the meridian, greatest depth mm, length of path at work mm.
+    """Material removed by one straight stretch: mm^2 of the meridian, greatest depth mm, length of path at work mm.
 
     side: +1 where the finished surface lies to the side (-dz, dx) of the way (dx, dz), -1 on the other, 0 on both or none.
     """
@@ -148,7 +149,7 @@ class Bite:
 
 
 def _cut(z: Array, outer: Array, inner: Array, turning: Turning, path: NoseStretch) -> Bite:
-    """One straight stretch cuts the radii in place."""
+    """Cut the radii in place by one straight stretch."""
     low, high = _reach(z, path)
     hit = (low <= high) & (outer > inner)
     before = inner.copy() if path.bore else outer.copy()
@@ -170,7 +171,7 @@ def _cut(z: Array, outer: Array, inner: Array, turning: Turning, path: NoseStret
 
 
 def _face(z: Array, outer: Array, inner: Array, path: NoseStretch) -> None:
-    """The edge beside the nose takes what stands before a shoulder, in place, where its free end is no further than DISC."""
+    """Remove with the edge beside the nose the material before a shoulder, in place, where its free end is no further than DISC."""
     away = np.flatnonzero((z - path.end[1]) * path.faces >= 0.0)
     away = away if path.faces > 0 else away[::-1]
     reach = path.end[0] + (path.r if path.bore else -path.r)
@@ -189,7 +190,7 @@ def _face(z: Array, outer: Array, inner: Array, path: NoseStretch) -> None:
 
 
 def _fall_off(z: Array, outer: Array, inner: Array) -> None:
-    """What a facing cut severs goes, in place: a nose of 0.4 mm sweeps 0.8 mm of an allowance of 1 mm, its edge the rest.
+    """Drop the material that a facing cut severs, in place: a nose of 0.4 mm sweeps 0.8 mm of an allowance of 1 mm, its edge the rest.
 
     The bar is held at its lower end. A longer piece is a part that was parted off, and stays in the picture.
     """
@@ -203,7 +204,7 @@ def _fall_off(z: Array, outer: Array, inner: Array) -> None:
 
 
 def _finished_side(z: Array, outer: Array, inner: Array, turning: Turning, i: int, way: Array) -> float:
-    """On which side of a stretch the bar is still there, just out of reach of the nose."""
+    """Return the side of a stretch on which the bar remains, just out of reach of the nose."""
     t = np.linspace(0.0, 1.0, LOOKS)[:, None]
     centre = turning.paths.start[i] + t * (turning.paths.end[i] - turning.paths.start[i])
     beside = np.array([-way[1], way[0]]) * (turning.paths.r[i] + OUT_OF_REACH)
@@ -216,7 +217,7 @@ def _finished_side(z: Array, outer: Array, inner: Array, turning: Turning, i: in
 
 
 def _reach(z: Array, path: NoseStretch) -> tuple[Array, Array]:
-    """Lowest and highest radius (n,) that a stretch reaches at places z (n,); inf and -inf beside it."""
+    """Return the lowest and highest radius (n,) that a stretch reaches at places z (n,); inf and -inf beside it."""
     low, high = np.full(len(z), np.inf), np.full(len(z), -np.inf)
     for shift in dict.fromkeys(path.edge):
         one = _nose_reach(z, path.start + [0.0, shift], path.end + [0.0, shift], path.r)
@@ -228,7 +229,7 @@ def _reach(z: Array, path: NoseStretch) -> tuple[Array, Array]:
 
 
 def _edge_reach(z: Array, path: NoseStretch) -> tuple[Array, Array]:
-    """The same of the straight edge between the corners of a groove tool: z lies under it over a share of the way."""
+    """Return the reach of the straight edge between the corners of a groove tool: z lies under it over a share of the way."""
     dx, dz = path.end - path.start
     first, last = z - path.start[1] - path.edge[1], z - path.start[1] - path.edge[0]
     if abs(dz) > 1e-12:
@@ -246,7 +247,7 @@ def _edge_reach(z: Array, path: NoseStretch) -> tuple[Array, Array]:
 
 
 def _nose_reach(z: Array, a: Array, b: Array, r: float) -> tuple[Array, Array]:
-    """The same of a circle of radius r whose centre goes from a to b."""
+    """Return the reach of a circle of radius r whose centre goes from a to b."""
     low, high = np.full(len(z), np.inf), np.full(len(z), -np.inf)
     for c in (a, b):
         square = r * r - (z - c[1]) ** 2
@@ -272,7 +273,7 @@ def _nose_reach(z: Array, a: Array, b: Array, r: float) -> tuple[Array, Array]:
 def _forces(
     setup: Setup, moves: list[Move], turning: Turning, area: Array, worked: Array, side: Array
 ) -> Array:
-    """Mean force of the part on the insert (rows, 3) N while each move cuts: x away from the axis, y along the cut, z."""
+    """Return the mean force of the part on the insert (rows, 3) N while each move cuts: x away from the axis, y along the cut, z."""
     from vcmm.shop.cutting.sweeps import lengths, position
 
     assert setup.bar is not None
@@ -299,7 +300,7 @@ def _forces(
 
 
 def mesh(profile: Profile, every: int = 1) -> tuple[Array, Array]:
-    """Vertices (v, 3) mm and triangles (f, 3) of what is left of the bar, outward; machine axes."""
+    """Return vertices (v, 3) mm and triangles (f, 3) of the remaining bar, outward; machine axes."""
     keep = np.flatnonzero(profile.outer > profile.inner + 1e-9)
     if len(keep) < 2:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
@@ -321,7 +322,7 @@ def mesh(profile: Profile, every: int = 1) -> tuple[Array, Array]:
 
 
 def _corners(z: Array, r: Array, every: int) -> Array:
-    """(radius, z) of the profile without the points that lie on a straight line, or each `every`-th of curves."""
+    """Return (radius, z) of the profile without the points that lie on a straight line, or each `every`-th of curves."""
     bend = np.abs(np.diff(r, 2)) > 1e-7
     wanted = np.zeros(len(z), dtype=bool)
     wanted[[0, -1]] = True
@@ -333,7 +334,7 @@ def _corners(z: Array, r: Array, every: int) -> Array:
 
 
 def write_turned_stl(profile: Profile, path: str | Path) -> None:
-    """Binary STL of what is left of the bar, mm."""
+    """Write a binary STL of the remaining bar, mm."""
     import trimesh
 
     vertices, faces = mesh(profile)

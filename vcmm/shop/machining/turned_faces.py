@@ -1,7 +1,7 @@
 """Faces of a turned part: rings about the axis of the spindle, where the plan and the pictures of a milled face have a grid.
 
-A face is drawn as a plane whose point lies on the axis; its size is the outer diameter. Where its inner edge is, the program
-says: the face reaches as far inwards as the program leaves it within a tenth of a millimetre.
+A face is drawn as a plane whose point lies on the axis; its size is the outer diameter. Its inner edge follows from the program:
+the face reaches as far inwards as the program leaves it within a tenth of a millimetre.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ INSIDE = 0.1  # share of the width of the face that is kept from its edges
 
 
 def is_face(feature: Feature, pose: Pose, turning: Turning) -> bool:
-    """A plane square to the spindle with its point on the axis."""
+    """Return whether a feature is a plane square to the spindle with its point on the axis."""
     if feature.kind != "plane":
         return False
     at, axis = pose.apply(feature.point), pose.turn(feature.axis)
@@ -34,7 +34,7 @@ def is_face(feature: Feature, pose: Pose, turning: Turning) -> bool:
 
 
 def about_spindle(feature: Feature, pose: Pose, turning: Turning) -> bool:
-    """A face, or a feature of revolution whose axis is that of the spindle."""
+    """Return whether a feature is a face, or a feature of revolution whose axis is that of the spindle."""
     if feature.kind == "plane":
         return is_face(feature, pose, turning)
     at = pose.apply(feature.point)
@@ -45,7 +45,7 @@ def about_spindle(feature: Feature, pose: Pose, turning: Turning) -> bool:
 
 
 def radii(feature: Feature, pose: Pose, turning: Turning) -> tuple[float, float]:
-    """Inner and outer radius of a face, mm."""
+    """Return the inner and outer radius of a face, mm."""
     outer = min(feature.extent) / 2.0
     r = np.linspace(0.0, 1.0, LOOKS)[1:] * outer * (1 - MARGIN)
     points = _on(feature, np.zeros(len(r)), r)
@@ -62,13 +62,13 @@ def radii(feature: Feature, pose: Pose, turning: Turning) -> tuple[float, float]
         return 0.0, outer
     fillet = np.sqrt(
         2.0 * max(tool.radius for tool in turning.sweep.tools) * FILLET
-    )  # what is left of it from there
+    )  # the remainder from there
     edge = float(r[missing[-1]])
     return min(edge + float(fillet), 0.5 * (edge + outer)), outer
 
 
 def _on(feature: Feature, angle: Array, radius: Array) -> Array:
-    """Points of the plane at angles and radii about its point."""
+    """Return the points of the plane at angles and radii about its point."""
     u, v, _ = frame(feature)
     return np.asarray(
         feature.point + (radius * np.cos(angle))[:, None] * u + (radius * np.sin(angle))[:, None] * v
@@ -76,7 +76,7 @@ def _on(feature: Feature, angle: Array, radius: Array) -> Array:
 
 
 def with_faces(scenario: CutScenario, pose: Pose, turning: Turning) -> CutScenario:
-    """The scenario with the usual points of its features, rings on its faces; as it is where it has a plan."""
+    """Return the scenario with the usual points of its features, rings on its faces; as it is where it has a plan."""
     if scenario.plan is not None or scenario.inspection.kind != IDEAL:
         return scenario
     plan = gauge_plan(scenario.part, None)
@@ -98,7 +98,7 @@ def _ring_points(inner: float, outer: float, feature: Feature) -> Array:
 
 
 def turned_net(feature: Feature, across: int, pose: Pose, turning: Turning) -> Net | None:
-    """As `maps.net`, but in rings on a face, and without the fillets that the nose leaves at the ends."""
+    """Return a net as `maps.net` does, but in rings on a face, and without the fillets that the nose leaves at the ends."""
     if feature.kind in ("cylinder", "cone"):
         return _round_net(feature, across, turning)
     if not is_face(feature, pose, turning):

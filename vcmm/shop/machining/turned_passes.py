@@ -1,4 +1,4 @@
-"""A turned surface asked with many more passes of the nose: as a check of its candidates, and for a ball that rolls on it.
+"""A turned surface evaluated with many more passes of the nose, to check its candidates, and for a ball that rolls on it.
 
 Rolling: in the section of the point the ball is a circle that rests on the crests between the passes (ISO 16610-41, as
 vcmm.shop.cutting.stylus); that the groove winds round the part by f / 2 pi per rad is nothing over the width of a contact.
@@ -23,7 +23,7 @@ AT_ONCE = 50  # points
 
 
 def with_all_passes(turning: Turning, surface: TurnedSurface) -> TurnedSurface:
-    """The surface with every pass of TURNS turns before and after its contacts as a candidate."""
+    """Return the surface with every pass of TURNS turns before and after its contacts as a candidate."""
     times = _around(turning, surface, TURNS)
     every = passes_at(turning, times, surface.flat, surface.flat_normals)
     passes = every.take(every.order())
@@ -36,7 +36,7 @@ def with_all_passes(turning: Turning, surface: TurnedSurface) -> TurnedSurface:
 
 
 def _around(turning: Turning, surface: TurnedSurface, turns: int) -> Array:
-    """Times (n, Q) of the passes around every contact of each point, and the contacts themselves."""
+    """Return the times (n, Q) of the passes around every contact of each point, and the contacts themselves."""
     k = surface.time.shape[1]
     there = np.where(np.isfinite(surface.time), surface.time, surface.time[:, :1])
     passes = [turning.spindle.passes(there[:, i], surface.phi, turns) for i in range(k)]
@@ -46,7 +46,7 @@ def _around(turning: Turning, surface: TurnedSurface, turns: int) -> Array:
 
 
 def crest_lift(turning: Turning, surface: TurnedSurface, mine: Ints, radius: float) -> Array:
-    """How much higher (m,) mm than the surface in the points `mine` a ball of `radius` rests on the crests beside them."""
+    """Return how much higher (m,) mm than the surface in the points `mine` a ball of `radius` rests on the crests beside them."""
     parts = [surface.take(mine[i : i + AT_ONCE]) for i in range(0, len(mine), AT_ONCE)]
     return np.concatenate([_crest_lift(turning, part, radius) for part in parts])
 
@@ -64,7 +64,7 @@ def _crest_lift(turning: Turning, surface: TurnedSurface, radius: float) -> Arra
     r[known] = nose.nose_radius(turning.sweep)[row[known]]
 
     def lift(a: Array) -> Array:
-        """Height (m, A) at which the ball would rest if it touched over offsets a (m, A)."""
+        """Return the height (m, A) at which the ball would rest if it touched over offsets a (m, A)."""
         at = p[:, None] + a[..., None] * across[:, None]
         s = nose.entry(at[:, :, None] - centre[:, None], n[:, None, None], r[:, None]).min(axis=-1)
         return np.where(np.isfinite(s), s, -np.inf) - (radius - np.sqrt(np.maximum(radius**2 - a * a, 0.0)))

@@ -27,7 +27,7 @@ from vcmm.shop.machining.spindle import TURN, Spindle, moves_at, spindle_of
 from vcmm.shop.machining.states import seconds_at
 from vcmm.shop.motion.toolpath import Toolpath
 
-SEEDS, EACH = 4, 2  # moves that are asked for passes, passes before and after the place of contact
+SEEDS, EACH = 4, 2  # moves whose passes are evaluated, passes before and after the place of contact
 MOST_PASSES = 6  # passes that may cut a point
 BAND = 0.05  # mm: a pass that leaves more above the deepest is no candidate
 FLAT = 1e-6  # mm, of the tip from the plane of the spindle
@@ -57,7 +57,7 @@ class Turning:
     notes: tuple[str, ...]
 
     def section(self, points: Array, normals: Array) -> tuple[Array, Array, Array]:
-        """Points and normals (n, 3) of the workpiece turned into the plane y = 0, and their angles (n,), 0 to 2 pi."""
+        """Return the points and normals (n, 3) of the workpiece turned into the plane y = 0, and their angles (n,), 0 to 2 pi."""
         arm = points - np.array([*self.centre, 0.0])
         phi = np.mod(np.arctan2(arm[:, 1], arm[:, 0]), TURN)
         middle = np.hypot(arm[:, 0], arm[:, 1]) == 0.0
@@ -66,7 +66,7 @@ class Turning:
         return flat_points, flat_normals, np.where(middle, np.mod(across, TURN), phi)
 
     def position_c(self, phi: Array) -> Array:
-        """Position of axis C at which the tool passes phi, within its travel where that is a turn wide."""
+        """Return the position of axis C at which the tool passes phi, within its travel where that is a turn wide."""
         return self.lowest + np.mod(phi - self.lowest, TURN)
 
 
@@ -86,7 +86,7 @@ class TurnedSurface(CutSurface):
 
 
 def turning_of(scenario: CutScenario, program: Program, path: Toolpath) -> Turning:
-    """The program in the meridian. Raises UsageError and ModelLimit for what cannot be turned."""
+    """Return the program in the meridian. Raises UsageError and ModelLimit for what cannot be turned."""
     tools = {n: t for n, t in scenario.setup.tools.items() if t.shape == "turning"}
     driven = [n for n, t in scenario.setup.tools.items() if t.driven is not None]
     spindle = scenario.work_spindle
@@ -121,7 +121,7 @@ def turning_of(scenario: CutScenario, program: Program, path: Toolpath) -> Turni
 
 
 def spindle_axis(machine: Machine) -> Array:
-    """x and y of the axis of the spindle (2,), machine frame: the centre of axis C, else the origin."""
+    """Return x and y of the axis of the spindle (2,), machine frame: the centre of axis C, else the origin."""
     if "C" in machine.chain.tool:
         raise ModelLimit(
             f"structure {machine.chain.structure}: axis C carries the tool; a lathe has its spindle on the workpiece side, for "
@@ -133,7 +133,7 @@ def spindle_axis(machine: Machine) -> Array:
 def _cutting_moves(
     program: Program, tools: dict[int, Tool], driven: Collection[int], first: int, spindle: int
 ) -> tuple[list[int], list[str]]:
-    """Moves whose nose is followed, and what is said of the others; not the way from where the machine happens to stand."""
+    """Return the moves whose nose is followed, and remarks on the others; not the way from the unknown start position."""
     kept: list[int] = []
     threads: list[int] = []
     others: dict[int, int] = {}
@@ -161,7 +161,7 @@ def _cutting_moves(
 
 
 def in_other_spindles(program: Program, spindle: int) -> list[str]:
-    """What is said of the cuts on parts in other spindles."""
+    """Return the remarks on the cuts on parts in other spindles."""
     lines: dict[int, list[int]] = {}
     for m in program.moves:
         if m.work_spindle != spindle and m.kind not in ("rapid", "dwell"):
@@ -174,14 +174,14 @@ def in_other_spindles(program: Program, spindle: int) -> list[str]:
 
 
 def _check_moves(moves: list[Move], centre: Array) -> None:
-    """A nose that cuts stands in the plane of the spindle axis, beside the axis, while the spindle turns."""
+    """Check that a nose that cuts is in the plane of the spindle axis, beside the axis, while the spindle turns."""
     for m in moves:
         if m.kind == "rapid":
             continue
         line = m.source.line
         if not m.spindle:
             raise UsageError(
-                f"line {line} turns while the spindle stands still; add M3 S... (or G96) before it"
+                f"line {line} turns the part while the spindle does not turn; add M3 S... (or G96) before it"
             )
         if m.plane != "ZX" and m.centre is not None:
             raise ModelLimit(
@@ -189,7 +189,7 @@ def _check_moves(moves: list[Move], centre: Array) -> None:
             )
         if max(abs(p[1] - centre[1]) for p in (m.start, m.end)) > FLAT:
             raise ModelLimit(
-                f"line {line}: the tip stands {m.end[1] - centre[1]:.6g} mm beside the plane of the spindle axis; turning is "
+                f"line {line}: the tip is {m.end[1] - centre[1]:.6g} mm beside the plane of the spindle axis; turning is "
                 "computed at centre height. Leave offset_y of the tool out and state its height as u_offset_y or by the effect "
                 "tool_offset"
             )
@@ -201,7 +201,7 @@ def _check_moves(moves: list[Move], centre: Array) -> None:
 
 
 def _in_meridian(sweep: Sweep, to_tip: Array, centre: Array) -> Sweep:
-    """The path of the tip as that of the nose: its point nearest to the axis, spindle axis at radius zero."""
+    """Return the path of the tip as that of the nose: its point nearest to the axis, spindle axis at radius zero."""
     r = nose.nose_radius(sweep)
     shift = np.zeros((len(sweep), 3))
     shift[:, 0], shift[:, 2] = -to_tip[:, 0] * r - r - centre[0], -to_tip[:, 1] * r
@@ -215,7 +215,7 @@ def _in_meridian(sweep: Sweep, to_tip: Array, centre: Array) -> Sweep:
 def turned_surface(
     turning: Turning, points: Array, normals: Array, depth: float, deepest: float, height: float
 ) -> TurnedSurface:
-    """The surface at points of the workpiece (n, 3): as swept moves say, then pass by pass."""
+    """Return the surface at points of the workpiece (n, 3): by swept moves first, then pass by pass."""
     flat, out, phi = turning.section(points, normals)
     seeds = nose.removed_by(
         flat, out, path=turning.paths, depth=depth, height=height, band=0.1, candidates=SEEDS
@@ -258,7 +258,7 @@ def turned_surface(
 
 
 def _passes(turning: Turning, seeds: CutSurface, phi: Array, each: int) -> tuple[Array, Array]:
-    """Times (n, Q) of the passes around every contact of the swept moves, nan where there is none, and the normals there."""
+    """Return the times (n, Q) of the passes around every contact of the swept moves, nan where there is none, and the normals there."""
     count, k = seeds.row.shape
     point, seed = np.nonzero(seeds.row >= 0)
     row, t = seeds.row[point, seed], seeds.t[point, seed]
@@ -280,7 +280,7 @@ def _passes(turning: Turning, seeds: CutSurface, phi: Array, each: int) -> tuple
 
 
 def _unit(arm: Array) -> Array:
-    """Vectors (n, 2) of the section as unit vectors (n, 3)."""
+    """Return vectors (n, 2) of the section as unit vectors (n, 3)."""
     size = np.hypot(arm[:, 0], arm[:, 1])
     flat = arm / np.where(size > 0, size, 1.0)[:, None]
     return np.stack([flat[:, 0], np.zeros(len(flat)), flat[:, 1]], axis=1)
@@ -296,7 +296,7 @@ class Passes:
     height: Array
 
     def order(self) -> Ints:
-        """The deepest first (n, Q)."""
+        """Return the order of the passes, the deepest first (n, Q)."""
         return np.argsort(self.height, axis=1)
 
     def take(self, order: Ints) -> Passes:
@@ -309,7 +309,7 @@ class Passes:
 
 
 def passes_at(turning: Turning, times: Array, points: Array, normals: Array) -> Passes:
-    """Where rays from flat points (n, 3) meet the nose as it stands at times (n, Q), nan = none."""
+    """Return where rays from flat points (n, 3) meet the nose at times (n, Q), nan = none."""
     row = np.full(times.shape, -1, dtype=np.intp)
     t, s = np.zeros(times.shape), np.full(times.shape, np.inf)
     point, at = np.nonzero(np.isfinite(times))
@@ -324,7 +324,7 @@ def passes_at(turning: Turning, times: Array, points: Array, normals: Array) -> 
 
 
 def backs(turning: Turning, surface: TurnedSurface, features: np.typing.NDArray[np.str_]) -> list[str]:
-    """Features that the nose would have to cut with its back: further than 75 deg from where its tip points."""
+    """Return remarks on features that the nose would have to cut with its back: further than 75 deg from where its tip points."""
     row = surface.row[:, 0]
     tip = turning.to_tip[np.maximum(row, 0)]
     size = np.hypot(tip[:, 0], tip[:, 1])

@@ -1,13 +1,13 @@
-"""Turning: what the steps of vcmm.shop.machining.contact_path mean on a lathe.
+"""Turning: the steps of vcmm.shop.machining.contact_path on a lathe.
 
-Everything stands in the meridian frame of the pass: x from the spindle axis to the tool, y square to both, z along the axis.
+Everything is in the meridian frame of the pass: x from the spindle axis to the tool, y square to both, z along the axis.
 It turns with the angle C of the spindle, so that errors which the machine states in axes of the workpiece are turned back by
 C. An error e of the tool moves the surface along n by (N . e) / (N . n); a radial one counts twice in a diameter. An error
 e_y square to the section (height of the tool) makes a point at the radius rho come out at sqrt((rho + e_x)^2 + e_y^2): of
-second order, e_y^2 / 2 rho, but for the middle of a face. What it does to the angle of the contact is left out.
+second order, e_y^2 / 2 rho, but for the middle of a face. Its effect on the angle of the contact is left out.
 
-Tools and offsets were set by a trial cut: what the machine errs by at the place of setting, as the mean over a turn of the
-spindle, is taken off draw by draw.
+Tools and offsets were set by a trial cut: the machine's errors at the place of setting, as the mean over a turn of the
+spindle, are subtracted draw by draw.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from vcmm.task.measuring.settings import Settings
 
 STEP = 1e-3  # of a move, to either side, for its direction
 ANGLES = 12  # of the spindle, over which the errors at the place of setting are averaged
-EXACT_TRIALS = 2000  # where no engine is asked for: interval ends to about 3 % of U
+EXACT_TRIALS = 2000  # where no engine is requested: interval ends to about 3 % of U
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class NoseCircles:
     rho: Array
 
     def entry(self, shift: Array, normal: Array) -> Array:
-        """Where the rays from the points along normal (P, 3) meet noses moved by shift (..., P, K, 3), (..., P, K)."""
+        """Return where the rays from the points along normal (P, 3) meet noses moved by shift (..., P, K, 3), (..., P, K)."""
         rho = self.rho[:, None]
         out = np.hypot(rho + shift[..., 0], shift[..., 1]) - rho
         moved = np.stack([self.arm[..., 0] - out, self.arm[..., 1] - shift[..., 2]], axis=-1)
@@ -69,7 +69,7 @@ class NoseCircles:
 
 @dataclass(frozen=True, eq=False)
 class TurningProcess(Process):
-    """turning: the program in the meridian half plane."""
+    """Process of turning. turning: the program in the meridian half plane."""
 
     turning: Turning
     each_tool_set = True
@@ -86,7 +86,7 @@ class TurningProcess(Process):
         return surface.flat + np.array([*self.turning.centre, 0.0]), surface.flat_normals
 
     def candidates(self, job: PreparedCut, surface: CutSurface) -> CutCandidates:
-        """The passes of the nose that the surface holds; tip: the imaginary one of the insert, machine axes."""
+        """Return the passes of the nose that the surface holds; tip: the imaginary one of the insert, machine axes."""
         known, tip = surface.row >= 0, np.zeros((*surface.row.shape, 3))
         row, share = surface.row[known], surface.t[known]
         centre = nose.noses(self.sweep, row, share)
@@ -112,7 +112,7 @@ class TurningProcess(Process):
         return turned_net(feature, across, job.pose, self.turning)
 
     def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
-        """Axis C stands where the tool passes the section of the point."""
+        """Return the states with axis C at the angle at which the tool passes the section of the point."""
         time = _as_turned(rows.surface).time[rows.point, rows.candidate]
         states, known = states_when(job.path, self.sweep.move[rows.row], time, rows.tip)
         cut = np.interp(time, job.path.time, chip_length(job.path, self.turning.centre))
@@ -123,11 +123,11 @@ class TurningProcess(Process):
         return states.with_columns({"cut_length_mm": cut}), known
 
     def _phi(self, rows: ContactRows) -> Array:
-        """Angle (rows,) by which workpiece axes are turned from the section: none where the spindle is no axis."""
+        """Return the angle (rows,) by which workpiece axes are turned from the section: zero where the spindle is no axis."""
         return _as_turned(rows.surface).phi[rows.point] if self.turning.rotary else np.zeros(len(rows.point))
 
     def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
-        """In axes of the workpiece: normal, place in the part, way from the tip to the centre of the nose."""
+        """Return the columns in axes of the workpiece: normal, place in the part, way from the tip to the centre of the nose."""
         phi, to_tip = self._phi(rows), self.turning.to_tip[rows.row]
         centre = np.array([*self.turning.centre, 0.0])
         place = turned_by(rows.at - centre, phi) + centre - job.pose.shift
@@ -138,7 +138,7 @@ class TurningProcess(Process):
         )
 
     def fed_in_part(self, job: PreparedCut) -> Mapping[str, float]:
-        """Wear of a lathe goes by the length of the chips."""
+        """Return the feed length: wear of a lathe goes by the length of the chips."""
         return by_tool(job.path, chip_length(job.path, self.turning.centre))
 
     def force(self, job: PreparedCut, rows: ContactRows, forces: Array) -> Array:
@@ -165,12 +165,12 @@ class TurningProcess(Process):
 
     def why_fixed(self, job: PreparedCut) -> str:
         return (
-            "vcmm place cannot move a turned part: it lies on the axis of the spindle. How far it stands out of the chuck is the work "
+            "vcmm place cannot move a turned part: it lies on the axis of the spindle. How far it protrudes from the chuck is the work "
             "offset in Z; change it in the set-up and run vcmm cut again"
         )
 
     def engine(self, settings: Settings) -> tuple[Settings, tuple[str, ...]]:
-        """By exact trials: feed marks move along with the errors, which the linear model does not follow."""
+        """Return settings of exact trials: feed marks move along with the errors, which the linear model does not follow."""
         if settings.engine != "auto":
             return settings, ()
         trials = min(settings.trials, EXACT_TRIALS)
@@ -192,14 +192,14 @@ def _as_turned(surface: CutSurface) -> TurnedSurface:
 
 
 def turned_by(vectors: Array, phi: Array) -> Array:
-    """Vectors (n, 3) turned by phi (n,) about z."""
+    """Return the vectors (n, 3) turned by phi (n,) about z."""
     c, s = np.cos(phi), np.sin(phi)
     x, y, z = vectors.T
     return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
 
 
 def chip_length(path: Toolpath, centre: Array) -> Array:
-    """Length (n,) mm that the edge of the tool of each row has cut by then: 2 pi x dn over its feed moves (ISO 3685)."""
+    """Return the length (n,) mm that the edge of the tool of each row has cut by then: 2 pi x dn over its feed moves (ISO 3685)."""
     radius = np.abs(path.tip[:, 0] - centre[0])
     rate = 2 * np.pi / 60.0 * np.abs(path.columns["spindle_rpm"])
     middle = 0.5 * (radius + np.concatenate([radius[:1], radius[:-1]]))
@@ -213,7 +213,7 @@ def chip_length(path: Toolpath, centre: Array) -> Array:
 
 
 def turning_force_along(forces: Array, sweep: Sweep, row: Ints, share: Array) -> Array:
-    """Force (k, 3) N at shares (k,) of rows (k,), meridian frame; forces (rows, 3): for the middle of each.
+    """Return the force (k, 3) N at shares (k,) of rows (k,), meridian frame; forces (rows, 3): for the middle of each.
 
     The force of a move is stated for the direction of feed in its middle; along an arc it turns with the feed.
     """
@@ -225,6 +225,6 @@ def turning_force_along(forces: Array, sweep: Sweep, row: Ints, share: Array) ->
 
 
 def _slope(sweep: Sweep, share: Array) -> Array:
-    """Angle (k,) of the direction of feed in the meridian, from x to z, rad."""
+    """Return the angle (k,) of the direction of feed in the meridian, from x to z, rad."""
     way = position(sweep, share + STEP) - position(sweep, share - STEP)
     return np.arctan2(way[:, 2], way[:, 0])

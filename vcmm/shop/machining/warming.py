@@ -16,7 +16,8 @@ from vcmm.program.setup import TemperatureLog
 
 
 def add_temperatures(run: Run, log: TemperatureLog | None) -> Run:
-    """The run (its column time_s counts from the start of the program) with what the sensors log. ModelLimit: the log ends more than one of its
+    """Return the run (its column time_s counts from the start of the program) with the logs of the sensors. ModelLimit: the log ends more
+    than one of its
     intervals before the cut."""
     if log is None:
         return run
@@ -24,7 +25,7 @@ def add_temperatures(run: Run, log: TemperatureLog | None) -> Run:
 
 
 def warmed_when_set(run: Run, log: TemperatureLog | None) -> Run:
-    """Rows in which zeros were set, with the temperatures of that time."""
+    """Return rows in which zeros were set, with the temperatures of that time."""
     if log is None:
         return run
     time = np.full(run.n, log.zero_set)

@@ -1,4 +1,4 @@
-"""Something that comes and goes in time and that no effect of the catalogue does: the search for its period.
+"""Search for the period of a wave in time that no effect of the catalogue explains.
 
     rest = base b + sum over x, y, z of (c_k cos 2 pi f t + s_k sin 2 pi f t) n_k + scatter
 
@@ -21,7 +21,9 @@ LEAST_WAVES = (
     3.0  # over the duration: a growth that levels off is half a wave, one that comes back a whole one
 )
 LEAST_POINTS = 30
-MOST_WORK = 8e8  # points squared times frequencies: some seconds; more points are asked for long periods only
+MOST_WORK = (
+    8e8  # points squared times frequencies: some seconds; more points are searched for long periods only
+)
 CHUNK = 256
 RANK = 1e-9  # of the largest eigenvalue of the normal equations
 
@@ -38,7 +40,7 @@ class Wave:
 
 
 def largest_wave(white: Array, base: Array, rest: Array, normals: Array, time: Array) -> Wave | None:
-    """The wave that rest (n,) follows most beside base (n, r); None where time or points are too few.
+    """Return the wave that rest (n,) follows most beside base (n, r); None where time or points are too few.
 
     white (n, n): W with W cov W^T = 1; normals (n, 3); time (n,) s.
     """
@@ -63,15 +65,15 @@ def largest_wave(white: Array, base: Array, rest: Array, normals: Array, time: A
 
 
 def wave_columns(period: float, normals: Array, time: Array) -> Array:
-    """cos and sin of a period along x, y, z, as they show along the normals (n, 6)."""
+    """Return cos and sin of a period along x, y, z, as they show along the normals (n, 6)."""
     phase = 2.0 * np.pi * time / period
     return np.concatenate([normals * f(phase)[:, None] for f in (np.cos, np.sin)], axis=1)
 
 
 def slow_courses(normals: Array, time: Array) -> Array:
-    """Half cosines along x, y, z up to LEAST_WAVES waves over the duration (n, 18): growths, drifts and changes that come once or twice.
+    """Return half cosines along x, y, z up to LEAST_WAVES waves over the duration (n, 18): growths, drifts and changes that come once or twice.
 
-    What follows one of them closely is no wave, although some of the many periods that are asked follows a few moments of it by chance.
+    A rest that follows one of them closely is no wave, although one of the many periods that are tested fits a few moments of it by chance.
     """
     turn = np.pi * (time - time.min()) / max(float(np.ptp(time)), 1e-9)
     orders = range(1, int(2 * LEAST_WAVES) + 1)
@@ -79,7 +81,7 @@ def slow_courses(normals: Array, time: Array) -> Array:
 
 
 def frequencies_of(time: Array) -> Array:
-    """1/s: from three waves over the duration to half of the median rate of the points."""
+    """Return 1/s: from three waves over the duration to half of the median rate of the points."""
     moments = np.unique(np.round(time, 3))
     if len(time) < LEAST_POINTS or len(moments) < LEAST_POINTS:
         return np.zeros(0)
@@ -90,7 +92,7 @@ def frequencies_of(time: Array) -> Array:
 
 
 def _gains(x: Array, y: Array) -> tuple[Array, Array]:
-    """What columns x (n, F, 6) explain of y (n,): sums of squares (F,) and their ranks (F,)."""
+    """Return the sums of squares (F,) of y (n,) that columns x (n, F, 6) explain, and their ranks (F,)."""
     square = np.einsum("nfi,nfj->fij", x, x, optimize=True)
     value, vector = np.linalg.eigh(square)
     along = np.einsum("fij,fi->fj", vector, np.einsum("nfi,n->fi", x, y, optimize=True))

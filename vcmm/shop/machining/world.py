@@ -1,10 +1,10 @@
-"""The world of a cut part: errors of the machine tool are departures of the surface, found again by the measurement.
+"""The world of a cut part: errors of the machine tool are departures of the surface, which the measurement shows.
 
     indicated - true of a touch = that of the measuring machine + (surface with errors - surface without) n
 
 The surface without errors (cusps, rounded corners) is the form of the task. Everything behind the touches (fits,
-characteristics, Monte Carlo, budget) is that of measuring. Where the part is probed on the machine that cut it, what is
-drawn once per machine is one draw for both, and what the probing repeats it does not see.
+characteristics, Monte Carlo, budget) is that of measuring. Where the part is probed on the machine that cut it, an error
+with one draw per machine has the same draw in both, and the probing does not see errors that it repeats.
 """
 
 from __future__ import annotations
@@ -72,18 +72,18 @@ class Cutting:
         return out
 
     def of_part(self) -> Cutting:
-        """The part itself, whatever measures it."""
+        """Return the part itself, for any measuring machine."""
         return replace(self, measuring=NoMeasuringWorld(self.measuring.task))
 
     def errors(self) -> Array:
         return self.measuring.errors() + self._outward(self.contacts.surface(self.tool_errors) - self.level)
 
     def _outward(self, height: Array) -> Array:
-        """Heights (..., P) as vectors along the normals of the touches, workpiece axes of the measuring machine."""
+        """Return the heights (..., P) as vectors along the normals of the touches, workpiece axes of the measuring machine."""
         return np.asarray(height[..., None] * self.measuring.task.touches.run.normal)
 
     def makers(self) -> tuple[Ints, Array]:
-        """Row (P,) and gain (P, 3) of the pass that makes each point.
+        """Return the row (P,) and gain (P, 3) of the pass that makes each point.
 
         Of two passes along the same line that leave the same height (into a slot and out of it) the one makes a wall towards which the force bends
         the tool: every mill gives way, and only away from the force. `LEAST_BEND` is too little to matter where heights differ.
@@ -131,7 +131,7 @@ class Cutting:
 
 
 def _together(cut: Influence, probing: Influence) -> Influence:
-    """One draw that acts on both: the machine is the same. Raises UsageError where a touch and its cut have two draws."""
+    """Return one draw that acts on both: the machine is the same. Raises UsageError where a touch and its cut have two draws."""
     label = [np.array(one.copies)[one.codes] for one in (cut, probing)]
     other = np.flatnonzero(label[0] != label[1])
     if len(other):
@@ -144,7 +144,7 @@ def _together(cut: Influence, probing: Influence) -> Influence:
 
 
 def _drawn_for(drawn: Draws, probing: Influence) -> Draws:
-    """The draws with the copies that the probing knows: fewer than the cut has, where not all offsets are probed."""
+    """Return the draws with the copies that the probing knows: fewer than the cut has, where not all offsets are probed."""
     known = drawn.influence.copies
     if known == probing.copies:
         return replace(drawn, influence=probing)

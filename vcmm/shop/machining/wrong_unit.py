@@ -1,4 +1,4 @@
-"""Inches taken for millimetres, or the other way round: when a program misses the part, would it hit it in the other unit?
+"""Detect inches taken for millimetres, or the reverse: test whether a program that misses the part would hit it in the other unit.
 
 The program is read again with its code of the unit exchanged and set up anew, so that what follows from the unit (radius
 compensation, cycles, offsets from the set-up, turned tables, passes of a lathe) follows here as well. It costs a second reading, and
@@ -28,7 +28,7 @@ Hits = Callable[[CutScenario, Program], tuple[int, int]]
 
 
 def unit_hint(scenario: CutScenario, hits: Hits) -> str:
-    """What to add to the message about a program that misses the part; empty where the other unit does not hit it either."""
+    """Return an addition to the message about a program that misses the part; empty where the other unit does not hit it either."""
     text = read_bytes(scenario.program)
     dialect = scenario.dialect or scenario.setup.dialect or guess(text, scenario.program)[0]
     other, said, line = exchange_unit(text, dialect)
@@ -51,7 +51,7 @@ def unit_hint(scenario: CutScenario, hits: Hits) -> str:
 
 
 def exchange_unit(text: str, dialect: str) -> tuple[str, str, int]:
-    """(text with the unit exchanged, code that was in force, its line or 0 where none is stated); "" where it cannot be."""
+    """Return (text with the unit exchanged, code that was in force, its line or 0 where none is stated); "" where it cannot be."""
     numbers = NUMBERS.get(dialect, "20|21")
     code = re.compile(rf"(?<![A-Z0-9_])G(?:{numbers})(?![0-9.])", re.IGNORECASE)
     pattern = _HEADER if dialect == "heidenhain" else code
@@ -67,7 +67,7 @@ def exchange_unit(text: str, dialect: str) -> tuple[str, str, int]:
 
 
 def _state_unit(text: str, dialect: str) -> tuple[str, str, int]:
-    """A program without a code of the unit is in millimetres; the other unit is stated in front of its first motion."""
+    """Return the text with the other unit stated in front of its first motion; a program without a code of the unit is in millimetres."""
     found = re.search(r"^(?!\s*(?:%|[O:]\s*\d|\())(?=.*[A-Z])", text, re.IGNORECASE | re.MULTILINE)
     if found is None:
         return "", "", 0

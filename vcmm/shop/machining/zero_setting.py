@@ -1,6 +1,6 @@
-"""Where a zero was set: the rows of a run in which it was, and what is taken off because it holds the error made there.
+"""Setting of zeros: the rows of a run in which each zero was set, and the errors made there, which are subtracted.
 
-What a machine errs by where its zero was set is in the zero, and so is taken off, draw by draw. The zero is a number of the
+The machine's errors where its zero was set are in the zero, and so are subtracted, draw by draw. The zero is a number of the
 machine axes: what was taken into it stays along them while a table turns the part. X and Y of a work offset are one number for
 all tools of a mill: the tool that set it carries them. Z was set with each tool (its length), on a lathe every axis.
 """
@@ -34,13 +34,13 @@ class ProbedRows:
     reads: Array
 
     def follow(self, errors: Array) -> Array:
-        """How far the path follows (..., n, 3) the errors (..., n, 3) of the touches, to be taken off."""
+        """Return how far the path follows (..., n, 3) the errors (..., n, 3) of the touches, to be subtracted."""
         k = len(self.reads)
         read = np.einsum("...ki,ki->...k", errors[..., self.first : self.first + k, :], self.reads)
         return np.asarray(np.einsum("nik,...k->...ni", self.weight, read))
 
     def follow_response(self, response: Array, *codes: Ints) -> Array:
-        """The same of responses (n, 3, ...), only where row and touch are one draw."""
+        """Return the same for responses (n, 3, ...), only where row and touch are one draw."""
         k = len(self.reads)
         rows = np.arange(self.first, self.first + k)
         weight = self.weight
@@ -68,7 +68,7 @@ class ZeroRows:
         return bool((self.first >= 0).any()) or self.touches is not None
 
     def off_errors(self, errors: Array) -> Array:
-        """Errors (..., n, 3) less those in the rows of setting."""
+        """Return errors (..., n, 3) less those in the rows of setting."""
         if not self.any:
             return errors
         taken = np.stack([errors[..., self._back(i), i].mean(axis=-1) for i in range(3)], axis=-1)
@@ -80,7 +80,7 @@ class ZeroRows:
         return np.asarray(errors - taken)
 
     def off_response(self, response: Array, *codes: Ints) -> Array:
-        """Responses (n, 3, ...) less those in the rows of setting, where all draws (codes, n each) are the same there."""
+        """Return responses (n, 3, ...) less those in the rows of setting, where all draws (codes, n each) are the same there."""
         if not self.any:
             return response
         same = self.first >= 0
@@ -105,15 +105,15 @@ class ZeroRows:
         return replace(one, departures=one.departures * keep[None, :, None])
 
     def _back(self, axis: int) -> Ints:
-        """The rows (n, count) in which the zero of X, Y or Z (0, 1, 2) of each row was set."""
+        """Return the rows (n, count) in which the zero of X, Y or Z (0, 1, 2) of each row was set."""
         return np.maximum(self.first[:, axis], 0)[:, None] + np.arange(self.count)
 
 
 def setting_rows(run: Run, chosen: Ints, offset: Array, at: Array, pose: Pose) -> Run:
-    """The rows `chosen` (k,) again with the tool tip at `at` (k, 3), as when offset and tool length were set: at rest, cold.
+    """Return the rows `chosen` (k,) again with the tool tip at `at` (k, 3), as when offset and tool length were set: at rest, cold.
 
-    offset (k, 3): tip in the frame of the last tool-side axis. Labels are those of the chosen rows, so that what is drawn
-    per tool or set-up is the same draw; the column `setting` is 1.
+    offset (k, 3): tip in the frame of the last tool-side axis. Labels are those of the chosen rows, so that draws
+    per tool or set-up are the same; the column `setting` is 1.
     """
     count = len(chosen)
     position = {
@@ -138,7 +138,7 @@ def _at_rest(name: str, values: Array, count: int) -> Array:
 
 
 def join_runs(first: Run, second: Run) -> Run:
-    """The rows of both, which have the same columns and labels."""
+    """Return the rows of both, which have the same columns and labels."""
     return Run(
         {k: np.concatenate([v, second.position[k]]) for k, v in first.position.items()},
         np.concatenate([first.offset, second.offset]),
@@ -149,7 +149,7 @@ def join_runs(first: Run, second: Run) -> Run:
 
 
 def ways_of_setting(run: Run) -> tuple[Ints, Ints]:
-    """(first row of each way of setting, number of the way of each row): rows differ in it by tool, work offset, event."""
+    """Return (first row of each way of setting, number of the way of each row): rows differ in it by tool, work offset, event."""
     names = [run.labels[n] for n in sorted(run.labels) if n not in OF_ROW]
     keys = np.array(["\0".join(words) for words in zip(*names)]) if names else np.full(run.n, "")
     _, first, number = np.unique(keys, return_index=True, return_inverse=True)

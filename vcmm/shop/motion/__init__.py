@@ -1,1 +1,1 @@
-"""How a program moves the machine in time: curves, blends, servo, time law, toolpath."""
+"""Motion of the machine under a program in time: curves, blends, servo, time law, toolpath."""

@@ -1,4 +1,4 @@
-"""Numba twins of polynomials along curves and of what smoothing takes from a path. Private; imported inside the calling functions."""
+"""Numba twins of polynomials along curves and of the deviation by smoothing. Private; imported inside the calling functions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[Any]
 
 @njit(cache=True, nogil=True)
 def polynomials(coefficients: Array, factors: Array, which: Array, u: Array, order: int) -> Array:
-    """Derivative by u of that order (k, 6) of polynomials (n, 6, 6) `which` (k,) at u (k,), by Horner."""
+    """Return the derivative by u of that order (k, 6) of polynomials (n, 6, 6) `which` (k,) at u (k,), by Horner."""
     out = np.zeros((len(u), 6))
     for k in range(len(u)):
         for power in range(5, order - 1, -1):
@@ -27,7 +27,8 @@ def polynomials(coefficients: Array, factors: Array, which: Array, u: Array, ord
 
 @njit(cache=True, nogil=True)
 def largest_deviation(s: Array, off: Array, bend: Array, weight: Array, looks: Array) -> Array:
-    """Largest distance (b-1,) at the shares `looks` between two breaks s (b,), of cubics with values off (b, 6), second derivatives bend."""
+    """Return the largest distance (b-1,) at the shares `looks` between two breaks s (b,), of cubics with values off (b, 6), second
+    derivatives bend."""
     out = np.zeros(len(s) - 1)
     for i in range(len(out)):
         length = s[i + 1] - s[i]

@@ -96,7 +96,7 @@ def _arch(out: Array, n: int, s0: float, v0: float, s1: float, v1: float, top: f
 
 @njit(cache=True)
 def _tree(speed: Array, needs: Array) -> tuple[Array, Array, Array, int]:
-    """Heap-ordered trees: index of the slowest element, highest speed, largest needs; leaves from `size` on."""
+    """Build heap-ordered trees: index of the slowest element, highest speed, largest needs; leaves from `size` on."""
     n, size = len(speed), 1
     while size < n:
         size *= 2
@@ -115,7 +115,7 @@ def _tree(speed: Array, needs: Array) -> tuple[Array, Array, Array, int]:
 
 @njit(cache=True)
 def _slower(speed: Array, a: int, b: int) -> int:
-    """The slower of two elements, the earlier one of equals; -1 is none."""
+    """Return the slower of two elements, the earlier one of equals; -1 is none."""
     if a < 0 or b < 0:
         return max(a, b)
     if speed[a] < speed[b]:
@@ -129,7 +129,7 @@ def _slower(speed: Array, a: int, b: int) -> int:
 def _ask(
     speed: Array, low: Array, high: Array, most: Array, size: int, e0: int, e1: int, need: Array
 ) -> tuple[int, float]:
-    """(slowest element, highest speed) of e0..e1; writes the largest needs."""
+    """Return (slowest element, highest speed) of e0..e1; writes the largest needs."""
     slowest, fastest = -1, 0.0
     need[:] = 0.0
     i, k = e0 + size, e1 + size + 1
@@ -163,7 +163,7 @@ def _push(
 def plan_stretches(
     edge: Array, speed: Array, needs: Array, firsts: Array, lasts: Array
 ) -> tuple[Array, Array]:
-    """(phases (k, 5), stretch of each phase (k,)) of all stretches from rest to rest."""
+    """Return (phases (k, 5), stretch of each phase (k,)) of all stretches from rest to rest."""
     n = len(speed)
     low, high, most, size = _tree(speed, needs)
     out, whose = np.empty((14 * n + 14, 5)), np.empty(14 * n + 14, dtype=np.int64)
@@ -230,7 +230,7 @@ def _divide(
 
 @njit(cache=True)
 def fading_sum(keep: Array, gain: Array) -> Array:
-    """e (n + 1,) with e[0] = 0 and e[k + 1] = keep[k] e[k] + gain[k]."""
+    """Return e (n + 1,) with e[0] = 0 and e[k + 1] = keep[k] e[k] + gain[k]."""
     out = np.zeros(len(keep) + 1)
     for k in range(len(keep)):
         out[k + 1] = keep[k] * out[k] + gain[k]

@@ -31,7 +31,7 @@ WEIGHT = np.array([1.0, 1.0, 1.0, ROTARY_ARM, ROTARY_ARM, ROTARY_ARM])
 
 
 def direction_jump(curves: Curves, first: Ints, second: Ints) -> tuple[Array, Array]:
-    """(change of direction, change of curvature) (k, 6) from the end of `first` to the start of `second`."""
+    """Return (change of direction, change of curvature) (k, 6) from the end of `first` to the start of `second`."""
     begin = np.zeros(len(first))
     turn = curves.at(second, begin, 1) - curves.at(first, curves.length[first], 1)
     bend = curves.at(second, begin, 2) - curves.at(first, curves.length[first], 2)
@@ -39,7 +39,7 @@ def direction_jump(curves: Curves, first: Ints, second: Ints) -> tuple[Array, Ar
 
 
 def turns_back(curves: Curves, first: Ints, second: Ints) -> np.typing.NDArray[np.bool_]:
-    """Where the second move goes back against the first."""
+    """Return where the second move goes back against the first."""
     a = curves.at(first, curves.length[first], 1) * WEIGHT
     b = curves.at(second, np.zeros(len(second)), 1) * WEIGHT
     size = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
@@ -47,12 +47,12 @@ def turns_back(curves: Curves, first: Ints, second: Ints) -> np.typing.NDArray[n
 
 
 def widest_reach(angle: Array, tolerance: Array) -> Array:
-    """d (k,) mm at which the rounding between two lines leaves the corner by the tolerance; angle: |u2 - u1|."""
+    """Return the d (k,) mm at which the rounding between two lines leaves the corner by the tolerance; angle: |u2 - u1|."""
     return np.asarray(16.0 * tolerance / (3.0 * np.maximum(angle, 1e-300)))
 
 
 def reach_of_blends(curves: Curves, first: Ints, second: Ints, tolerance: Array) -> Array:
-    """d (k,) mm for each joint: as large as the tolerance (k,) and half of either move allow; 0 where none is due."""
+    """Return d (k,) mm for each joint: as large as the tolerance (k,) and half of either move allow; 0 where no rounding is needed."""
     turn, bend = direction_jump(curves, first, second)
     angle, curvature = np.linalg.norm(turn * WEIGHT, axis=1), np.linalg.norm(bend * WEIGHT, axis=1)
     room = 0.5 * np.minimum(_room(curves, first), _room(curves, second))
@@ -65,9 +65,9 @@ def reach_of_blends(curves: Curves, first: Ints, second: Ints, tolerance: Array)
 
 
 def needed_reach(turn: Array, bend: Array, speed: Array, limits: Limits) -> Array:
-    """d (k,) mm with which joints are passed at `speed` (k,) mm/s within acceleration and jerk; more would only cut corners.
+    """Return the d (k,) mm with which joints are passed at `speed` (k,) mm/s within acceleration and jerk; more would only cut corners.
 
-    A change of direction u asks for a second derivative of 3/4 u / d and a third of 3/2 u / d^2, a change of curvature c
+    A change of direction u requires a second derivative of 3/4 u / d and a third of 3/2 u / d^2, a change of curvature c
     alone for a third of at most 3 c / 2d; speed^2 times the second may take 0.6 of the acceleration, speed^3 times the
     third half of the jerk (vcmm.shop.motion.timing).
     """
@@ -79,14 +79,14 @@ def needed_reach(turn: Array, bend: Array, speed: Array, limits: Limits) -> Arra
 
 
 def _room(curves: Curves, which: Ints) -> Array:
-    """Length of a curve, of an arc no more than a quarter turn."""
+    """Return the length of a curve, of an arc no more than a quarter turn."""
     arc = curves.arc[which]
     sweep = np.where(arc >= 0, np.append(curves.sweep, 1.0)[arc], 1.0)
     return curves.length[which] * np.minimum(1.0, 0.5 * np.pi / sweep)
 
 
 def _fit_reach(curves: Curves, first: Ints, second: Ints, room: Array, tolerance: Array) -> Array:
-    """The reach at which the deviation meets the tolerance, from above; it grows with d (corner) or d^2 (tangent)."""
+    """Return the reach at which the deviation meets the tolerance, from above; it grows with d (corner) or d^2 (tangent)."""
     reach, left = room.copy(), np.arange(len(room))
     for _ in range(60):
         deviation = deviations(curves, first[left], second[left], reach[left], reach[left])
@@ -100,7 +100,7 @@ def _fit_reach(curves: Curves, first: Ints, second: Ints, room: Array, tolerance
 
 
 def deviations(curves: Curves, first: Ints, second: Ints, before: Array, after: Array) -> Array:
-    """Largest distance (k,) mm between rounding and programmed path at the same s; rotary axes at their arm."""
+    """Return the largest distance (k,) mm between rounding and programmed path at the same s; rotary axes at their arm."""
     length = before + after
     blend = Curves(
         blend_coefficients(curves, first, second, before, after),
@@ -121,7 +121,7 @@ def deviations(curves: Curves, first: Ints, second: Ints, before: Array, after: 
 
 
 def blend_coefficients(curves: Curves, first: Ints, second: Ints, before: Array, after: Array) -> Array:
-    """Coefficients (k, 6, 6) of the roundings: Hermite interpolation of fifth degree from `before` to `after` the joint."""
+    """Return the coefficients (k, 6, 6) of the roundings: Hermite interpolation of fifth degree from `before` to `after` the joint."""
     leave, join, h = curves.length[first] - before, after, (before + after)[:, None]
     p0, v0, a0 = (curves.at(first, leave, order) * h**order for order in range(3))
     p1, v1, a1 = (curves.at(second, join, order) * h**order for order in range(3))

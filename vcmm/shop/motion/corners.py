@@ -1,4 +1,4 @@
-"""Corners: whether to round one or to stop there, whichever takes less time.
+"""Corners: decide whether to round one or to stop there, whichever takes less time.
 
 To run round a corner within a small tolerance the axes must have braked to a low steady speed before it and may speed up only behind
 it; with limited jerk that may take longer than to brake to rest and start again. A control that looks ahead takes the faster
@@ -24,14 +24,14 @@ CORNER = 1e-6  # a change of direction below is a tangent joint
 
 
 def is_corner(turn: Array, reach: Array) -> Bools:
-    """Joints (n-1,) that are rounded and change the direction."""
+    """Return the joints (n-1,) that are rounded and change the direction."""
     return np.asarray((reach > 0) & (np.abs(turn).max(axis=1) > CORNER))
 
 
 def stops_that_pay(
     curves: Curves, turn: Array, reach: Array, ends: Bools, speed: Array, limits: Limits
 ) -> Bools:
-    """Rounded corners (n-1,) that are better stopped at.
+    """Return the rounded corners (n-1,) that are better stopped at.
 
     turn (n-1, 6): change of direction; reach (n-1,) mm, 0 where nothing is rounded; ends (n-1,): joints that part two ways;
     speed (n,) mm/s of each move.
@@ -58,7 +58,7 @@ def stops_that_pay(
 
 
 def _steady_speed(turn: Array, reach: Array, limits: Limits) -> Array:
-    """Speed (k,) mm/s at which a rounding is run through."""
+    """Return the speed (k,) mm/s at which a rounding is run through."""
     u, d = np.abs(turn), reach[:, None]
     with np.errstate(divide="ignore"):
         bend = np.sqrt(0.6 / (0.75 * u / d / limits.acceleration).max(axis=1))
@@ -66,7 +66,7 @@ def _steady_speed(turn: Array, reach: Array, limits: Limits) -> Array:
 
 
 def path_limits(curves: Curves, limits: Limits) -> tuple[Array, Array]:
-    """Acceleration and jerk (n,) along each curve, by its direction at its start."""
+    """Return the acceleration and jerk (n,) along each curve, by its direction at its start."""
     direction = np.abs(curves.at(np.arange(curves.n), np.zeros(curves.n), 1))
     with np.errstate(divide="ignore"):
         return 1.0 / (direction / limits.acceleration).max(axis=1), 1.0 / (direction / limits.jerk).max(
@@ -75,7 +75,7 @@ def path_limits(curves: Curves, limits: Limits) -> tuple[Array, Array]:
 
 
 def _seconds(v: Array, top: Array, length: Array, a: Array, j: Array) -> Array:
-    """Time (k,) s from speed v up towards `top` and back to v over a length, by S-curves (vcmm.shop.motion.profile)."""
+    """Return the time (k,) s from speed v up towards `top` and back to v over a length, by S-curves (vcmm.shop.motion.profile)."""
     low, high = v.copy(), np.maximum(np.minimum(top, 1e9), v)
     fits = (high + v) * _change_seconds(high - v, a, j) <= length
     for _ in range(HALVINGS):
@@ -89,5 +89,5 @@ def _seconds(v: Array, top: Array, length: Array, a: Array, j: Array) -> Array:
 
 
 def _change_seconds(change: Array, a: Array, j: Array) -> Array:
-    """Time (k,) s of an S-curve that changes the speed by that much."""
+    """Return the time (k,) s of an S-curve that changes the speed by that much."""
     return np.where(change * j > a * a, change / a + a / j, 2 * np.sqrt(np.maximum(change, 0.0) / j))

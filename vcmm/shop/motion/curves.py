@@ -1,4 +1,4 @@
-"""Curves: what moves and rounded corners are made of, as functions of the distance s along them.
+"""Curves of moves and rounded corners, as functions of the distance s along them.
 
     q(u) = c0 + c1 u + ... + c5 u^5  +  P cos(sweep u) + Q sin(sweep u),     u = s / length
 
@@ -47,7 +47,7 @@ class Curves:
         return len(self.length)
 
     def at(self, which: Ints, s: Array, order: int = 0) -> Array:
-        """Derivative of q by s of that order (k, 6), at distances s (k,) along the curves `which` (k,)."""
+        """Return the derivative of q by s of that order (k, 6), at distances s (k,) along the curves `which` (k,)."""
         u, length = s / self.length[which], self.length[which]
         out = _sum_of_powers(self.coefficients, which, u, order)
         arc = self.arc[which]
@@ -61,7 +61,7 @@ class Curves:
         return np.asarray(out)
 
     def _derivative_in_time(self, which: Ints, s: Array, order: int) -> Array:
-        """Derivative by s where u is a time: q_u = q_s s_u and so on, solved for q_s, q_ss, q_sss."""
+        """Return the derivative by s where u is a time: q_u = q_s s_u and so on, solved for q_s, q_ss, q_sss."""
         assert self.spread is not None
         d = self.spread[which]
         u = _time_share(d, s)
@@ -82,12 +82,12 @@ class Curves:
         return both * self.sweep[arc][:, None] ** order
 
     def with_timed(self, coefficients: Array, spread: Array) -> Curves:
-        """These curves followed by polynomials (k, 6, 6) in time; spread (k, 2)."""
+        """Return these curves followed by polynomials (k, 6, 6) in time; spread (k, 2)."""
         longer = self.with_polynomials(coefficients, spread.sum(axis=1))
         return replace(longer, spread=np.concatenate([np.zeros((self.n, 2)), spread]))
 
     def with_polynomials(self, coefficients: Array, length: Array) -> Curves:
-        """These curves followed by polynomials."""
+        """Return these curves followed by polynomials."""
         return Curves(
             np.concatenate([self.coefficients, coefficients]),
             np.concatenate([self.length, length]),
@@ -99,7 +99,7 @@ class Curves:
 
 
 def _sum_of_powers(coefficients: Array, which: Ints, u: Array, order: int) -> Array:
-    """Derivative by u of that order (k, 6) of the polynomials `which` (k,) at u (k,), by Horner."""
+    """Return the derivative by u of that order (k, 6) of the polynomials `which` (k,) at u (k,), by Horner."""
     if len(u) >= MANY:
         from vcmm.shop.motion._curve_kernels import polynomials
 
@@ -119,7 +119,7 @@ def _polynomial(coefficients: Array, u: Array, order: int) -> Array:
 
 
 def _time_share(d: Array, s: Array) -> Array:
-    """u (k,) at which d1 (1 - (1 - u)^3) + d2 u^3 = s, by Newton within halving brackets; it grows with u."""
+    """Return u (k,) at which d1 (1 - (1 - u)^3) + d2 u^3 = s, by Newton within halving brackets; it grows with u."""
     low, high = np.zeros(len(s)), np.ones(len(s))
     u = np.clip(s / d.sum(axis=1), 0.0, 1.0)
     for _ in range(60):
@@ -135,7 +135,7 @@ def _time_share(d: Array, s: Array) -> Array:
 
 
 def curves_of(moves: Sequence[Move]) -> Curves:
-    """The curves of moves in axis positions: tip plus tool offset. A move without motion has length 0."""
+    """Return the curves of moves in axis positions: tip plus tool offset. A move without motion has length 0."""
     n = len(moves)
     start = _six([m.start for m in moves], [m.rotary_start for m in moves], [m.tool_offset for m in moves])
     end = _six([m.end for m in moves], [m.rotary_end for m in moves], [m.tool_offset for m in moves])
@@ -161,7 +161,7 @@ def _six(points: Sequence[object], rotary: Sequence[object], offsets: Sequence[o
 
 
 def _arcs(moves: Sequence[Move], rows: Ints, coefficients: Array) -> tuple[Array, Array, Array, Array]:
-    """(sweep, cosine, sine, length) of arcs; writes centre and gap into their coefficients."""
+    """Return (sweep, cosine, sine, length) of arcs; writes centre and gap into their coefficients."""
     m = len(moves)
     planes = np.array([PLANES[move.plane] for move in moves], dtype=np.intp).reshape(m, 3)
     first, second, k = planes[:, 0], planes[:, 1], np.arange(m)
@@ -186,7 +186,7 @@ def _arcs(moves: Sequence[Move], rows: Ints, coefficients: Array) -> tuple[Array
 
 
 def largest_derivatives(curves: Curves) -> tuple[Array, Array, Array]:
-    """Largest |q'|, |q''|, |q'''| of each axis along each curve, (n, 6) each; for arcs the amplitude of the turn."""
+    """Return the largest |q'|, |q''|, |q'''| of each axis along each curve, (n, 6) each; for arcs the amplitude of the turn."""
     first, second, third = _polynomial_bounds(curves.coefficients)
     rows = np.flatnonzero(curves.arc >= 0)
     amplitude = np.hypot(curves.cosine, curves.sine)[curves.arc[rows]]
@@ -198,7 +198,7 @@ def largest_derivatives(curves: Curves) -> tuple[Array, Array, Array]:
 
 
 def _polynomial_bounds(c: Array) -> tuple[Array, Array, Array]:
-    """Largest |derivatives| by u over 0..1: the first by its Bezier polygon, the second and third exactly."""
+    """Return the largest |derivatives| by u over 0..1: the first by its Bezier polygon, the second and third exactly."""
     c1, c2, c3, c4, c5 = c[:, 1], 2 * c[:, 2], 3 * c[:, 3], 4 * c[:, 4], 5 * c[:, 5]
     polygon = np.stack(
         [c1, c1 + c2 / 4, c1 + c2 / 2 + c3 / 6, c1 + 3 * c2 / 4 + c3 / 2 + c4 / 4, c1 + c2 + c3 + c4 + c5]
@@ -219,7 +219,7 @@ def _polynomial_bounds(c: Array) -> tuple[Array, Array, Array]:
 
 
 def _largest_within(c: Array, a: Array, b: Array, g: Array) -> Array:
-    """Largest |second derivative| (n, 6) where the third, a + b u + g u^2, vanishes within 0..1."""
+    """Return the largest |second derivative| (n, 6) where the third, a + b u + g u^2, vanishes within 0..1."""
     second, root = np.zeros_like(a), np.sqrt(np.maximum(b**2 - 4 * a * g, 0.0))
     for numerator, denominator in (
         (-b + root, 2 * g),
@@ -237,6 +237,6 @@ def _second(c: Array, u: Array) -> Array:
 
 
 def _inside(numerator: Array, denominator: Array) -> Array:
-    """The quotient, held within 0..1 (0 where it is not defined): any place of the interval does no harm."""
+    """Return the quotient, held within 0..1 (0 where it is not defined): any place of the interval does no harm."""
     safe = np.where(denominator == 0, 1.0, denominator)
     return np.clip(np.where(denominator == 0, 0.0, numerator / safe), 0.0, 1.0)

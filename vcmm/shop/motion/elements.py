@@ -1,4 +1,4 @@
-"""Elements: the path piece by piece, each with the speed that it allows and with what it asks of the axes."""
+"""Elements: the path piece by piece, each with its highest speed and its demands on the axes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Elements:
 def elements_of(
     moves: Sequence[Move], own: Curves, joints: Joints, limits: Limits
 ) -> tuple[Elements, Curves, Ints, Ints]:
-    """(elements, curves with the roundings behind those of the moves, first and last element of each stretch)."""
+    """Return (elements, curves with the roundings behind those of the moves, first and last element of each stretch)."""
     n, rounded, smooth = own.n, np.flatnonzero(joints.reach > 0), joints.smooth
     reach = joints.reach[rounded]
     curves = own.with_polynomials(blend_coefficients(own, rounded, rounded + 1, reach, reach), 2 * reach)
@@ -64,7 +64,7 @@ def elements_of(
 
 
 def _ability(curves: Curves, curve: Ints, feed: Array, limits: Limits) -> tuple[Array, Array]:
-    """Highest speed (n,) and needs (n, 5) of the elements: what each unit of path motion asks of the axes."""
+    """Return the highest speed (n,) and needs (n, 5) of the elements: demands on the axes per unit of path motion."""
     q1, q2, q3 = largest_derivatives(curves)
     arc = curves.arc >= 0
     p1, p2 = (q1 / limits.acceleration).max(axis=1), (q2 / limits.acceleration).max(axis=1)
@@ -80,7 +80,7 @@ def _ability(curves: Curves, curve: Ints, feed: Array, limits: Limits) -> tuple[
 
 
 def plan_stretches(elements: Elements, first: Ints, last: Ints, kernel: bool) -> tuple[Array, Ints]:
-    """(phases (k, 5), stretch of each phase) of stretches first..last of elements."""
+    """Return (phases (k, 5), stretch of each phase) of stretches first..last of elements."""
     if not len(first):
         return np.zeros((0, 5)), np.zeros(0, dtype=np.intp)
     if kernel:

@@ -1,4 +1,4 @@
-"""Joints: what happens between two moves of a program. The control stops, waits, rounds the corner or runs through.
+"""Joints between two moves of a program, where the control stops, waits, rounds the corner or runs through.
 
 It stops: before and after a rapid (`rapid_stop`), at an exact stop, a dwell, a tool change, a new tool length, where a
 thread begins or ends, where the path turns back, where rotary axes alone take over, and at a corner that must not be
@@ -54,7 +54,7 @@ class Joints:
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """What a plan is tried with, for the joints (n-1,): corners at which to stop, tolerances to keep below, further stops. None: nothing."""
+    """Trial values of a plan, for the joints (n-1,): corners at which to stop, tolerances to keep below, further stops. None: no change."""
 
     halt: Bools | None = None
     below: Array | None = None
@@ -65,9 +65,9 @@ class Wish:
 def joints_of(
     moves: Sequence[Move], moving: Ints, curves: Curves, control: Control, limits: Limits, wish: Wish = Wish()
 ) -> Joints:
-    """curves: those of the moving moves only, in order.
+    """Return the joints. curves: those of the moving moves only, in order.
 
-    No corner is rounded more than its feed asks for, and none where to stop is faster.
+    No corner is rounded more than its feed requires, and none where stopping is faster.
     """
     pause, changes, apart = _pauses(moves, moving, control)
     between = pause[1:-1] if len(moving) else np.zeros(0)
@@ -115,24 +115,24 @@ def joints_of(
 
 
 def _feed(moves: Sequence[Move]) -> Array:
-    """Feed (n,) mm/s, infinite for rapids."""
+    """Return the feed (n,) mm/s, infinite for rapids."""
     return np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
 
 
 def _fastest(curves: Curves, limits: Limits) -> Array:
-    """Speed (n,) mm/s that the axes allow at the start of each curve."""
+    """Return the speed (n,) mm/s that the axes allow at the start of each curve."""
     direction = np.abs(curves.at(np.arange(curves.n), np.zeros(curves.n), 1))
     with np.errstate(divide="ignore"):
         return np.asarray(1.0 / (direction / limits.speed).max(axis=1))
 
 
 def _per_line(tolerance: Array) -> Array:
-    """The smaller tolerance (n,) of the joints (n-1,) at both ends of a move; infinite where neither is smoothed."""
+    """Return the smaller tolerance (n,) of the joints (n-1,) at both ends of a move; infinite where neither is smoothed."""
     return np.minimum(np.append(tolerance, np.inf), np.insert(tolerance, 0, np.inf))
 
 
 def _pauses(moves: Sequence[Move], moving: Ints, control: Control) -> tuple[Array, int, Bools]:
-    """(pause (n+1,), tool changes, stops asked for by moves without motion (n+1,))."""
+    """Return (pause (n+1,), tool changes, stops required by moves without motion (n+1,))."""
     place = np.searchsorted(moving, np.arange(len(moves)), side="left")  # moving moves before each move
     pause, changes = np.zeros(len(moving) + 1), 0
     apart = np.zeros(len(moving) + 1, dtype=bool)
@@ -154,7 +154,7 @@ def _pauses(moves: Sequence[Move], moving: Ints, control: Control) -> tuple[Arra
 
 
 def _ordered_stops(moves: Sequence[Move], control: Control) -> Bools:
-    """Stops that follow from the kinds of two neighbours."""
+    """Return the stops that follow from the kinds of two neighbours."""
     rapid = np.array([m.kind == "rapid" for m in moves])
     thread = np.array([m.kind == "thread" for m in moves])
     stop = np.array([m.exact_stop for m in moves[:-1]]) | (thread[1:] != thread[:-1])
@@ -162,12 +162,12 @@ def _ordered_stops(moves: Sequence[Move], control: Control) -> Bools:
 
 
 def _rotary_takes_over(curves: Curves, first: Ints, second: Ints) -> Bools:
-    """Where s changes between mm and degrees."""
+    """Return where s changes between mm and degrees."""
     linear = np.abs(curves.at(np.arange(curves.n), np.zeros(curves.n), 1)[:, :3]).max(axis=1) > 0
     return linear[first] != linear[second]
 
 
 def _gaps(curves: Curves, first: Ints, second: Ints) -> Array:
-    """Distance between the end of one move and the start of the next."""
+    """Return the distance between the end of one move and the start of the next."""
     gap = curves.at(second, np.zeros(len(second))) - curves.at(first, curves.length[first])
     return np.abs(gap).max(axis=1)

@@ -1,4 +1,4 @@
-"""Knots: where along the path the motion is written down. Their places do not depend on one another's spacing.
+"""Knots: places along the path at which the motion is recorded. They do not depend on one another's spacing.
 
 Every start of an element and of a phase is a knot, every end of a move, and every place where an axis turns back, so that distances since
 reversal are exact; between them the path is divided evenly by length and by the height of its chord.
@@ -21,7 +21,7 @@ LOOKS = 8  # parts of a rounding that are searched for a change of sign, one in 
 
 
 def knots_of(timing: Timing, step: float, chord: float) -> tuple[Array, Array, Ints]:
-    """(s, time, stretch) of the knots, (n,), in order of time."""
+    """Return (s, time, stretch) of the knots, (n,), in order of time."""
     e = timing.elements
     if not len(timing.first):
         return np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.intp)
@@ -46,7 +46,7 @@ def knots_of(timing: Timing, step: float, chord: float) -> tuple[Array, Array, I
 
 
 def _divisions(timing: Timing, step: float, chord: float) -> Ints:
-    """Parts (n,) of each element: length / step, and sagitta of a part, q_ss part^2 / 8, within the chord error."""
+    """Return the parts (n,) of each element: length / step, and sagitta of a part, q_ss part^2 / 8, within the chord error."""
     e = timing.elements
     bend = np.linalg.norm(largest_derivatives(timing.curves)[1][:, :3], axis=1)[e.curve]
     length = np.diff(e.edge)
@@ -63,7 +63,7 @@ def _divisions(timing: Timing, step: float, chord: float) -> Ints:
 
 
 def _turns(timing: Timing) -> Array:
-    """s (k,) at which an axis turns back within an element: q_s = 0 on arcs (at quadrants) and on roundings."""
+    """Return s (k,) at which an axis turns back within an element: q_s = 0 on arcs (at quadrants) and on roundings."""
     e, c = timing.elements, timing.curves
     places = [_quadrants(timing)]
     rounded = np.flatnonzero(
@@ -82,7 +82,7 @@ def _turns(timing: Timing) -> Array:
 
 
 def _zero(curves: Curves, which: Ints, axis: int, begin: Array, length: Array) -> Array:
-    """Distance along curves of the sign change of q_s of an axis between begin and begin + length, by halving."""
+    """Return the distance along curves of the sign change of q_s of an axis between begin and begin + length, by halving."""
     low, high = begin.copy(), begin + length
     sign = np.sign(curves.at(which, low, 1)[:, axis])
     for _ in range(HALVINGS):
@@ -93,7 +93,7 @@ def _zero(curves: Curves, which: Ints, axis: int, begin: Array, length: Array) -
 
 
 def _quadrants(timing: Timing) -> Array:
-    """Where the axes of an arc turn back: tan(sweep u) = Q / P for each axis of its plane."""
+    """Return where the axes of an arc turn back: tan(sweep u) = Q / P for each axis of its plane."""
     e, c = timing.elements, timing.curves
     places = [np.zeros(0)]
     for element in np.flatnonzero(c.arc[e.curve] >= 0):
@@ -115,7 +115,7 @@ def _stretch_of(timing: Timing, s: Array, of_element: Ints) -> Ints:
 
 
 def times_at(timing: Timing, s: Array) -> Array:
-    """Time at which the path reaches s (n,), strictly inside the stretches: cubic of its phase, by guarded Newton."""
+    """Return the time at which the path reaches s (n,), strictly inside the stretches: cubic of its phase, by guarded Newton."""
     row = np.clip(np.searchsorted(timing.phase[:, 0], s, side="right") - 1, 0, len(timing.phase) - 1)
     s0, v0, a0, jerk, length = timing.phase[row].T
     low, high = np.zeros(len(s)), length.copy()
@@ -141,7 +141,7 @@ def times_at(timing: Timing, s: Array) -> Array:
 
 
 def _with_ends(timing: Timing, s: Array, time: Array, owner: Ints) -> tuple[Array, Array, Ints]:
-    """The knots with the two rest points of each stretch."""
+    """Return the knots with the two rest points of each stretch."""
     edge, stretches = timing.elements.edge, np.arange(len(timing.first))
     all_s = np.concatenate([edge[timing.first], s, edge[timing.last + 1]])
     all_time = np.concatenate([timing.begun, time, timing.stretch_ends])
@@ -151,7 +151,7 @@ def _with_ends(timing: Timing, s: Array, time: Array, owner: Ints) -> tuple[Arra
 
 
 def rest_points(owner: Ints) -> tuple[Bools, Bools]:
-    """(first, last) knot of each stretch, (n,) each: there the axes stand still."""
+    """Return the (first, last) knot of each stretch, (n,) each: there the axes are at rest."""
     change = np.diff(owner) > 0
     one = np.ones(min(len(owner), 1), dtype=bool)
     return np.concatenate([one, change]), np.concatenate([change, one])

@@ -11,7 +11,7 @@ from vcmm.program.moves import PLANES, Move
 
 
 def swept_angle(m: Move) -> float:
-    """Signed angle of an arc in its plane, rad; 0 of a line."""
+    """Return the signed angle of an arc in its plane, rad; 0 of a line."""
     if m.centre is None:
         return 0.0
     a, b, _ = PLANES[m.plane]
@@ -23,7 +23,7 @@ def swept_angle(m: Move) -> float:
 
 
 def led_path(m: Move, begin: Array, share: Array) -> Array:
-    """Tips (k, 3) in the workpiece from `begin` (3,), where the tool really is, to the end of the move."""
+    """Return the tips (k, 3) in the workpiece from `begin` (3,), where the tool really is, to the end of the move."""
     end = np.array(m.end)
     if m.centre is None:
         return np.asarray(begin + share[:, None] * (end - begin))

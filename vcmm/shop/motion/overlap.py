@@ -1,4 +1,4 @@
-"""Overlap: a control that may leave a corner by the tolerance starts the next move before the one before has come to rest.
+"""Overlap: a control that may leave a corner by the tolerance starts the next move before the previous one has come to rest.
 
 Both moves keep the time law that brings them to rest and sets them going; the last T of the first and the first T of the second are
 run at the same time. With the jerks j1 and j2 of these two phases, t from the start of the overlap and directions u1, u2,
@@ -56,14 +56,14 @@ class _Overlaps(NamedTuple):
 
     @property
     def reach(self) -> Array:
-        """(k, 2) mm: programmed distance of both moves that is run at the same time."""
+        """Programmed distance of both moves that is run at the same time (k, 2) mm."""
         return np.stack([self.before, self.after], axis=1) * (self.seconds**3 / 6)[:, None]
 
 
 def overlap_stops(
     plan: StretchPlan, own: Curves, joints: Joints, limits: Limits
 ) -> tuple[StretchPlan, Bools]:
-    """(the plan with overlaps at the stops that only a corner asks for, which of the joints (n-1,) they are)."""
+    """Return (the plan with overlaps at the stops that only a corner requires, which of the joints (n-1,) they are)."""
     none = np.zeros(len(joints.stop), dtype=bool)
     if not joints.held.any():
         return plan, none
@@ -76,7 +76,7 @@ def overlap_stops(
 
 
 def _overlaps(plan: StretchPlan, own: Curves, joints: Joints, limits: Limits) -> _Overlaps:
-    """The stops at corners of two lines whose axes can do both at once, with the longest overlap that tolerance and phases allow."""
+    """Return the stops at corners of two lines whose axes can do both at once, with the longest overlap that tolerance and phases allow."""
     joint = np.flatnonzero(joints.stop)
     stop = np.flatnonzero(joints.held[joint])
     joint = joint[stop]
@@ -104,7 +104,7 @@ def _is_straight(plan: StretchPlan, element: Ints) -> Bools:
 
 
 def _join(plan: StretchPlan, found: _Overlaps) -> StretchPlan:
-    """Two stretches and the overlap between them as one."""
+    """Join two stretches and the overlap between them into one."""
     e, d = plan.elements, found.reach
     begin = plan.first[found.stop + 1]  # the elements behind the corners
     corner = e.edge[begin]
@@ -131,7 +131,7 @@ def _join(plan: StretchPlan, found: _Overlaps) -> StretchPlan:
 
 
 def _coefficients(found: _Overlaps) -> Array:
-    """q = corner - u1 d1 (1 - u)^3 + u2 d2 u^3 by powers of u = t / T, (k, 6, 6)."""
+    """Return q = corner - u1 d1 (1 - u)^3 + u2 d2 u^3 by powers of u = t / T, (k, 6, 6)."""
     leaving, joining = found.leaving * found.reach[:, :1], found.joining * found.reach[:, 1:]
     nothing = np.zeros_like(leaving)
     return np.stack(
@@ -140,7 +140,7 @@ def _coefficients(found: _Overlaps) -> Array:
 
 
 def _phases(plan: StretchPlan, found: _Overlaps, corner: Array, stays: Bools) -> tuple[Array, Ints]:
-    """Phases with the last T before and the first T behind each corner as one of constant jerk j1 + j2."""
+    """Return the phases with the last T before and the first T behind each corner as one of constant jerk j1 + j2."""
     phase, t, d = plan.phase.copy(), found.seconds, found.reach
     behind = np.searchsorted(plan.stretch, found.stop + 1, side="left")
     phase[behind - 1, 4] -= t

@@ -2,7 +2,7 @@
 
     x = centre + |p - centre|        C = C0 + atan2(p - centre)        Y at the centre, Z as programmed
 
-between points so close that straight motions of X and C leave the programmed path by no more than CHORD: what half of a piece is off
+between points so close that straight motions of X and C leave the programmed path by no more than CHORD: the error of half a piece
 shrinks with the square of its length. A path through the axis itself would turn C by half a turn at once; it is
 refused. Source: FANUC B-64304EN-1, "polar coordinate interpolation"; Siemens, "TRANSMIT".
 """
@@ -25,9 +25,9 @@ NEAREST = 0.01  # mm from the axis of C
 
 
 def polar_samples(m: Move, centre: Array, tip: Array, c: float) -> tuple[Array, Array, Array]:
-    """(points of the face (k, 3), tips of the machine (k, 3), angles of C (k,) rad) along a move over the face.
+    """Return (points of the face (k, 3), tips of the machine (k, 3), angles of C (k,) rad) along a move over the face.
 
-    tip (3,): where the machine stands before it, C at c. Raises ModelLimit for a way through the axis of C.
+    tip (3,): position of the machine before it, C at c. Raises ModelLimit for a way through the axis of C.
     """
     offset = m.rotary_start[2] - math.atan2(m.start[1] - centre[1], m.start[0] - centre[0])
     fine = led_path(m, np.array(m.start), np.linspace(0.0, 1.0, 2 * LOOKS + 1))
@@ -55,6 +55,6 @@ def polar_samples(m: Move, centre: Array, tip: Array, c: float) -> tuple[Array, 
 
 
 def _polar(points: Array, centre: Array) -> tuple[Array, Array]:
-    """Distance from the axis of C, mm, and angle about it, rad, without jumps."""
+    """Return the distance from the axis of C, mm, and angle about it, rad, without jumps."""
     x, y = points[:, 0] - centre[0], points[:, 1] - centre[1]
     return np.hypot(x, y), np.unwrap(np.arctan2(y, x))

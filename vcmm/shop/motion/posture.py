@@ -1,7 +1,7 @@
-"""Angles of the rotary axes that turn the tool into a direction, and which of them a program asks for.
+"""Solve for the angles of the rotary axes that turn the tool into a direction, and choose those that a program requires.
 
-Newton's method with the pseudo-inverse from several starts, which leaves an axis that does not matter (a singular position) where it
-stands. Two rotary axes mostly point the tool alike at two positions. The one that is taken:
+Newton's method with the pseudo-inverse from several starts, which leaves an axis that does not matter (a singular position) at its
+angle. Two rotary axes mostly point the tool alike at two positions. The one that is taken:
 
     without a word     the nearest: its largest turn is the smallest; of two equally near the one whose primary axis is positive, as in
                        the example of HEIDENHAIN, iTNC 530 conversational programming, "Selection of alternate tilting possibilities"
@@ -52,14 +52,14 @@ def first_axis(machine: Machine) -> int:
 
 
 def reference_axis(machine: Machine, posture: Posture) -> int:
-    """The axis that a word of the program means."""
+    """Return the number of the axis that a word of the program means."""
     return primary_axis(machine) if posture.axis == "primary" else first_axis(machine)
 
 
 def rotary_position(
     machine: Machine, axis: Array, near: Array, posture: Posture | None = None
 ) -> Array | None:
-    """Angles A, B, C (3,) rad that turn the tool into a direction (3,) of the workpiece: the nearest to `near` (3,), or as asked for.
+    """Return angles A, B, C (3,) rad that turn the tool into a direction (3,) of the workpiece: the nearest to `near` (3,), or as requested.
 
     None where no position of the rotary axes within their travels does.
     """
@@ -86,7 +86,7 @@ def rotary_position(
 
 
 def swept(machine: Machine, start: Array, end: Array, share: Array) -> Array | None:
-    """Angles (k, 3) at shares (k,) of a path on which the tool axis turns evenly in the plane of its directions at both ends.
+    """Return the angles (k, 3) at shares (k,) of a path on which the tool axis turns evenly in the plane of its directions at both ends.
 
     a(s) = (sin((1 - s) w) a0 + sin(s w) a1) / sin w, w the angle between them. None where an axis would have to jump.
     """
@@ -111,8 +111,8 @@ def swept(machine: Machine, start: Array, end: Array, share: Array) -> Array | N
 
 
 def positions(machine: Machine, axis: Array, near: Array) -> list[Array]:
-    """All angles (3,) that point the tool along `axis`, each within half a turn of zero. Of a singular position, where one axis may
-    stand anywhere, that which is found from `near`."""
+    """Return all angles (3,) that point the tool along `axis`, each within half a turn of zero. Of a singular position, where one axis may
+    have any angle, the solution from `near`."""
     letters = rotary_of(machine)
     out: list[Array] = []
     has_free = False
@@ -130,7 +130,7 @@ def positions(machine: Machine, axis: Array, near: Array) -> list[Array]:
 
 
 def _wrap_angle(angle: Array) -> Array:
-    """Within half a turn of zero."""
+    """Return the angle within half a turn of zero."""
     return np.asarray(np.pi - np.remainder(np.pi - angle, TURN))
 
 
@@ -145,7 +145,7 @@ def _starts(near: Array, letters: list[int]) -> Iterator[Array]:
 
 
 def _value(machine: Machine, angle: float, letter: int) -> float | None:
-    """The angle plus whole turns, within the travel and as near to zero as can be; None where it cannot be reached."""
+    """Return the angle plus whole turns, within the travel and as near to zero as can be; None where it cannot be reached."""
     low, high = machine.axes[ROTARY[letter]].limits
     first = float(_wrap_angle(np.array(angle)))
     allowed = [v for v in (first, first - TURN, first + TURN) if low - SLACK <= v <= high + SLACK]
@@ -153,7 +153,7 @@ def _value(machine: Machine, angle: float, letter: int) -> float | None:
 
 
 def _asked_for(machine: Machine, every: Sequence[Array], near: Array, posture: Posture) -> list[Array]:
-    """The positions that a word of the program leaves."""
+    """Return the positions that a word of the program allows."""
     axis, letters = reference_axis(machine, posture), rotary_of(machine)
     if posture.sign:
         kept = []
@@ -179,7 +179,8 @@ def _asked_for(machine: Machine, every: Sequence[Array], near: Array, posture: P
 
 
 def _turns_by_axis(machine: Machine, angle: Array, near: Array) -> tuple[float, ...]:
-    """What FANUC compares, one after another: the turns of both axes, then their distances from zero; in steps of SAME_ANGLE."""
+    """Return the quantities that FANUC compares, one after another: the turns of both axes, then their distances from zero; in steps of
+    SAME_ANGLE."""
     tool = [a for a in machine.chain.tool if a in ROTARY]
     work = [a for a in machine.chain.work if a in ROTARY]
     order = [
@@ -191,7 +192,7 @@ def _turns_by_axis(machine: Machine, angle: Array, near: Array) -> tuple[float, 
 
 
 def _is_free(machine: Machine, angle: Array, letters: list[int]) -> bool:
-    """Whether an axis may turn without turning the tool."""
+    """Return whether an axis may turn without turning the tool."""
     moved = np.tile(angle, (len(letters) + 1, 1))
     for row, letter in enumerate(letters, 1):
         moved[row, letter] += SMALL
@@ -200,8 +201,9 @@ def _is_free(machine: Machine, angle: Array, letters: list[int]) -> bool:
 
 
 def _laid_along(machine: Machine, angle: Array, along: Array) -> Array | None:
-    """With the free axis that carries the part turned so that the direction `along` (3,) of the workpiece lies along X of the machine;
-    as it is where that axis is not free. None beyond its travel."""
+    """Return the angles with the free axis that carries the part turned so that the direction `along` (3,) of the workpiece lies along X
+    of the machine;
+    unchanged where that axis is not free. None beyond its travel."""
     carrier = machine.chain.work[-1:]
     letters = [ROTARY.index(a) for a in carrier if a in ROTARY]
     if not letters or not _is_free(machine, angle, letters):
@@ -219,13 +221,13 @@ def _laid_along(machine: Machine, angle: Array, along: Array) -> Array | None:
 
 
 def _direction(machine: Machine, angle: Array) -> Array:
-    """Tool axes (k, 3) at angles (k, 3)."""
+    """Return the tool axes (k, 3) at angles (k, 3)."""
     none = np.zeros_like(angle)
     return tip_and_axis(machine, none, angle, none)[1]
 
 
 def _newton(machine: Machine, axis: Array, start: Array, letters: list[int]) -> Array | None:
-    """Angles from a start at which the tool axis is `axis`; None where it does not get there."""
+    """Solve for the angles from a start at which the tool axis is `axis`; None where it does not converge."""
     angle = start.copy()
     for _ in range(STEPS):
         moved = np.tile(angle, (len(letters) + 1, 1))
@@ -245,7 +247,7 @@ def _newton(machine: Machine, axis: Array, start: Array, letters: list[int]) -> 
 
 
 def _within(machine: Machine, angle: Array, near: Array, letters: list[int]) -> Array | None:
-    """The same orientation with every axis turned by whole turns: within its travel and as near as can be."""
+    """Return the same orientation with every axis turned by whole turns: within its travel and as near as can be."""
     out = angle.copy()
     for letter in letters:
         low, high = machine.axes[ROTARY[letter]].limits

@@ -1,4 +1,4 @@
-"""Speed along a path: S-curves between the places that hold the speed down. The readable twin of `_timing_kernels`.
+"""Speed along a path: S-curves between the places that limit the speed. The readable twin of `_timing_kernels`.
 
 A path is a row of elements with their own highest speed V. Along it the axes need, per unit of their limits,
 
@@ -28,14 +28,14 @@ HALVINGS = 60
 
 
 def transition_length(v0: float, v1: float, a: float, j: float) -> float:
-    """Distance of an S-curve between two speeds: mean speed x time; jerk alone does while |dv| < a^2 / j."""
+    """Return the distance of an S-curve between two speeds: mean speed x time; jerk alone limits it while |dv| < a^2 / j."""
     change = abs(v1 - v0)
     seconds = change / a + a / j if change * j > a * a else 2.0 * math.sqrt(change / j)
     return 0.5 * (v0 + v1) * seconds
 
 
 def rates(need: Need, v: float) -> tuple[float, float]:
-    """Acceleration and jerk along the path that the axes allow up to speed v; half of the jerk that v leaves is for a v."""
+    """Return the acceleration and jerk along the path that the axes allow up to speed v; half of the jerk that v leaves is for a v."""
     p1, p2, r1, r2, r3 = need
     spare = 1.0 - r3 * v * v * v
     a = (1.0 - p2 * v * v) / p1
@@ -45,13 +45,13 @@ def rates(need: Need, v: float) -> tuple[float, float]:
 
 
 def both_lengths(v0: float, top: float, v1: float, need: Need) -> float:
-    """Distance needed from v0 over `top` to v1."""
+    """Return the distance needed from v0 over `top` to v1."""
     a, j = rates(need, top)
     return transition_length(v0, top, a, j) + transition_length(top, v1, a, j)
 
 
 def peak_speed(v0: float, v1: float, top: float, length: float, need: Need) -> float:
-    """Highest speed up to `top` that can be reached between v0 and v1 on this length."""
+    """Return the highest speed up to `top` that can be reached between v0 and v1 on this length."""
     low, high = max(v0, v1), top
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
@@ -63,7 +63,7 @@ def peak_speed(v0: float, v1: float, top: float, length: float, need: Need) -> f
 
 
 def transition(s: float, v0: float, v1: float, a: float, j: float) -> list[Phase]:
-    """Phases of an S-curve."""
+    """Return the phases of an S-curve."""
     change = abs(v1 - v0)
     if change == 0.0:
         return []
@@ -81,7 +81,7 @@ def transition(s: float, v0: float, v1: float, a: float, j: float) -> list[Phase
 
 
 def arch(s0: float, v0: float, s1: float, v1: float, top: float, need: Need) -> list[Phase]:
-    """Up from v0, along, and down to v1: as fast as `top` and the length allow."""
+    """Return phases up from v0, along, and down to v1: as fast as `top` and the length allow."""
     length = s1 - s0
     if both_lengths(v0, top, v1, need) > length:
         top = peak_speed(v0, v1, top, length, need)
@@ -94,7 +94,7 @@ def arch(s0: float, v0: float, s1: float, v1: float, top: float, need: Need) -> 
 
 
 def plan_stretch(edge: Array, speed: Array, needs: Array, first: int, last: int) -> list[Phase]:
-    """Phases from rest to rest over the elements first..last: edge (n+1,) mm, speed (n,) mm/s, needs (n, 5)."""
+    """Return phases from rest to rest over the elements first..last: edge (n+1,) mm, speed (n,) mm/s, needs (n, 5)."""
     out: list[Phase] = []
     waiting: list[tuple[int, float, float, int, float, float, int, float, float]] = [
         (0, edge[first], 0.0, first, edge[last + 1], 0.0, last, 0.0, 0.0)
@@ -122,7 +122,7 @@ def plan_stretch(edge: Array, speed: Array, needs: Array, first: int, last: int)
 def _divide(
     edge: Array, span: tuple[float, float, int, float, float, int], low: int, top: float, need: Need
 ) -> list[tuple[int, float, float, int, float, float, int, float, float]]:
-    """A stretch parted at its slowest element, last part first: 0 to be planned, 1 an S-curve, 2 steady."""
+    """Divide a stretch at its slowest element, last part first: 0 to be planned, 1 an S-curve, 2 steady."""
     s0, v0, e0, s1, v1, e1 = span
     a, j = rates(need, top)
     reached = s0 + transition_length(v0, top, a, j)

@@ -27,7 +27,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """Lag e (n, 3) mm of the linear axes at the knots, and what is needed between them."""
+    """Lag e (n, 3) mm of the linear axes at the knots, and the data for values between them."""
 
     time: Array
     begins: np.typing.NDArray[np.bool_]  # knots at which a stretch starts
@@ -37,7 +37,7 @@ class Following:
     lag: Array
 
     def at(self, times: Array, begin: Ints, end: Ints) -> Array:
-        """e (k, 3) at times within or after the stretch whose first and last knots are begin, end (k,)."""
+        """Return e (k, 3) at times within or after the stretch whose first and last knots are begin, end (k,)."""
         knot = np.clip(np.searchsorted(self.time, times, side="right") - 1, begin, np.maximum(end - 1, begin))
         after = np.minimum(knot + 1, end)
         length = np.where(after > knot, self.time[after] - self.time[knot], 1.0)
@@ -54,7 +54,7 @@ class Following:
 def following(
     time: Array, begins: np.typing.NDArray[np.bool_], speed: Array, acceleration: Array, lag: Array
 ) -> Following:
-    """Lag of each axis behind its command at knots (n,) with speeds and accelerations (n, 3); lag = 1/Kv (3,) s."""
+    """Return the lag of each axis behind its command at knots (n,) with speeds and accelerations (n, 3); lag = 1/Kv (3,) s."""
     from vcmm.shop.motion._timing_kernels import fading_sum
 
     blank = Following(time, begins, speed, acceleration, np.zeros_like(speed), lag)
@@ -70,7 +70,7 @@ def following(
 
 
 def _response(f: Following, before: Ints, after: Ints, since: Array, length: Array) -> tuple[Array, Array]:
-    """(share of e that is left, what the speed has added) `since` seconds after the knot `before`, (k, 3) each.
+    """Return (remaining share of e, addition by the speed) `since` seconds after the knot `before`, (k, 3) each.
 
     Added: integral of exp(-(since - t) / lag) v(t) dt, in closed form; up to 3 time constants by Gauss-Legendre with 8
     nodes instead (exact to rounding there), since the closed form subtracts large terms.
@@ -89,7 +89,7 @@ def _response(f: Following, before: Ints, after: Ints, since: Array, length: Arr
 
 
 def _cubic(v: Array, a: Array, before: Ints, after: Ints, length: Array) -> tuple[Array, Array, Array, Array]:
-    """Coefficients of the cubic with these values and slopes at both ends (Hermite)."""
+    """Return the coefficients of the cubic with these values and slopes at both ends (Hermite)."""
     step = (v[after] - v[before]) / length
     c2 = (3 * step - 2 * a[before] - a[after]) / length
     c3 = (a[before] + a[after] - 2 * step) / length**2
@@ -106,7 +106,7 @@ def _by_quadrature(c: tuple[Array, Array, Array, Array], since: Array, tau: floa
 
 
 def _by_polynomial(c: tuple[Array, Array, Array, Array], since: Array, tau: float) -> Array:
-    """tau (v - tau v' + tau^2 v'' - tau^3 v''') solves tau e' + e = tau v for a cubic v."""
+    """Evaluate tau (v - tau v' + tau^2 v'' - tau^3 v'''), which solves tau e' + e = tau v for a cubic v."""
 
     def steady(t: Array | float) -> Array:
         v = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
@@ -118,7 +118,7 @@ def _by_polynomial(c: tuple[Array, Array, Array, Array], since: Array, tau: floa
 
 
 def contour_deviation(timing: Timing, s: Array, time: Array, stretch: Ints) -> Array:
-    """Followed path less commanded path at the same path point (n, 3) mm, for knots (n,) as of `knots_of`.
+    """Return followed path less commanded path at the same path point (n, 3) mm, for knots (n,) as of `knots_of`.
 
     The axes are abreast of a point x when (y(t) - x) · tangent = 0, found by Newton from the common delay. Where that
     leads nowhere (short moves at corners) the nearest point of the followed path counts.
@@ -145,7 +145,7 @@ def contour_deviation(timing: Timing, s: Array, time: Array, stretch: Ints) -> A
 
 
 def _followed_timing(timing: Timing, time: Array, stretch: Ints) -> Following:
-    """The lag along a whole program, from knots (n,) made denser until they resolve the shortest time constant."""
+    """Return the lag along a whole program, from knots (n,) made denser until they resolve the shortest time constant."""
     lag = timing.limits.lag[:3]
     widest = FINE * lag[lag > 0].min()
     length = np.diff(time, append=time[-1])
@@ -177,13 +177,13 @@ class _Places:
         return _Places(self.timing, self.f, self.point[rows], self.begin[rows], self.end[rows], self.share)
 
     def gap(self, t: Array) -> tuple[Array, Array]:
-        """(followed position at t less the point, its speed), (k, 3) each."""
+        """Return (followed position at t less the point, its speed), (k, 3) each."""
         y, rate = _follow(self.timing, self.f, t, self.begin, self.end, self.share)
         return y - self.point, rate
 
 
 def _abreast(places: _Places, tangent: Array, start: Array) -> tuple[Array, np.typing.NDArray[np.bool_]]:
-    """(gap (k, 3) when the axes are abreast of the points, whether that was found near the start)."""
+    """Return (gap (k, 3) when the axes are abreast of the points, whether that was found near the start)."""
     widest = float((places.share * places.f.lag).max())
     t, gap = start.copy(), np.zeros((len(start), 3))
     left = np.arange(len(start))
@@ -204,7 +204,7 @@ def _abreast(places: _Places, tangent: Array, start: Array) -> tuple[Array, np.t
 
 
 def _nearest(places: _Places, time: Array) -> Array:
-    """Gap (k, 3) to the nearest point of the followed path up to WINDOW time constants later: scan, then thirds."""
+    """Return the gap (k, 3) to the nearest point of the followed path up to WINDOW time constants later: scan, then thirds."""
     if not len(time):
         return np.zeros((0, 3))
     widest = float(places.f.lag.max())
@@ -228,7 +228,7 @@ def _unit(vectors: Array) -> Array:
 def _follow(
     timing: Timing, f: Following, t: Array, begin: Ints, end: Ints, share: Array
 ) -> tuple[Array, Array]:
-    """Position and speed (k, 3) of the axes that follow, at times t within or after their stretch."""
+    """Return the position and speed (k, 3) of the axes that follow, at times t within or after their stretch."""
     commanded = timing.state(np.minimum(t, f.time[end]))
     e = f.at(t, begin, end)
     speed = np.where((t < f.time[end])[:, None], commanded.speed[:, :3], 0.0)

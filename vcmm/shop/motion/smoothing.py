@@ -75,7 +75,7 @@ class ShortLines:
 
 @dataclass(frozen=True, eq=False)
 class PathWishes:
-    """What the moves want: speed (n,) mm/s, tolerance (n,) mm and jerk along the path (n,) mm/s^3 per line; stops at (k,) mm; axes."""
+    """Wishes of the moves: speed (n,) mm/s, tolerance (n,) mm and jerk along the path (n,) mm/s^3 per line; stops at (k,) mm; axes."""
 
     speed: Array
     tolerance: Array
@@ -85,14 +85,14 @@ class PathWishes:
     kernel: bool = True
 
     def speed_at(self, s: Array, line: Ints) -> Array:
-        """Highest speed (b,) at s: from rest at a stop x away no more than (9/2 j x^2)^(1/3), from x = j t^3 / 6, v = j t^2 / 2."""
+        """Return the highest speed (b,) at s: from rest at a stop x away no more than (9/2 j x^2)^(1/3), from x = j t^3 / 6, v = j t^2 / 2."""
         k = np.clip(np.searchsorted(self.stops, s), 1, len(self.stops) - 1)
         x = np.minimum(np.abs(s - self.stops[k - 1]), np.abs(self.stops[k] - s))
         return np.asarray(np.minimum(self.speed[line], np.cbrt(4.5 * self.jerk[line] * x**2)))
 
 
 def no_pieces(n: int) -> Pieces:
-    """Nothing is smoothed."""
+    """Return no pieces, for a path without smoothing."""
     none = np.zeros(0, dtype=np.intp)
     return Pieces(
         begin=np.zeros(0), length=np.zeros(0), coefficients=np.zeros((0, 6, 6)), move=none, joints=none,
@@ -101,7 +101,7 @@ def no_pieces(n: int) -> Pieces:
 
 
 def crowded_joints(curves: Curves, reach: Array, tolerance: Array, stop: Bools) -> Bools:
-    """Joints (n-1,) that are smoothed together: rows of lines with at least one whose roundings at both ends would meet.
+    """Return the joints (n-1,) that are smoothed together: rows of lines with at least one whose roundings at both ends would meet.
 
     reach (n-1,): of the roundings that the feed asks for. A corner that its tolerance keeps short stays one by itself.
     """
@@ -119,7 +119,7 @@ def crowded_joints(curves: Curves, reach: Array, tolerance: Array, stop: Bools) 
 
 
 def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, asked: PathWishes) -> Pieces:
-    """The rows of the joints `chosen` (n-1,) as pieces; reach (n-1,): of the roundings at the joints that are not chosen."""
+    """Return the rows of the joints `chosen` (n-1,) as pieces; reach (n-1,): of the roundings at the joints that are not chosen."""
     if not chosen.any():
         return no_pieces(curves.n)
     rows = _rows(curves, chosen, np.where(chosen, 0.0, reach))
@@ -128,7 +128,7 @@ def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, asked: PathWishes
 
 
 def _widths(rows: ShortLines, asked: PathWishes) -> tuple[Array, Bools]:
-    """(h (m,) mm, where the tolerance decides on it): h grows until the feed is carried, and shrinks until the tolerance is kept."""
+    """Return (h (m,) mm, where the tolerance decides on it): h grows until the feed is carried, and shrinks until the tolerance is kept."""
     width, cap = _first_widths(rows, asked), rows.limit.copy()
     short, unsettled = np.zeros(len(width), dtype=bool), np.ones(len(width), dtype=bool)
     for turn in range(ROUNDS + LAST_ROUNDS):
@@ -149,7 +149,7 @@ def _widths(rows: ShortLines, asked: PathWishes) -> tuple[Array, Bools]:
 
 
 def _rows(curves: Curves, chosen: Bools, reach: Array) -> ShortLines:
-    """Points of the rows: where a rounding before them ends, the joints, where one after them begins."""
+    """Return the points of the rows: where a rounding before them ends, the joints, where one after them begins."""
     begins, ends = np.cumsum(curves.length) - curves.length, np.cumsum(curves.length)
     joints = np.flatnonzero(chosen)
     heads = joints[np.append(True, np.diff(joints) > 1)]
@@ -167,7 +167,7 @@ def _rows(curves: Curves, chosen: Bools, reach: Array) -> ShortLines:
 
 
 def _first_widths(rows: ShortLines, asked: PathWishes) -> Array:
-    """h (m,) mm to begin with: what a turn alone needs at its feed, between the shorter and the mean of the lines beside it."""
+    """Return h (m,) mm to begin with: what a turn alone needs at its feed, between the shorter and the mean of the lines beside it."""
     turn = np.abs(_turns(rows, rows.place))
     v = asked.speed[rows.line][:, None]
     needed = np.maximum(
@@ -206,7 +206,7 @@ class Path:
 
 
 def _path(rows: ShortLines, width: Array, kernel: bool = True, slopes: bool = True) -> Path:
-    """Breaks of the sum of spread turns, and the path there; the search for widths asks for no slopes, which are 0 then."""
+    """Return the breaks of the sum of spread turns, and the path there; the search for widths needs no slopes, which are 0 then."""
     s, row, point = _breaks(rows, width)
     inside = np.flatnonzero((rows.joint >= 0) & (width > 0))
     first = np.searchsorted(s, rows.s - width - NEAR, side="left")
@@ -222,7 +222,7 @@ def _path(rows: ShortLines, width: Array, kernel: bool = True, slopes: bool = Tr
 
 
 def _breaks(rows: ShortLines, width: Array) -> tuple[Array, Ints, Ints]:
-    """(s, row, point at or before) (b,) of the breaks: points, and where spread turns begin and end; those closer than NEAR are one."""
+    """Return (s, row, point at or before) (b,) of the breaks: points, and where spread turns begin and end; those closer than NEAR are one."""
     inside = rows.joint >= 0
     s = np.concatenate([rows.s, (rows.s - width)[inside], (rows.s + width)[inside]])
     row = np.concatenate([rows.row, rows.row[inside], rows.row[inside]])
@@ -269,7 +269,7 @@ class _Spread:
 
 
 def _on_lines(rows: ShortLines, place: Array, s: Array, point: Ints) -> tuple[Array, Array]:
-    """(position, direction) (b, 6) at s on the lines through `place`; at the end of a row the direction before it."""
+    """Return (position, direction) (b, 6) at s on the lines through `place`; at the end of a row the direction before it."""
     opens = np.append(rows.row[1:] == rows.row[:-1], False)
     at = np.where(opens[point], point, point - 1)
     slope = (place[at + 1] - place[at]) / (rows.s[at + 1] - rows.s[at])[:, None]
@@ -277,7 +277,7 @@ def _on_lines(rows: ShortLines, place: Array, s: Array, point: Ints) -> tuple[Ar
 
 
 def _moved_outwards(rows: ShortLines, width: Array, off: Array, s: Array) -> Array:
-    """Points (m, 6) moved by what smoothing takes from them, off (b, 6), where ways overlap.
+    """Return points (m, 6) moved against the deviation by smoothing, off (b, 6), where ways overlap.
 
     Not at all up to h = half the longer line beside, wholly from h = that line.
     """
@@ -288,7 +288,7 @@ def _moved_outwards(rows: ShortLines, width: Array, off: Array, s: Array) -> Arr
 
 
 def _worst(rows: ShortLines, path: Path, asked: PathWishes) -> tuple[Array, Array]:
-    """For each point (m,): largest share of the tolerance, and of what the axes carry at the feed, where its turn is spread."""
+    """Return for each point (m,) the largest share of the tolerance, and of the capacity of the axes at the feed, where its turn is spread."""
     off = np.append(_deviation(path) / asked.tolerance[path.line[:-1]], 0.0)
     bend, third, line = path.q[2], _third(path), path.line[:-1]
     v = np.maximum(asked.speed_at(path.s[:-1], line), asked.speed_at(path.s[1:], line))[:, None]
@@ -308,7 +308,7 @@ def _worst(rows: ShortLines, path: Path, asked: PathWishes) -> tuple[Array, Arra
 
 
 def _deviation(path: Path) -> Array:
-    """Largest distance (b-1,) mm from the program at five places between two breaks, where it is a cubic; 0 between two rows."""
+    """Return the largest distance (b-1,) mm from the program at five places between two breaks, where it is a cubic; 0 between two rows."""
     if path.kernel:
         from vcmm.shop.motion._curve_kernels import largest_deviation
 
@@ -323,13 +323,13 @@ def _deviation(path: Path) -> Array:
 
 
 def _third(path: Path) -> Array:
-    """Size (b-1, 6) of the third derivative between breaks."""
+    """Return the size (b-1, 6) of the third derivative between breaks."""
     length = np.diff(path.s)[:, None]
     return np.abs(np.diff(path.q[2], axis=0)) / np.where(length > 0, length, np.inf)
 
 
 def _pieces(rows: ShortLines, path: Path, short: Bools, n: int) -> Pieces:
-    """Cubics between the breaks, by Taylor from each."""
+    """Return cubics between the breaks, by Taylor from each."""
     begin = np.flatnonzero(np.diff(path.row) == 0)
     length = path.s[begin + 1] - path.s[begin]
     step = length[:, None]

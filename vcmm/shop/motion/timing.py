@@ -84,7 +84,7 @@ class Timing:
         )
 
     def state(self, times: Array) -> AxisState:
-        """Where every axis is and how it moves at times (k,) s; at rest before, between and after the stretches."""
+        """Return position and motion of every axis at times (k,) s; at rest before, between and after the stretches."""
         row = np.clip(np.searchsorted(self.start, times, side="right") - 1, 0, len(self.start) - 1)
         s0, v0, a0, jerk, length = self.phase[row].T
         since = times - self.start[row]
@@ -97,7 +97,7 @@ class Timing:
         return self.state_on_path(s, v, a, np.where(resting, 0.0, jerk), self.stretch[row])
 
     def state_on_path(self, s: Array, v: Array, a: Array, jerk: Array, stretch: Ints) -> AxisState:
-        """The chain rule: q' = q_s v, q'' = q_s a + q_ss v^2, q''' = q_s j + 3 q_ss v a + q_sss v^3."""
+        """Return the state by the chain rule: q' = q_s v, q'' = q_s a + q_ss v^2, q''' = q_s j + 3 q_ss v a + q_sss v^3."""
         e = self.elements
         element = np.searchsorted(e.edge, s, side="right") - 1
         element = np.clip(element, self.first[stretch], self.last[stretch])
@@ -109,7 +109,7 @@ class Timing:
         return AxisState(*out, s=s, path_speed=v, element=element)
 
     def move_at(self, s: Array, element: Ints) -> Ints:
-        """Index in `moves` of the move at s (k,); a rounded corner belongs half to either."""
+        """Return the index in `moves` of the move at s (k,); a rounded corner belongs half to either."""
         owner = np.searchsorted(self.ends, s - 1e-12 * (1 + np.abs(s)), side="left")
         before = np.searchsorted(self.ends, self.elements.edge[element] + TINY, side="right")
         out: Ints = self.moving[np.clip(np.maximum(owner, before), 0, len(self.moving) - 1)]
@@ -119,7 +119,7 @@ class Timing:
 def plan_motion(
     program: Program | Sequence[Move], machine: Machine, control: Control | None = None, kernel: bool = True
 ) -> Timing:
-    """StretchPlan the whole program. kernel=False takes the twin in plain Python.
+    """Plan the motion of the whole program. kernel=False takes the twin in plain Python.
 
     Raises UsageError, naming the line, where a move needs an axis the machine lacks or a feed that is missing.
     """
@@ -133,7 +133,7 @@ def plan_motion(
 
 
 def _fastest(work: _Work) -> Timing:
-    """Each way between two ordered stops with the tolerance, or less of it, or a stop at its corners: whichever takes least time.
+    """Plan each way between two ordered stops with the tolerance, or less of it, or a stop at its corners: whichever takes least time.
 
     So nothing is slower than stopping, and a wider tolerance is not slower than a narrower one of `TRIED`. Where only rows of short lines
     or a great many moves are open, the trials that cannot help or would last are left out.
@@ -156,7 +156,7 @@ def _fastest(work: _Work) -> Timing:
 
 
 def _try(work: _Work, part: Ints, way: Ints, widest: float) -> tuple[Bools, Bools, Array]:
-    """For each way of the moves `part`: (is a trial faster than the tolerance itself, does it stop at corners, its tolerance)."""
+    """Try a plan: for each way of the moves `part`, return (is it faster than the tolerance itself, does it stop at corners, its tolerance)."""
     kept = [work.moves[i] for i in work.moving[part]]
     small = replace(work, moves=kept, moving=np.arange(len(part)), own=_only(work.own, part))
     ends = np.diff(way) > 0
@@ -172,7 +172,7 @@ def _try(work: _Work, part: Ints, way: Ints, widest: float) -> tuple[Bools, Bool
 
 @dataclass(frozen=True, eq=False)
 class _Work:
-    """What is to be planned: moves, those that move, their curves."""
+    """Input of the planning: moves, those that move, their curves."""
 
     moves: Sequence[Move]
     moving: Ints
@@ -183,7 +183,7 @@ class _Work:
 
 
 def _plan(work: _Work, wish: Wish) -> Timing:
-    """The motion with a stop at some corners, or below some tolerance."""
+    """Plan the motion with a stop at some corners, or below some tolerance."""
     own, moves = work.own, work.moves
     joints = joints_of(moves, work.moving, own, work.control, work.limits, replace(wish, kernel=work.kernel))
     elements, all_curves, first, last = elements_of([moves[i] for i in work.moving], own, joints, work.limits)
@@ -203,13 +203,13 @@ def _plan(work: _Work, wish: Wish) -> Timing:
 
 
 def _way_seconds(timing: Timing, stop: Bools) -> Array:
-    """Time of motion between the joints `stop` (n-1,), at each of which `timing` stops, too."""
+    """Return the time of motion between the joints `stop` (n-1,), at each of which `timing` stops, too."""
     own = np.append(0, np.cumsum(stop))[np.append(0, np.flatnonzero(timing.joints.stop) + 1)]
     return np.asarray(np.bincount(own[timing.stretch], weights=timing.phase[:, 4]))
 
 
 def _check(moves: Sequence[Move], curves: Curves, limits: Limits) -> None:
-    """Every axis that moves exists, and every cutting move has a feed."""
+    """Check that every axis that moves exists, and that every cutting move has a feed."""
     absent = [i for i, letter in enumerate(AXES) if letter not in limits.letters]
     amplitude = np.abs(curves.coefficients[:, 1])
     rows = np.flatnonzero(curves.arc >= 0)

@@ -56,7 +56,7 @@ SAME = 1e-9  # mm, or of a unit vector
 
 @dataclass(eq=False)
 class Leading:
-    """Where the axes stand while a program is gone through: tip as with rotary axes at zero (3,) mm, A B C (3,) rad."""
+    """State of the axes while a program is followed: tip as with rotary axes at zero (3,) mm, A B C (3,) rad."""
 
     machine: Machine
     name: str
@@ -68,20 +68,20 @@ class Leading:
     chosen: tuple[Posture, Point] | None = None  # which position has been taken last, and for what direction
 
     def pose(self, offset: Array) -> tuple[Array, Array]:
-        """Tip and tool axis (3,) in the workpiece."""
+        """Return the tip and tool axis (3,) in the workpiece."""
         found = tip_and_axis(self.machine, self.tip[None], self.angle[None], offset[None])
         return found[0][0], found[1][0]
 
 
 def leads(moves: Sequence[Move]) -> bool:
-    """Whether a program leads the tip over the workpiece anywhere."""
+    """Return whether a program leads the tip over the workpiece anywhere."""
     return any(m.led for m in moves)
 
 
 def in_machine_axes(
     moves: Sequence[Move], machine: Machine, name: str = "the program"
 ) -> tuple[tuple[Move, ...], tuple[Remark, ...]]:
-    """The moves with led ones as motions of the axes, and what is to be said of singular positions.
+    """Return the moves with led ones as motions of the axes, and remarks on singular positions.
 
     Raises UsageError for a machine without rotary axes, ModelLimit where no position of its axes turns the tool as asked.
     """
@@ -101,7 +101,7 @@ def in_machine_axes(
 def orient_moves(
     moves: Sequence[Move], machine: Machine, name: str = "the program"
 ) -> tuple[tuple[Move, ...], tuple[Remark, ...]]:
-    """The same moves with the angles of their rotary axes and the tool axes at both ends, and remarks; raises as `in_machine_axes`."""
+    """Return the same moves with the angles of their rotary axes and the tool axes at both ends, and remarks; raises as `in_machine_axes`."""
     check_axes(moves, machine, name)
     if (not rotary_of(machine) and not leads(moves)) or _lacks_linear(machine):
         return tuple(moves), ()  # without Y the path over the end face (G12.1) has its angles already
@@ -127,12 +127,12 @@ def orient_moves(
 
 
 def _lacks_linear(machine: Machine) -> bool:
-    """A machine, such as a lathe, that does not place its tip in all three directions."""
+    """Return whether the machine, such as a lathe, does not place its tip in all three directions."""
     return not {"X", "Y", "Z"} <= set(machine.axes)
 
 
 def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
-    """Where the axes stand before the first move. Raises UsageError for a machine that cannot lead the tip."""
+    """Return the state of the axes before the first move. Raises UsageError for a machine that cannot lead the tip."""
     if not rotary_of(machine):
         line = next(m.source.line for m in moves if m.led)
         raise UsageError(
@@ -161,7 +161,7 @@ def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
 
 
 def _take_move(state: Leading, m: Move) -> None:
-    """One move of the program."""
+    """Follow one move of the program."""
     changed = np.array(m.tool_offset)
     state.tip, state.offset = state.tip + state.offset - changed, changed
     if m.kind == "dwell":
@@ -192,7 +192,7 @@ def _take_move(state: Leading, m: Move) -> None:
 
 
 def _plain(state: Leading, m: Move) -> None:
-    """A move of the axes themselves: it begins where they really stand; arcs begin where they are programmed."""
+    """Follow a move of the axes themselves: it begins at their actual position; arcs begin where they are programmed."""
     if m.tool_axis_end is not None:  # a tilted plane is in force, and this block runs in machine coordinates
         _bring_tool(state, m, _angle(state, m, np.array(m.tool_axis_end)))
         m = m._replace(rotary_end=_point(state.angle), tool_axis_start=None, tool_axis_end=None)
@@ -209,7 +209,7 @@ def _plain(state: Leading, m: Move) -> None:
 
 
 def _programmed_angles(state: Leading, m: Move) -> Array:
-    """Angles (3,) that the words of the program say; of axes that the control has turned those at which they stand."""
+    """Return angles (3,) that the words of the program give; for axes that the control has turned, their present angles."""
     angle = np.array(m.rotary_end)
     stays = [i for i, a in enumerate(ROTARY) if a in m.held]
     angle[stays] = state.angle[stays]
@@ -217,7 +217,7 @@ def _programmed_angles(state: Leading, m: Move) -> Array:
 
 
 def _over_face(state: Leading, m: Move) -> None:
-    """Polar interpolation: X is the distance of the tip from the axis of C, which turns the point of the face to it; Y stays there."""
+    """Follow polar interpolation: X is the distance of the tip from the axis of C, which turns the point of the face to it; Y stays there."""
     if "C" not in state.machine.chain.work:
         raise UsageError(
             f"{state.name}:{m.source.line}: polar interpolation turns axis C under the tool, and {state.machine.name} has none that carries the "
@@ -235,7 +235,7 @@ def _over_face(state: Leading, m: Move) -> None:
 
 
 def _angle(state: Leading, m: Move, axis: Array) -> Array:
-    """Angles (3,) at which the tool points along `axis` (3,), workpiece axes."""
+    """Return the angles (3,) at which the tool points along `axis` (3,), workpiece axes."""
     none = np.zeros(3)
     now = tip_and_axis(state.machine, none[None], state.angle[None], none[None])[1][0]
     aim = _point(axis)
@@ -255,7 +255,7 @@ def _angle(state: Leading, m: Move, axis: Array) -> Array:
 
 
 def _bring_tool(state: Leading, m: Move, angle: Array) -> None:
-    """The rotary axes turn into a tilted plane while X, Y and Z stand, or keep the tip where it is on the workpiece (G53.6, MOVE)."""
+    """Turn the rotary axes into a tilted plane while X, Y and Z rest, or keep the tip at its place on the workpiece (G53.6, MOVE)."""
     if np.abs(angle - state.angle).max() <= STILL:
         return
     if m.posture is not None and m.posture.keeps_tip:
@@ -278,7 +278,7 @@ def _bring_tool(state: Leading, m: Move, angle: Array) -> None:
 
 
 def _check_swing(state: Leading, m: Move, target: Array) -> None:
-    """A remark where an axis swings while the tool hardly tilts: the block passes near a singular position."""
+    """Add a remark where an axis swings while the tool hardly tilts: the block passes near a singular position."""
     turn = np.abs(target - state.angle)
     if turn.max() < SWING:
         return
@@ -297,7 +297,7 @@ def _check_swing(state: Leading, m: Move, target: Array) -> None:
 
 
 def _samples(state: Leading, m: Move, target: Array, offset: Array) -> tuple[Array, Array, Array]:
-    """(shares (k,), tips in the workpiece (k, 3), angles (k, 3)) dense enough for CHORD, ends included."""
+    """Return (shares (k,), tips in the workpiece (k, 3), angles (k, 3)) dense enough for CHORD, ends included."""
     begin, _ = state.pose(offset)
     turned = np.abs(target - state.angle).max()
     count = max(LEAST_LOOKS, math.ceil(max(turned, abs(swept_angle(m))) / EVERY))
@@ -311,7 +311,7 @@ def _samples(state: Leading, m: Move, target: Array, offset: Array) -> tuple[Arr
 
 
 def _turning(state: Leading, m: Move, target: Array, share: Array) -> Array:
-    """Angles (k, 3) at shares (k,) of the path: in proportion to it, or so that the tool axis sweeps the plane of both directions."""
+    """Return the angles (k, 3) at shares (k,) of the path: in proportion to it, or so that the tool axis sweeps the plane of both directions."""
     angle = state.angle + share[:, None] * (target - state.angle)
     if not m.sweeps or np.abs(target - state.angle).max() <= STILL:
         return angle
@@ -325,7 +325,7 @@ def _turning(state: Leading, m: Move, target: Array, share: Array) -> Array:
 
 
 def _pieces(state: Leading, m: Move, share: Array, at: Array, angle: Array) -> list[Move]:
-    """Motions of the axes from point to point."""
+    """Return motions of the axes from point to point."""
     offset = np.tile(np.array(m.tool_offset), (len(share), 1))
     tip = tip_as_at_zero(state.machine, at, angle, offset)
     tip[0] = state.tip
@@ -334,7 +334,7 @@ def _pieces(state: Leading, m: Move, share: Array, at: Array, angle: Array) -> l
 
 
 def _moves_between(m: Move, at: Array, tip: Array, angle: Array, axis: Array | None = None) -> list[Move]:
-    """Motions of the axes from point to point: at (k, 3) of the workpiece, tips as with rotary axes at zero (k, 3), angles (k, 3).
+    """Return motions of the axes from point to point: at (k, 3) of the workpiece, tips as with rotary axes at zero (k, 3), angles (k, 3).
 
     axis (k, 3): tool axis at the points, where it is led; None: as the move says.
     """
@@ -358,7 +358,7 @@ def _moves_between(m: Move, at: Array, tip: Array, angle: Array, axis: Array | N
 
 
 def _feed(feed: float | None, way: float, run: float, turn: float) -> float | None:
-    """Feed of the axes (mm/min; degrees per minute where X, Y, Z stand) that leads the tip along `way` mm at `feed`."""
+    """Return the feed of the axes (mm/min; degrees per minute where X, Y, Z rest) that leads the tip along `way` mm at `feed`."""
     if feed is None:
         return None
     if run < SAME:
@@ -367,7 +367,7 @@ def _feed(feed: float | None, way: float, run: float, turn: float) -> float | No
 
 
 def _points(p: Array) -> list[Point]:
-    """Rows (k, 3) as points."""
+    """Return rows (k, 3) as points."""
     return [(x, y, z) for x, y, z in p.tolist()]
 
 

@@ -1,4 +1,4 @@
-"""Where a machine holds its tool: tip and tool axis in the workpiece for positions of all axes, and the way back.
+"""Pose of the tool in the workpiece: tip and tool axis for positions of all axes, and the inverse.
 
     tip = T_work(q)^-1 T_tool(q) (-tool offset)        tool axis = R_work(q)^T R_tool(q) z
 
@@ -22,13 +22,13 @@ Z = np.array([0.0, 0.0, 1.0])
 
 
 def by_letter(machine: Machine, linear: Array, angle: Array) -> dict[str, Array]:
-    """Axis letter -> position (k,), for the axes the machine has."""
+    """Return axis letter -> position (k,), for the axes the machine has."""
     both = {a: linear[:, i] for i, a in enumerate(LINEAR)} | {a: angle[:, i] for i, a in enumerate(ROTARY)}
     return {a: both[a] for a in machine.chain.letters}
 
 
 def ends_of(machine: Machine, axes: dict[str, Array]) -> tuple[dict[str, Pose6], Frame, Frame]:
-    """Frames of all links and of both ends of the chain at positions (k,)."""
+    """Return the frames of all links and of both ends of the chain at positions (k,)."""
     count = len(next(iter(axes.values())))
     return link_frames(machine.chain, machine.axes, Run(axes, np.zeros((count, 3))))
 
@@ -36,7 +36,7 @@ def ends_of(machine: Machine, axes: dict[str, Array]) -> tuple[dict[str, Pose6],
 def tip_and_axis(
     machine: Machine, tip: Array, angle: Array, offset: Array, direction: Array = Z
 ) -> tuple[Array, Array]:
-    """Tip and tool axis (k, 3) in workpiece axes; tip as with rotary axes at zero, offset: that of the tool, mm.
+    """Return the tip and tool axis (k, 3) in workpiece axes; tip as with rotary axes at zero, offset: that of the tool, mm.
 
     direction (3,) or (k, 3): from tip to holder, in the frame of the last tool-side axis.
     """
@@ -48,7 +48,7 @@ def tip_and_axis(
 
 
 def _along_chain(machine: Machine, positions: dict[str, Array], vector: Array, is_point: bool) -> Array:
-    """Points or directions (k, 3) of the last tool-side axis in the workpiece: T_work^-1 T_tool v, axis by axis.
+    """Return the points or directions (k, 3) of the last tool-side axis in the workpiece: T_work^-1 T_tool v, axis by axis.
 
     Towards the bed every axis moves v by its position; from the bed to the workpiece an axis moves by -q, and back by q, too.
     """
@@ -73,7 +73,7 @@ def _along_chain(machine: Machine, positions: dict[str, Array], vector: Array, i
 
 
 def _turned_about(axis: Axis, q: Array, c: list[Array], is_point: bool) -> list[Array]:
-    """Points or directions turned by q (k,) about an axis with a direction d of its own: Rodrigues, p cos + d x p sin + d (d.p) (1 - cos)."""
+    """Return points or directions turned by q (k,) about an axis with a direction d of its own: Rodrigues, p cos + d x p sin + d (d.p) (1 - cos)."""
     d, centre = np.array(axis.direction), np.array(axis.centre) if is_point else np.zeros(3)
     p = np.stack(c, axis=1) - centre
     cosine, sine = np.cos(q)[:, None], np.sin(q)[:, None]
@@ -82,7 +82,7 @@ def _turned_about(axis: Axis, q: Array, c: list[Array], is_point: bool) -> list[
 
 
 def tip_as_at_zero(machine: Machine, at: Array, angle: Array, offset: Array) -> Array:
-    """The way back: tips (k, 3) as with rotary axes at zero that lead to points (k, 3) of the workpiece at angles (k, 3)."""
+    """Return the inverse: tips (k, 3) as with rotary axes at zero that lead to points (k, 3) of the workpiece at angles (k, 3)."""
     count = len(at)
     corners = np.concatenate([np.zeros((1, 3)), np.eye(3)])
     found, _ = tip_and_axis(
@@ -94,5 +94,5 @@ def tip_as_at_zero(machine: Machine, at: Array, angle: Array, offset: Array) -> 
 
 
 def rotary_of(machine: Machine) -> list[int]:
-    """Numbers (0 = A) of the rotary axes of a machine, those on the side of the tool first."""
+    """Return the numbers (0 = A) of the rotary axes of a machine, those on the side of the tool first."""
     return [ROTARY.index(a) for a in machine.chain.letters if a in ROTARY]

@@ -63,7 +63,7 @@ class Toolpath:
 
     @cached_property
     def assumptions(self) -> tuple[str, ...]:
-        """What was not stated and had to be assumed, one sentence each."""
+        """The assumptions that were needed because nothing was stated, one sentence each."""
         control = self.timing.control
         said = list(self.timing.limits.assumptions)
         for key, text in (
@@ -79,15 +79,15 @@ class Toolpath:
         first = self.timing.moves[0].tool if self.timing.moves else 0
         if first:
             said.append(
-                f"control: tool {first} stands in the spindle when the program begins: its change, before the first move, takes no time"
+                f"control: tool {first} is in the spindle when the program begins: its change, before the first move, takes no time"
             )
         return tuple(said)
 
     def run(self, followed: bool = False) -> Run:
-        """The rows as a Run: positions as commanded, offset such that the nominal tip is the tool tip.
+        """Return the rows as a Run: positions as commanded, offset such that the nominal tip is the tool tip.
 
         followed: positions as the nominal servo follows them; only then its contour deviation is part of the positions
-        (it stands in the columns follow_x_mm, follow_y_mm, follow_z_mm either way).
+        (it is in the columns follow_x_mm, follow_y_mm, follow_z_mm either way).
         """
         axes = dict(self.axes)
         if followed:
@@ -99,7 +99,7 @@ class Toolpath:
         return Run(axes, -self.tool_offset, self.columns, self.labels)
 
     def seconds_by(self, what: str) -> dict[str, float]:
-        """Time by "tool" or by "mode" (rapid, feed, thread, tool change, dwell: every other pause), s; sums to `seconds`.
+        """Return the time by "tool" or by "mode" (rapid, feed, thread, tool change, dwell: every other pause), s; sums to `seconds`.
 
         The tool that the program calls before its first move is no tool change: it is taken to stand in the spindle.
         """
@@ -131,7 +131,7 @@ def toolpath(
     chord: float = 1e-3,
     plays: Sequence[float] = (),
 ) -> Toolpath:
-    """Motion of a program at knots no more than `step` mm and `chord` mm (height over the chord) apart.
+    """Compute the motion of a program at knots no more than `step` mm and `chord` mm (height over the chord) apart.
 
     control: what the control does; else `setup.control` where the set-up has one, else the defaults, which the
     assumptions then name.   plays: mm, for which the play state of history.play is kept.
@@ -154,7 +154,7 @@ def toolpath(
 def _state_at_knots(
     timing: Timing, s: Array, time: Array, stretch: Ints, rest: np.typing.NDArray[np.bool_]
 ) -> AxisState:
-    """State at the knots, exactly at rest at the ends of each stretch."""
+    """Return the state at the knots, exactly at rest at the ends of each stretch."""
     row = np.clip(np.searchsorted(timing.start, time, side="right") - 1, 0, max(len(timing.start) - 1, 0))
     _, v0, a0, jerk, length = timing.phase[row].T
     t = np.clip(time - timing.start[row], 0.0, length)
@@ -169,7 +169,7 @@ def _take_rows(state: AxisState, rows: Ints) -> AxisState:
 
 @dataclass(frozen=True, eq=False)
 class Knots:
-    """The rows before they are a toolpath: time (n,) s, axes, move, deviation (n, 3) mm, begins: first of a stretch."""
+    """The rows of a toolpath before it exists: time (n,) s, axes, move, deviation (n, 3) mm, begins: first of a stretch."""
 
     time: Array
     state: AxisState
@@ -208,7 +208,7 @@ def _motion_columns(axes: Mapping[str, Array], state: AxisState) -> dict[str, Ar
 
 
 def _since_acceleration(time: Array, size: Array) -> Array:
-    """Time (n,) s since the acceleration was last above RESTING of its maximum, counted from the crossing.
+    """Return the time (n,) s since the acceleration was last above RESTING of its maximum, counted from the crossing.
 
     Between two knots the acceleration is taken as linear in time, which it is on straight moves.
     """
@@ -225,7 +225,7 @@ def _since_acceleration(time: Array, size: Array) -> Array:
 
 
 def _move_columns(timing: Timing, time: Array, state: AxisState, move: Ints) -> dict[str, Array]:
-    """Columns that follow from the moves: feed, spindle, tool, line, cut length."""
+    """Return the columns that follow from the moves: feed, spindle, tool, line, cut length."""
     moves = timing.moves
     rpm = np.array([m.spindle for m in moves], dtype=float)[move]
     tip_speed = np.linalg.norm(state.speed[:, :3], axis=1)
@@ -246,7 +246,7 @@ def _move_columns(timing: Timing, time: Array, state: AxisState, move: Ints) -> 
 
 
 def _spindle_on(before: Array, time: Array, rpm: Array) -> Array:
-    """Time (n,) s since the spindle was started; 0 while it stands. before (n,): time of the row before each."""
+    """Return the time (n,) s since the spindle was started; 0 while it stands. before (n,): time of the row before each."""
     on = rpm != 0
     started = on & ~np.concatenate([[False], on[:-1]])[: len(on)]
     latest = np.maximum.accumulate(np.where(started, np.arange(len(on)), 0))
@@ -254,7 +254,7 @@ def _spindle_on(before: Array, time: Array, rpm: Array) -> Array:
 
 
 def _cut_length(timing: Timing, s: Array, move: Ints) -> Array:
-    """Distance (n,) mm that the tool of each row has been fed up to there, over all its calls; mm of X, Y and Z only."""
+    """Return the distance (n,) mm that the tool of each row has been fed up to there, over all its calls; mm of X, Y and Z only."""
     kept = [timing.moves[i] for i in timing.moving]
     length = np.diff(timing.ends, prepend=0.0)
     fed = np.array([(m.kind in CUTS and m.start != m.end) or m.kind == "arc" for m in kept], dtype=bool)
@@ -271,7 +271,7 @@ def _cut_length(timing: Timing, s: Array, move: Ints) -> Array:
 def _labels(
     moves: Sequence[Move], move: Ints, begins: np.typing.NDArray[np.bool_], time: Array
 ) -> dict[str, np.typing.NDArray[np.str_]]:
-    """tool, work_offset (its name), event (tool call by tool call), mode; a row after a pause is a dwell."""
+    """Return tool, work_offset (its name), event (tool call by tool call), mode; a row after a pause is a dwell."""
     tools = np.array([m.tool for m in moves], dtype=int)
     calls = np.concatenate([[1], 1 + np.cumsum(np.diff(tools) != 0)]) if len(moves) else np.zeros(0)
     mode = np.array([MODES[m.kind] for m in moves], dtype="<U6")[move]
@@ -285,7 +285,7 @@ def _labels(
 
 
 def summary(path: Toolpath) -> str:
-    """Cycle time in words: by mode, by tool, beside length over feed, and what was assumed."""
+    """Return the cycle time in words: by mode, by tool, beside length over feed, and the assumptions."""
     lines = [
         f"cycle time {path.seconds:.1f} s ({clock(path.seconds)}), length over feed {naive_seconds(path.timing):.1f} s"
     ]
@@ -302,13 +302,13 @@ def summary(path: Toolpath) -> str:
 
 
 def clock(seconds: float) -> str:
-    """3725.4 -> '1:02:05'."""
+    """Return seconds as text: 3725.4 -> '1:02:05'."""
     whole = round(seconds)
     return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
 
 
 def naive_seconds(timing: Timing) -> float:
-    """What a calculator says: every move at its feed (rapids at the speed of the axes), without speeding up, s."""
+    """Return the result of a calculator: every move at its feed (rapids at the speed of the axes), without acceleration, s."""
     length = np.diff(timing.ends, prepend=0.0)
     direction = (
         np.abs(timing.curves.coefficients[: len(length), 1]) / length[:, None]

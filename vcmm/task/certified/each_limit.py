@@ -110,7 +110,8 @@ def _check_largest(largest: Finding, most: float) -> None:
 
 
 def _by_found_share(worst: LimitShare, errors: Array, limits: Array, seed: int) -> Array:
-    """Return the factors (m,) at which the largest share of the limit equals the measured one."""
+    """Return the factors (m,) at which the largest share of the limit equals the measured one. errors (m, 35) mm of the unscaled
+    machines, limits (35,) mm."""
     rng = np.random.default_rng([seed, FINDING, GEOMETRY])
     shares = np.abs(errors) / limits
     most = limits[shares.argmax(axis=1)]

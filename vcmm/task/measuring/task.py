@@ -112,8 +112,7 @@ def _onto_tangent_plane(t: Touches, rows: Ints, start: Array) -> Array:
 
 
 def fit_features(task: Task, points: Array) -> dict[str, FittedElement]:
-    """Return the Gauss elements of all measured features, with those by other criteria that the characteristics require.
-    """
+    """Return the Gauss elements of all measured features, with those by other criteria that the characteristics require."""
     out, read = {}, criteria_needed(task.part.characteristics, task.part.features)
     for name, rows in task.touches.rows.items():
         feature = task.part.features[name]
