@@ -145,3 +145,13 @@ def test_what_couples_axes_is_named_as_what_it_is(text, what):
 def test_point_to_point_without_a_transformation_is_nothing():
     text = "PTP\nG1 X10 STAT='B10' TU='B100' F100\nCP\nTRAORI\nG1 Y5\nM30\n"
     assert ends(text, "sinumerik") == [(10, 0, 0), (10, 5, 0)]
+
+
+def test_an_arc_by_its_radius_that_ends_where_it_starts_says_what_the_control_does():
+    klartext = "BEGIN PGM A MM\nTOOL CALL 5 Z S1\nL X+10 Y+0 Z+0 R0 F100\nCR X+10 Y+0 R+5 DR+\nEND PGM A MM\n"
+    with pytest.raises(DataError, match="a TNC draws no full circle by R"):
+        read(klartext, "heidenhain")
+    with pytest.raises(DataError, match="one of 0 degrees on a FANUC, which does not move"):
+        read("G21 G90 G0 X10. F100.\nG2 X10. R5.\nM30\n", "fanuc")
+    with pytest.raises(DataError, match="must end elsewhere than it starts"):
+        read("G21 G90 G0 X10. F100.\nG2 X10. R5.\nM30\n", "haas")

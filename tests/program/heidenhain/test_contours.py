@@ -69,7 +69,7 @@ def test_side_finishing_closes_its_ring():
     """A pocket of 40 x 40, counter-clockwise with RL: the tool 5 mm inside, from corner to corner, without a way into the wall."""
     made = path(SIDE.format(sense="+1") + SQUARE.format(side="RL"))
     assert made[1:] == [
-        ("rapid", (5, 5, 50)), ("line", (5, 5, -20)), ("line", (35, 5, -20)), ("line", (35, 35, -20)), ("line", (5, 35, -20)), ("line", (5, 5, -20)),
+        ("rapid", (5, 5, 50)), ("rapid", (5, 5, 2)), ("line", (5, 5, -20)), ("line", (35, 5, -20)), ("line", (35, 35, -20)), ("line", (5, 35, -20)), ("line", (5, 5, -20)),
         ("rapid", (5, 5, 50)), ("rapid", (-50, 5, 50)),
     ]  # fmt: skip
 
@@ -77,7 +77,12 @@ def test_side_finishing_closes_its_ring():
 def test_an_island_is_gone_round_in_arcs():
     """RR: outside; climb is clockwise then, so the programmed way is reversed; corners as arcs about them."""
     made = path(SIDE.format(sense="+1") + SQUARE.format(side="RR"))
-    assert made[1:4] == [("rapid", (-5, 0, 50)), ("line", (-5, 0, -20)), ("line", (-5, 40, -20))]
+    assert made[1:5] == [
+        ("rapid", (-5, 0, 50)),
+        ("rapid", (-5, 0, 2)),
+        ("line", (-5, 0, -20)),
+        ("line", (-5, 40, -20)),
+    ]
     assert [p for k, p in made if k == "arc"] == [(0, 45, -20), (45, 40, -20), (40, -5, -20), (-5, 0, -20)]
 
 
@@ -153,4 +158,18 @@ def test_the_depth_counts_from_the_surface():
         SIDE.format(sense="+1").replace("Q5=+0", "Q5=+30").replace("Q7=+50", "Q7=+80")
         + SQUARE.format(side="RL")
     )
-    assert made[2] == ("line", (5, 5, 10))
+    assert made[2:4] == [("rapid", (5, 5, 32)), ("line", (5, 5, 10))]
+
+
+def test_side_finishing_comes_down_at_rapid_to_its_set_up_clearance():
+    """Q5 0 + Q6 2 = 2: from there at Q11 = 100, where it fed 52 mm from Q7 = 50 before; cycle 25 has no Q6 and goes at Q11 from Q7."""
+
+    def down(text: str) -> list[tuple[str, float, float, float | None]]:
+        made = interpret(HEAD + text, "heidenhain", Setup(strict=False, tools=TOOLS)).moves
+        return [(m.kind, m.start[2], m.end[2], m.feed) for m in made if m.end[2] < m.start[2] <= 50]
+
+    assert down(SIDE.format(sense="+1") + SQUARE.format(side="RL")) == [
+        ("rapid", 50, 2, None),
+        ("line", 2, -20, 100),
+    ]
+    assert down(TRAIN.format(allowance="+0", sense="+0") + OPEN)[0] == ("line", 50, -10, 100)

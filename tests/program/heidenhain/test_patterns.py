@@ -57,3 +57,19 @@ def test_bad_patterns():
         moves("PATTERN DEF POS1 (X+1")
     with pytest.raises(DataError, match="but none is defined"):
         moves("CYCL DEF 220 Q216=+50")
+
+
+@pytest.mark.parametrize(
+    ("text", "missing"),
+    [
+        ("CYCL DEF 220 POLAR PATTERN ~\n Q216=+50 ~\n Q217=+50 ~\n Q244=80 ~\n Q245=0 ~\n Q246=360 ~\n Q247=0", "cycle 220 has no Q241"),
+        ("CYCL DEF 220 POLAR PATTERN ~\n Q216=+50 ~\n Q217=+50 ~\n Q244=80 ~\n Q241=4", "cycle 220 has no Q245"),
+        ("CYCL DEF 221 CARTESIAN PATTERN ~\n Q225=+50 ~\n Q226=+50 ~\n Q237=10 ~\n Q238=10 ~\n Q243=1 ~\n Q224=0", "cycle 221 has no Q242"),
+        ("PATTERN DEF CIRC1 (X+0 Y+0 D20 START+90)", "CIRC of PATTERN DEF has no NUM"),
+        ("PATTERN DEF ROW1 (X+0 Y+0 NUM3)", "ROW of PATTERN DEF has no D"),
+    ],
+)  # fmt: skip
+def test_a_pattern_that_is_not_complete_is_refused(text, missing):
+    # without Q241 or Q242 no hole was drilled, and nothing was said
+    with pytest.raises(DataError, match=missing):
+        moves(f"{DRILL}L Z+50 FMAX\n{text}\n")

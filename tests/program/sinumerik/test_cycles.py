@@ -114,6 +114,6 @@ def test_tapping_without_encoder_and_without_a_pitch_goes_at_the_feed_in_force()
 
 
 def test_arguments_that_no_table_knows_are_told():
-    """POCKET4 knows 15 arguments; how it goes in (AP1, AD, RAD1, DP1) is not among them."""
-    program = told("F100\nT1 D1\nPOCKET4(10,0,2,-4,20,0,0,4,0,0,300,100,2,21,0,0,0,3,2)")
-    assert "arguments of POCKET4 behind number 15 (3, 2)" in str(program)
+    """POCKET4 knows 19 arguments; what stands behind them is told."""
+    program = told("F100\nT1 D1\nPOCKET4(10,0,2,-4,20,0,0,4,0,0,300,100,2,21,0,0,0,3,2,7)")
+    assert "arguments of POCKET4 behind number 19 (7)" in str(program)

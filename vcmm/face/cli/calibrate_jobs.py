@@ -70,6 +70,8 @@ def fit_command(
 def design_command(plan: InputFile, *, json: Json = False, out: Path | None = None) -> int:
     """Say beforehand what planned set-ups identify and how well, and the cheapest ones that do.
 
+    Exit code 1: even all set-ups, or all poses, leave a combination open.
+
     Parameters
     ----------
     plan

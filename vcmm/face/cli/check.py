@@ -35,6 +35,8 @@ KINDS = ("scenario", "machine", "setup", "recording")
 def check_command(file: InputFile, *, json: Json = False, out: Path | None = None) -> int:
     """Check a machine, scenario, set-up or recording file: all problems at once, each with file, line and fix.
 
+    Exit code 1: the file is right, but with its program part or tool would be spoilt.
+
     Parameters
     ----------
     file

@@ -51,6 +51,8 @@ def diagnose_command(
 ) -> int:
     """Say what physics was left out: ranked, with parameters, rivals, held-out improvement and what to measure next.
 
+    Exit code 70: of a folder, where a recording met a fault of ours; the others are in the table.
+
     Parameters
     ----------
     recordings

@@ -43,7 +43,7 @@ def loop_command(
 ) -> int:  # fmt: skip
     """Cut, compare with the measured part, diagnose, compensate, and prove by a cut what the next part will be.
 
-    Exit code 1: the next part is not within the tolerance, or would be worse and is refused.
+    Exit code 1: the next part is not within the tolerance, would be worse and is refused, or something of the measured part is open.
 
     Parameters
     ----------

@@ -20,6 +20,8 @@ COMMON = ("verb", "options", "key", "inputs", "version")
 def merge_command(*files: InputFile, json: Json = False, out: Path | None = None) -> int:
     """Put the shards of a job together: the document that one computer would have given, to the last bit.
 
+    Exit code: that of the job.
+
     Parameters
     ----------
     files

@@ -37,6 +37,8 @@ def test_command(
 ) -> int:  # fmt: skip
     """Predict the figures of an acceptance test with uncertainty, or evaluate a recorded one.
 
+    Exit code 1: a figure is more likely outside a stated --limit than within.
+
     Parameters
     ----------
     file

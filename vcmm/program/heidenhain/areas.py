@@ -103,6 +103,12 @@ def _strokes(c: MachiningCycle, contours: Contours, radius: float) -> tuple[Area
         r.fault(f"cycle {c.number}: {fault.text}")
 
 
+def entry_height(c: MachiningCycle) -> float:
+    """Down to where the tool comes at rapid before it is fed in: Q6 above the surface, at most Q7; Q7 where there is no Q6."""
+    high = c.mm("Q7")
+    return min(high, c.mm("Q5") + c.mm("Q6")) if "Q6" in c.values else high
+
+
 def _going_in(made: Area, strokes: Sequence[Stroke]) -> Iterator[Stroke]:
     """Strokes that the tool does not reach at depth."""
     before: Stroke | None = None
@@ -121,7 +127,7 @@ def _mill(c: MachiningCycle, found: tuple[Area, list[Stroke]], level: float) -> 
         if id(stroke) in inside:
             c.to(None, None, high, True)
             c.to(*stroke.start, None, True)
-            c.to(None, None, min(high, c.mm("Q5") + c.mm("Q6", high)), True)
+            c.to(None, None, entry_height(c), True)
             with c.feed_at(c.feed("Q11")) as rapid:
                 c.to(None, None, level, rapid)
         with c.feed_at(c.feed("Q12")):

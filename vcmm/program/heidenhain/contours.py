@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from vcmm.program.contouring import beside, flat, is_closed, pieces, reverse
 from vcmm.program.drilling import depths_of
-from vcmm.program.heidenhain.areas import Contours, drill_pilots, finish_floor, rough_out
+from vcmm.program.heidenhain.areas import Contours, drill_pilots, entry_height, finish_floor, rough_out
 from vcmm.program.heidenhain.machining import MachiningCycle
 from vcmm.program.moves import Move
 from vcmm.program.radius import HEIDENHAIN
@@ -71,8 +71,9 @@ class ContourCycles:
         sense = round(c.plain("Q9" if c.number == "24" else "Q15", 1.0))
         if side is not None and sense == (-1 if side == "left" else 1):
             made = reverse(made)
+        way = "rapid to Q6 above the surface, then" if "Q6" in c.values else "from Q7"
         c.recorder.assume(
-            f"where cycle {c.number} goes in and out", "straight down at its first point, up at its last",
+            f"where cycle {c.number} goes in and out", f"straight down at its first point, {way} at Q11; up at its last",
             f"where cycle {c.number} goes in is the control's own affair and not known; write its contour with APPR and DEP",
         )  # fmt: skip
         surface, floor, high = c.mm("Q5"), c.mm("Q5") + c.mm("Q1"), c.mm("Q7")
@@ -84,6 +85,7 @@ class ContourCycles:
             if c.here() != begin:
                 c.to(None, None, high, True)
                 c.to(*begin, None, True)
+                c.to(None, None, entry_height(c), True)
             with c.feed_at(c.feed("Q11")) as rapid:
                 c.to(None, None, level, rapid)
             with c.feed_at(c.feed("Q12")):

@@ -79,7 +79,7 @@ class KlartextCycles:
         if number == "247":
             self.frames.preset(round(values.get("Q339", 0.0)))
         elif number in PATTERNS:
-            self.pattern(number, values)
+            self.pattern(number, values, column)
         elif number in MACHINING:
             row = MACHINING[number]
             self.check(number, row.required_names, values, column)
@@ -153,11 +153,12 @@ class KlartextCycles:
                 f"{what} and a positive plunging depth Q202" if number == "200" else what, column
             )
 
-    def pattern(self, number: str, values: Mapping[str, float]) -> None:
+    def pattern(self, number: str, values: Mapping[str, float], column: int) -> None:
         """220 and 221: the machining cycle in force at the points of a circle or of rows, at once."""
         c = self.active
         if c is None:
             self.recorder.fault(f"cycle {number} repeats a machining cycle, but none is defined")
+        self.check(number, PATTERNS[number].required_names, values, column)
         heights = {k: values[k] for k in ("Q200", "Q203", "Q204") if k in values}
         c = replace(c, values={**c.values, **heights})
         row = PATTERNS[number]

@@ -193,6 +193,10 @@ class KlartextPaths(KlartextTechnology):
             end = self.target(words)
             middle = radius_centre(self.r.p, end, (radius or 0.0) * self.r.unit, clockwise, self.r.plane)
             if not radius or middle is None:
+                if radius and math.dist(self.r.p, end) < 1e-9:
+                    self.r.fault(
+                        "CR ends where it starts: a TNC draws no full circle by R; write two CR blocks of half a circle, or CC and C"
+                    )
                 self.r.fault("CR needs R, and R must reach the end point; correct R or the end point")
             centre = middle
         elif name in ("CT", "CTP"):

@@ -16,7 +16,9 @@ from vcmm.program.heidenhain.text import KlartextReader
 from vcmm.program.hole_patterns import hole_circle, hole_grid, hole_line
 
 Spot = tuple[float, float, float]  # in the plane and along the tool axis, in the unit of the program
-KINDS = ("POS", "ROW", "PAT", "FRAME", "CIRC", "PITCHCIRC")
+KINDS = {  # and the words without which its points are not known
+    "POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME": "X Y DX DY NUMX NUMY", "CIRC": "X Y D NUM", "PITCHCIRC": "X Y D STEP NUM",
+}  # fmt: skip
 
 
 def pattern_points(reader: KlartextReader) -> list[Spot]:
@@ -30,7 +32,11 @@ def pattern_points(reader: KlartextReader) -> list[Spot]:
         token = reader.peek()
         if token is not None and token.kind == "number":  # POS1, POS2
             reader.at += 1
-        out += _points(kind, _words(reader, kind))
+        words = _words(reader, kind)
+        for name in KINDS[kind].split():
+            if name not in words:
+                raise reader.fault(f"{kind} of PATTERN DEF has no {name}; add it")
+        out += _points(kind, words)
     return out
 
 
@@ -96,6 +102,6 @@ def row_points(v: Values) -> list[Flat]:
 
 
 PATTERNS: Mapping[str, Cycle[Callable[[Values], list[Flat]]]] = {
-    "220": cycle("Q216=x mm, Q217=y mm, Q244=diameter mm, Q245=first plain, Q246=last plain, Q247=step plain, Q241=count count", circle_points),
-    "221": cycle("Q225=x mm, Q226=y mm, Q237=along mm, Q238=across mm, Q242=columns count, Q243=rows count?, Q224=turn deg", row_points),
+    "220": cycle("Q216=x mm!, Q217=y mm!, Q244=diameter mm!, Q245=first plain!, Q246=last plain!, Q247=step plain!, Q241=count count!", circle_points),
+    "221": cycle("Q225=x mm!, Q226=y mm!, Q237=along mm!, Q238=across mm!, Q242=columns count!, Q243=rows count!, Q224=turn deg!", row_points),
 }  # fmt: skip

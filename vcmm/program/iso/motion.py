@@ -321,9 +321,10 @@ def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) 
     dx, dy = p[first] - before[first], p[second] - before[second]
     chord = math.hypot(dx, dy)
     if chord < TINY or not named:
-        raise BlockFault(
-            column, "an arc given by R must end elsewhere than it starts; give a full circle by I J K"
-        )
+        what = "an arc given by R must end elsewhere than it starts; give a full circle by I J K"
+        if c.language.words == "macro" and not c.language.haas and not chord:
+            what = "an arc given by R that ends where it starts is one of 0 degrees on a FANUC, which does not move; give a full circle by I J K, or remove the block"
+        raise BlockFault(column, what)
     if not radius:
         raise BlockFault(column, "an arc of radius zero; correct R")
     half = chord / 2.0

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from vcmm.program.clearing import PathPiece, circle, rectangle, rows, shift_pieces
+from vcmm.program.clearing import rectangle, rows
 from vcmm.program.cutter import CycleCutter, equal_depths
 from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import depths_of, whole_count
@@ -20,50 +20,13 @@ from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.contours import mill_contour
 from vcmm.program.sinumerik.flow import SinumerikRunner
 from vcmm.program.sinumerik.milling_call import MillingCall
+from vcmm.program.sinumerik.pockets import STRAIGHT, Insertion, clear, is_clockwise, pocket
 
 if TYPE_CHECKING:
     from vcmm.program.sinumerik.paths import SinumerikPaths
 
 
 MillingPrimitive = Callable[[MillingCall, Values], None]
-
-
-def pocket(m: MillingCall, v: Values) -> None:
-    """POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle): from the inside outwards, in infeeds of MID."""
-    depth, radius, side = m.floor(v), m.radius(), v["FAL"]
-    step = v["MIDA"] or 0.8 * 2.0 * radius
-    clockwise = is_clockwise(m, v)
-    m.note_clearing("in rings from the inside outwards", "G1 and G2")
-    if m.item.name in ("POCKET4", "POCKET2"):
-        path = circle(max(v["PRAD"] - radius - side, 0.0), step, clockwise)
-    else:
-        size = (max(v["LENG"] / 2 - radius - side, 0.0), max(v["WID"] / 2 - radius - side, 0.0))
-        path = rectangle(size, step, max(v["CRAD"] - radius, 0.0), clockwise, v["STA"])
-    clear(
-        m, v, path, (v["PA"], v["PO"]), depths_of(v["RFP"], depth + v["FALD"], v["MID"] or v["RFP"] - depth)
-    )
-    m.cutter.to(None, v["RTP"], True)
-
-
-def is_clockwise(m: MillingCall, v: Values) -> bool:
-    """CDIR: 2 is G2, 3 is G3; 0 is climb milling, inside G3 with M3 and G2 with M4; 1 the other way."""
-    direction = v.number("CDIR")
-    return direction == 2 if direction in (2, 3) else (direction == 1) == (m.paths.r.sense >= 0)
-
-
-def clear(
-    m: MillingCall, v: Values, path: list[PathPiece], middle: tuple[float, float], levels: list[float]
-) -> None:
-    """A path about `middle` at each of the levels, mm, back to the middle each time."""
-    c, over = m.cutter, v["RFP"] + v["SDIS"]
-    c.to(None, max(c.height, over), True)
-    c.to(middle, None, True)
-    c.to(None, over, True)
-    for level in levels:
-        with c.feed_at(v["FFD"]):
-            c.to(middle, level, False)
-        with c.feed_at(v["FFP1"]):
-            c.follow([*shift_pieces(path, middle), PathPiece(middle)], level)
 
 
 def face(m: MillingCall, v: Values) -> None:
@@ -180,7 +143,8 @@ def slots(m: MillingCall, v: Values) -> None:
         path = rectangle(size, 0.8 * 2.0 * radius, size[1], is_clockwise(m, v), w)
         spot = (v["CPA"] + middle * math.cos(w), v["CPO"] + middle * math.sin(w))
         m.cutter.to(None, max(m.cutter.height, v["RTP"]), True)
-        clear(m, v, path, spot, equal_depths(v["RFP"] + v["SDIS"], floor, v["MID"]))
+        placed = Values({**v.numbers, "PA": spot[0], "PO": spot[1]})
+        clear(m, placed, path, equal_depths(v["RFP"] + v["SDIS"], floor, v["MID"]), Insertion(STRAIGHT))
         m.cutter.to(None, v["RTP"], True)
 
 
@@ -220,10 +184,10 @@ def thread(m: MillingCall, v: Values) -> None:
 _POCKET1, _POCKET3 = "RTP mm, RFP mm, SDIS size, DP mm, DPR size,", "RTP mm, RFP mm, SDIS size, DP mm,"
 _ON_A_CIRCLE = "CPA mm, CPO mm, RAD size, STA1 deg, INDA deg, FFD feed, FFP1 feed, MID size"
 MILLING: Mapping[str, Cycle[MillingPrimitive]] = {
-    "POCKET1": cycle(f"{_POCKET1} LENG mm, WID mm, CRAD mm, PA mm, PO mm, STA deg, FFD feed, FFP1 feed, MID size, CDIR count, FAL mm, VARI count", pocket),
-    "POCKET2": cycle(f"{_POCKET1} PRAD mm, PA mm, PO mm, FFD feed, FFP1 feed, MID size, CDIR count, FAL mm, VARI count", pocket),
-    "POCKET3": cycle(f"{_POCKET3} LENG mm, WID mm, CRAD mm, PA mm, PO mm, STA deg, MID size, FAL mm, FALD mm, FFP1 feed, FFD feed, CDIR count, VARI count, MIDA mm", pocket),
-    "POCKET4": cycle(f"{_POCKET3} PRAD mm, PA mm, PO mm, MID size, FAL mm, FALD mm, FFP1 feed, FFD feed, CDIR count, VARI count, MIDA mm", pocket),
+    "POCKET1": cycle(f"{_POCKET1} LENG mm, WID mm, CRAD mm, PA mm, PO mm, STA deg, FFD feed, FFP1 feed, MID size, CDIR count, FAL mm, VARI count, MIDF size, FFP2 feed, SSF plain", pocket),
+    "POCKET2": cycle(f"{_POCKET1} PRAD mm, PA mm, PO mm, FFD feed, FFP1 feed, MID size, CDIR count, FAL mm, VARI count, MIDF size, FFP2 feed, SSF plain", pocket),
+    "POCKET3": cycle(f"{_POCKET3} LENG mm, WID mm, CRAD mm, PA mm, PO mm, STA deg, MID size, FAL mm, FALD mm, FFP1 feed, FFD feed, CDIR count, VARI count, MIDA mm, AP1 size, AP2 size, AD size, RAD1 size, DP1 size", pocket),
+    "POCKET4": cycle(f"{_POCKET3} PRAD mm, PA mm, PO mm, MID size, FAL mm, FALD mm, FFP1 feed, FFD feed, CDIR count, VARI count, MIDA mm, AP1 size, AD size, RAD1 size, DP1 size", pocket),
     "CYCLE71": cycle(f"{_POCKET3} PA mm, PO mm, LENG mm, WID mm, STA deg, MID size, MIDA size, FDP size, FALD mm, FFP1 feed", face),
     "CYCLE61": cycle(f"{_POCKET3} PA mm, PO mm, LENG mm, WID mm, MID size, MIDA size, FALD size, FFP1 feed, VARI count, LIM count, DMODE count, AMODE count", plane_face),
     "LONGHOLE": cycle(f"{_POCKET1} NUM count, LENG size, {_ON_A_CIRCLE}", long_holes),
