@@ -197,11 +197,11 @@ class Feasibility:
 
     def part_back(self, rotation: Array, which: Ints) -> Array:
         """(n,) mm that the tool lacks of the part while it draws back from `which`; inf at touches nobody asked about."""
-        known = self._backs.setdefault(self.tooling.key(rotation), np.full(self.rows.n, np.inf))
-        new = which[np.isinf(known[which])]
+        back = self._backs.setdefault(self.tooling.key(rotation), np.full(self.rows.n, np.inf))
+        new = which[np.isinf(back[which])]
         if len(new):
-            known[new] = back_lacking(self.tooling, self.solid, self.reach, self.rows, new, rotation.T)
-        return known
+            back[new] = back_lacking(self.tooling, self.solid, self.reach, self.rows, new, rotation.T)
+        return back
 
     def table_room(self, pose: Pose) -> TableRoom | None:
         """Against clamps on the table and the table itself, in workpiece axes; None without any."""
