@@ -154,7 +154,9 @@ def departures(
     out = {}
     for v in views:
         now = replace(v, tool=replace(v.tool, run=machining.add_temperatures(v.tool.run, log)))
-        out[v.net.feature] = 1e3 * (machining.departure(now, machine) + v.contacts.surface(v.tool.known))
+        out[v.net.feature] = 1e3 * (
+            machining.departure(now, machine) + v.contacts.surface(v.tool.known_error)
+        )
     return out
 
 
@@ -164,7 +166,7 @@ def by_table(
     table: tuple[Machine, machining.TemperatureLog],
 ) -> dict[str, Array]:
     """Departures with the control taking a table off; its errors count at the edge that cuts, as a volumetric compensation's do."""
-    nominal = {v.net.feature: 1e3 * v.contacts.surface(v.tool.known) for v in views}
+    nominal = {v.net.feature: 1e3 * v.contacts.surface(v.tool.known_error) for v in views}
     real, off = departures(views, *truth), departures(views, *table)
     return {n: real[n] - off[n] + nominal[n] for n in real}
 

@@ -53,11 +53,11 @@ def check_expressions(program: Program, source: SourceText, changed: Collection[
     behind = None
     for step in program.steps:
         if behind is not None and step.file == source.name and step.line - 1 in changed:
-            said = (
+            message = (
                 f"the expression of this block has to become a number, but "
                 f'"{behind[1]}" in line {behind[0]} is in a block with a slash, and its value may depend on it. {_advice()}'
             )
-            raise at_line(DataError, source.name, step.line, said)
+            raise at_line(DataError, source.name, step.line, message)
         if behind is None and step.cuts and step.file == source.name:
             body = source.lines[step.line - 1][0]
             what = decided_by(body, [c for c in step.cuts if c.line == step.line])

@@ -111,8 +111,8 @@ def nearest_share(m: Move, at: Array) -> Array:
     share = np.mod(angle / turn, 1.0) * turn / sweep  # first passage
     several = [share + k * turn / sweep for k in range(-1, m.turns + 1)]
     best, least = np.clip(share, 0.0, 1.0), np.full(len(at), np.inf)
-    for one in several:
-        kept = np.clip(one, 0.0, 1.0)
+    for contour in several:
+        kept = np.clip(contour, 0.0, 1.0)
         gap = np.linalg.norm(at - points(m, kept), axis=1)
         best, least = np.where(gap < least, kept, best), np.minimum(gap, least)
     return np.asarray(best)

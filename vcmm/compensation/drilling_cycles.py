@@ -28,11 +28,16 @@ def straighten_holes(traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -
     """Fits in which the block before a hole ends over the mean of the corrections of that hole."""
     out = list(fits)
     for i in range(len(traces) - 1):
-        own, fit = traces[i], fits[i]
-        if own.cycle or fit is None or not traces[i + 1].cycle or own.contour.kind not in ("rapid", "line"):
+        trace, fit = traces[i], fits[i]
+        if (
+            trace.cycle
+            or fit is None
+            or not traces[i + 1].cycle
+            or trace.contour.kind not in ("rapid", "line")
+        ):
             continue
         hole = _hole(traces, i + 1)
-        normal = PLANES[own.contour.plane][2]
+        normal = PLANES[trace.contour.plane][2]
         bottom = _bottom(traces, hole, normal)
         ends = [fits[k] for k in (hole[0], bottom)]
         if any(f is None for f in ends):
@@ -41,7 +46,7 @@ def straighten_holes(traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -
             f.pieces[-1].end - np.array(traces[k].contour.end) for f, k in zip(ends, (hole[0], bottom)) if f
         ]
         mean = (shifts[0] + shifts[1]) / 2
-        end = np.array(own.contour.end) + mean
+        end = np.array(trace.contour.end) + mean
         end[normal] = fit.pieces[-1].end[normal]
         out[i] = BlockFit((*fit.pieces[:-1], BlockPiece(1.0, end)), fit.residual)
     return out
@@ -122,16 +127,16 @@ def _values(writer: Writer, trace: Trace, down: float) -> list[tuple[WordAt, str
     inch = trace.after.unit > 1.0
     names = HEIGHTS[writer.dialect.name]
     reference, over = trace.words.get("RFP"), trace.words.get("RTP")
-    known = reference is not None and over is not None and reference.plain and over.plain
-    if known and value_of(over) < value_of(reference) + down:  # type: ignore[arg-type]
+    has_planes = reference is not None and over is not None and reference.plain and over.plain
+    if has_planes and value_of(over) < value_of(reference) + down:  # type: ignore[arg-type]
         names = (*names, "RTP")  # the retract plane may not lie below the reference plane
     for name in names:
         word = trace.words.get(name)
         if word is None:
             continue
         if not word.plain:
-            said = f"{name} of {trace.cycle} is an expression; write it as a number, or have the program written out (--inline)"
-            raise at_line(DataError, trace.file, word.line, said, word.first)
+            message = f"{name} of {trace.cycle} is an expression; write it as a number, or have the program written out (--inline)"
+            raise at_line(DataError, trace.file, word.line, message, word.first)
         number = writer.number(value_of(word) + down, writer.decimals[inch], word.text)
         out.append((word, number))
     return out

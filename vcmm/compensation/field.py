@@ -132,11 +132,11 @@ class PathErrors:
     """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns.
 
     setter: the tool with which X and Y of the offsets were set; 0: every tool by itself, as on a lathe. surface: effects of the tool on
-    the finished surface beside it (vcmm.compensation.surface), and `own`: first and last move there that each move lies on.
+    the finished surface beside it (vcmm.compensation.surface), and `surface_moves`: first and last move there that each move lies on.
     by_axes: the moves are motions of the axes; those with a tool axis lead the tip (vcmm.shop.motion.tool_centre.in_machine_axes).
     """
 
-    known: KnownErrors
+    known_errors: KnownErrors
     setup: Setup
     moves: tuple[Move, ...]
     path: Toolpath | None
@@ -146,7 +146,7 @@ class PathErrors:
     sensitive: Array  # (3,) 1, or 0 for an axis in which nothing can be corrected (Y of a lathe)
     setter: int = 0
     surface: BesidePath | None = None
-    own: tuple[Ints, Ints] | None = None
+    surface_moves: tuple[Ints, Ints] | None = None
     by_axes: bool = False
 
     @cached_property
@@ -162,34 +162,36 @@ class PathErrors:
     @cached_property
     def _group(self) -> Ints:
         """Number of the combination at each move (n,)."""
-        at = {one: k for k, one in enumerate(self._groups)}
+        at = {zeroing: k for k, zeroing in enumerate(self._groups)}
         return np.array([at[_Zeroing(m.offset, m.tool, m.tool_offset)] for m in self.moves], dtype=np.intp)
 
     def run(self, move: Ints, share: Array, tips: Array) -> Run:
         """Return the machine at shares (k,) of moves (k,) with its tip at tips (k, 3); in the workpiece where it is led."""
         if self.path is not None:
             near, at = self._moving(move, share)
-            found, _ = states_at(self.path, near, at, tips)
+            machine_run, _ = states_at(self.path, near, at, tips)
         else:
-            found = Run({}, np.zeros((len(move), 3)))
+            machine_run = Run({}, np.zeros((len(move), 3)))
         group = self._group[move]
         offset = np.array([g.length for g in self._groups]).reshape(-1, 3)[group]
         angle = self._angles(move, share)
         zero = np.array([self._zero(g.offset) for g in self._groups]).reshape(-1, 3)[group]
-        columns = {k: v for k, v in found.columns.items() if not k.startswith("tip_")}
+        columns = {k: v for k, v in machine_run.columns.items() if not k.startswith("tip_")}
         part = self._in_workpiece(move, tips, angle, offset) - zero
         columns |= {f"part_{c}_mm": part[:, i] for i, c in enumerate("xyz")}
         columns |= {name: np.full(len(move), value) for name, value in self.constants.items()}
         linear = self.axes_at(move, tips, angle, offset) + offset
         position = {
             letter: linear[:, "XYZ".index(letter)] if letter in "XYZ" else angle[:, "ABC".index(letter)]
-            for letter in self.known.machine.axes
+            for letter in self.known_errors.machine.axes
         }
-        labels = {**found.labels, "tool": np.array([str(g.tool) for g in self._groups])[group]}
+        labels = {**machine_run.labels, "tool": np.array([str(g.tool) for g in self._groups])[group]}
         run = Run(position, -offset, columns, labels)
         if self.path is None:
             return run
-        return add_temperatures(with_own_logs(run, self.path, self.known.machine.effects), self.setup.log)
+        return add_temperatures(
+            with_own_logs(run, self.path, self.known_errors.machine.effects), self.setup.log
+        )
 
     @cached_property
     def _turns(self) -> Array:
@@ -206,8 +208,8 @@ class PathErrors:
         out = tips
         if self.led:
             there = np.array([self.moves[i].led for i in move.tolist()], dtype=bool)
-            found = tip_as_at_zero(self.known.machine, tips, angle, offset)
-            out = np.where(there[:, None], found, tips)
+            at_zero = tip_as_at_zero(self.known_errors.machine, tips, angle, offset)
+            out = np.where(there[:, None], at_zero, tips)
         return out
 
     def _is_turned(self, move: Ints, angle: Array) -> Array:
@@ -228,7 +230,7 @@ class PathErrors:
         if not len(rows):
             return tips
         out = tips.copy()
-        out[rows] = tip_and_axis(self.known.machine, tips[rows], angle[rows], offset[rows])[0]
+        out[rows] = tip_and_axis(self.known_errors.machine, tips[rows], angle[rows], offset[rows])[0]
         return out
 
     def _command_shift(self, run: Run, move: Ints, error: Array) -> Array:
@@ -238,7 +240,7 @@ class PathErrors:
         if not len(rows):
             return error
         out = error.copy()
-        ways = commands_to_work(self.known.machine, run.take(rows))
+        ways = commands_to_work(self.known_errors.machine, run.take(rows))
         out[rows] = np.linalg.solve(ways, error[rows][:, :, None])[:, :, 0]
         return out
 
@@ -255,7 +257,7 @@ class PathErrors:
     def errors(self, run: Run, move: Ints) -> Array:
         """Return e (k, 3) mm of rows of `run`, which belong to moves (k,)."""
         on_surface = self._on_surface(run, move) * self.sensitive
-        machine = self.known.machine
+        machine = self.known_errors.machine
         if not machine.effects:
             return on_surface
         try:
@@ -276,7 +278,7 @@ class PathErrors:
         """Return the shift (k, 3) mm beside the path; the zero was set where nothing was cut, so nothing is subtracted."""
         if self.surface is None:
             return np.zeros((run.n, 3))
-        low, high = self.own or (np.arange(len(self.moves)),) * 2
+        low, high = self.surface_moves or (np.arange(len(self.moves)),) * 2
         zero = np.array([self._zero(g.offset) for g in self._groups]).reshape(-1, 3)[self._group[move]]
         return self.surface.at(
             low[move], high[move], run.vector("part_x_mm", "part_y_mm", "part_z_mm") + zero
@@ -299,15 +301,15 @@ class PathErrors:
             ways = np.unique(np.column_stack([group, *turned]), axis=0, return_inverse=True)[1].ravel()
         for number in dict.fromkeys(ways.tolist()):
             rows = np.flatnonzero(ways == number)
-            one, first = self._groups[int(group[rows[0]])], run.take(rows[:1])
-            known = self.setup.tools.get(
-                one.tool
+            zeroing, first = self._groups[int(group[rows[0]])], run.take(rows[:1])
+            tool = self.setup.tools.get(
+                zeroing.tool
             )  # a rapid before G43 leads no other length than the tool was set with
-            length = known.offset if known and not any(one.length) else one.length
-            out[rows] = self._set_with(first, one.offset, one.tool, length)
+            length = tool.offset if tool and not any(zeroing.length) else zeroing.length
+            out[rows] = self._set_with(first, zeroing.offset, zeroing.tool, length)
             if self.setter and self.setter in self.setup.tools:
                 setter = self.setup.tools[self.setter]
-                out[rows, :2] = self._set_with(first, one.offset, self.setter, setter.offset)[:2]
+                out[rows, :2] = self._set_with(first, zeroing.offset, self.setter, setter.offset)[:2]
         return out
 
     def _set_with(self, first: Run, offset: str, tool: int, length: Point) -> Array:
@@ -320,7 +322,7 @@ class PathErrors:
             here = replace(here, position={**here.position, **stood})
         here = warmed_when_set(here, self.setup.log)
         try:
-            error = -self.known.machine.indication_error(here)[0]
+            error = -self.known_errors.machine.indication_error(here)[0]
         except ModelLimit as limit:
             raise ModelLimit(
                 f"the work zero of {offset} cannot be reached with tool {tool} ({limit}); say --set-on elsewhere "
@@ -328,12 +330,12 @@ class PathErrors:
             ) from None
         if not self._was_turned_at_zero:
             return np.asarray(error)
-        return np.asarray(np.linalg.solve(commands_to_work(self.known.machine, here)[0], error))
+        return np.asarray(np.linalg.solve(commands_to_work(self.known_errors.machine, here)[0], error))
 
     def _error_position(self, letter: str, nominal: Array, q: Array) -> Array:
         """Return the position at which the error is evaluated: at the end of a travel a correction must not lead beyond it (a command that does is
         refused later); the error changes by less than its gradient times the correction."""
-        low, high = self.known.machine.axes[letter].travel
+        low, high = self.known_errors.machine.axes[letter].travel
         inside = (nominal >= low) & (nominal <= high)
         return np.asarray(np.where(inside, np.clip(q, low, high), q))
 
@@ -365,17 +367,17 @@ class PathErrors:
 
 
 def field_of(
-    known: KnownErrors, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
+    known_errors: KnownErrors, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
 ) -> PathErrors:  # fmt: skip
     """Return the errors along the motion of a program."""
-    asked = known.needs_states and moves and not leads(moves)
-    path = toolpath(tuple(moves), known.machine, setup) if asked else None
+    asked = known_errors.needs_states and moves and not leads(moves)
+    path = toolpath(tuple(moves), known_errors.machine, setup) if asked else None
     moving = np.arange(len(moves)) if path is None else path.timing.moving
     if path is not None and not len(moving):
         path = None
-    sensitive = np.array([float(a in known.machine.axes and not (lathe and a == "Y")) for a in "XYZ"])
+    sensitive = np.array([float(a in known_errors.machine.axes and not (lathe and a == "Y")) for a in "XYZ"])
     return PathErrors(
-        known=known,
+        known_errors=known_errors,
         setup=setup,
         moves=tuple(moves),
         path=path,

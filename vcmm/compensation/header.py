@@ -66,13 +66,13 @@ def comment(text: str, dialect: Dialect) -> str:
 
 def header(machine: str, tolerance: float, hashed: str, dialect: Dialect) -> list[str]:
     """Return the lines of the mark."""
-    said = (
+    lines = (
         f"{MARK} - DO NOT COMPENSATE AGAIN",
         f"MACHINE {machine}",
         f"TOLERANCE {tolerance * 1e3:g} um",
         f"HASH {hashed}",
     )
-    return [comment(text, dialect) for text in said]
+    return [comment(text, dialect) for text in lines]
 
 
 def place(source: SourceText, dialect: Dialect) -> int:

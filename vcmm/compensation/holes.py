@@ -75,8 +75,10 @@ def _heights(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> tu
     for letter, name in ((AXES[normal], "Z"), ("R", "R")):
         if letter in trace.words:
             if not trace.words[letter].plain:
-                said = f"{letter} of a cycle is an expression; write it as a number to compensate the program"
-                raise at_line(DataError, trace.file, trace.line, said, trace.words[letter].first)
+                message = (
+                    f"{letter} of a cycle is an expression; write it as a number to compensate the program"
+                )
+                raise at_line(DataError, trace.file, trace.line, message, trace.words[letter].first)
             c[name] = _written_value(writer, trace, letter, frame.inch)
             c[f"{name} counts"] = float(not frame.absolute)
     r = c["R"] + (c["level"] if _counts(writer, "R", frame) else 0.0)
@@ -132,8 +134,8 @@ def _holes(
                 DrilledHole(place, mean, float(top[normal] if out and top is not None else shift[normal]))
             )
     if not holes:
-        said = f"the holes of {traces[0].cycle} cannot be told; write the block as single moves"
-        raise at_line(DataError, traces[0].file, traces[0].line, said)
+        message = f"the holes of {traces[0].cycle} cannot be told; write the block as single moves"
+        raise at_line(DataError, traces[0].file, traces[0].line, message)
     return holes
 
 

@@ -141,23 +141,23 @@ class _Sheet:
             self.pending = ""  # the loop has ended instead
         self.again = False if not self.pending else self.again
         if step.call > last.call:
-            said = f"FROM LINE {step.line}, CALLED IN LINE {last.line}"
+            text = f"FROM LINE {step.line}, CALLED IN LINE {last.line}"
         elif step.call < last.call:
-            said = f"BACK AT LINE {step.line}"
+            text = f"BACK AT LINE {step.line}"
         elif step.line <= last.line or step.file != last.file:
-            said = f"FROM LINE {step.line} AGAIN, PASS {self.passes[(step.file, step.line)]}"
+            text = f"FROM LINE {step.line} AGAIN, PASS {self.passes[(step.file, step.line)]}"
         else:
             return
-        self.pending, self.again, self.back = comment(said, self.dialect), "AGAIN" in said, last.line
+        self.pending, self.again, self.back = comment(text, self.dialect), "AGAIN" in text, last.line
 
     def renumber(self, line: str) -> str:
         """Return the line; its block number stays where it is the first of its kind."""
-        found = (_KLARTEXT_NUMBER if self.dialect.name == "heidenhain" else _NUMBER).match(line)
-        if found is None:
+        number = (_KLARTEXT_NUMBER if self.dialect.name == "heidenhain" else _NUMBER).match(line)
+        if number is None:
             return line
-        if found[3] in self.seen:
-            return found[1] + line[found.end() :]
-        self.seen.add(found[3])
+        if number[3] in self.seen:
+            return number[1] + line[number.end() :]
+        self.seen.add(number[3])
         return line
 
     def remark_of(self, line: str) -> str:

@@ -171,19 +171,25 @@ def prepare(
     read = read_for("compensate", source.text, name, setup, name=source.name, trace=True)
     check_face(read, source.name)
     read = with_angles(read, machine, source.name)
-    known, language, given = _in_states(known_errors_of(machine), read), LANGUAGES[name], (read, source)
+    known_errors, language, given = (
+        _in_states(known_errors_of(machine), read),
+        LANGUAGES[name],
+        (read, source),
+    )
     short = without_length(read.moves, setup.tools)
     if short is not None:
         raise UsageError(f"{source.name}: {length_missing(short, setup.tools)}")
     check_travel(read, machine, False, source.name)
     check_moves([t.contour for t in read.traces], machine, setup, source.name)
     check_words(read, source, language)
-    inline = inline if known.machine.effects or surface is not None else 0.0
+    inline = inline if known_errors.machine.effects or surface is not None else 0.0
     source, read, origin = _flat(source, read, setup, language, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
 
-    columns, unsaid = with_temperatures(known.machine, setup, {**setup.constants, **(constants or {})})
-    field = field_of(known, setup, read.moves, set_here=set_here, constants=columns, lathe=language.lathe)
+    columns, unsaid = with_temperatures(known_errors.machine, setup, {**setup.constants, **(constants or {})})
+    field = field_of(
+        known_errors, setup, read.moves, set_here=set_here, constants=columns, lathe=language.lathe
+    )
     field = with_surface(field, surface, source.name)
     aim = read if orientation else None
     if orientation:
@@ -192,12 +198,12 @@ def prepare(
         )
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
-    own = [] if machine_file else machine_parts(machine)
+    machine_data = [] if machine_file else machine_parts(machine)
     files = file_parts([setup.path, machine_file, setup.log.path if setup.log else None])
-    hashed = digest([*files, *own, given[1].text.encode("utf-8")])
-    said = (
+    hashed = digest([*files, *machine_data, given[1].text.encode("utf-8")])
+    remarks = (
         *(*notes, *unsaid),
-        *what_is_left(known.left, surface),
+        *what_is_left(known_errors.left, surface),
         *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings),
     )
     return Work(
@@ -207,47 +213,47 @@ def prepare(
         dialect=language,
         setup=setup,
         machine=machine,
-        known=known,
+        known_errors=known_errors,
         field=field,
         decimals=_decimals(given[0].traces, decimals),
         hashed=hashed,
-        notes=said,
+        notes=remarks,
         carry=carry,
         aim=aim,
     )
 
 
-def _in_states(known: KnownErrors, read: Program) -> KnownErrors:
+def _in_states(known_errors: KnownErrors, read: Program) -> KnownErrors:
     """Return the errors that are corrected: where the tip is led over the workpiece, those that follow from the position of the axes alone."""
     if not leads(read.moves):
-        return known
-    kept = tuple(e for e in known.machine.effects if not required(e))
-    rest = [e for e in known.machine.effects if required(e)]
-    said = tuple(
+        return known_errors
+    kept = tuple(e for e in known_errors.machine.effects if not required(e))
+    rest = [e for e in known_errors.machine.effects if required(e)]
+    remarks = tuple(
         f"{e.id} needs more than the position of the axes: not corrected where the tip is led" for e in rest
     )
-    machine = replace(known.machine, effects=kept)
-    return KnownErrors(machine, machine, (*known.left, *said))
+    machine = replace(known_errors.machine, effects=kept)
+    return KnownErrors(machine, machine, (*known_errors.left, *remarks))
 
 
 def _flat(
     source: SourceText, read: Program, setup: Setup, language: Dialect, inline: float, notes: list[str]
 ) -> tuple[SourceText, Program, tuple[int, ...]]:  # fmt: skip
     """Return the program written out where that is needed (inline: 0, never), its meaning, and the origin of its lines."""
-    one = must_be_written_out(read.traces, source.name) if inline > 0 else None
-    if one is None:
+    traced = must_be_written_out(read.traces, source.name) if inline > 0 else None
+    if traced is None:
         return source, read, tuple(range(1, len(source.lines) + 1))
     flat, origin = written_out(read, source, language, inline)
     try:
         again = interpret(flat.text, language.name, setup, source.name, trace=True)
     except (DataError, ModelLimit) as error:
         raise ModelLimit(
-            f"{one.file}:{one.line}: the block is executed {one.runs} times, and the program cannot be written out for each place "
+            f"{traced.file}:{traced.line}: the block is executed {traced.runs} times, and the program cannot be written out for each place "
             f"(lines of the written-out program: {error}); post it without subprograms and loops"
         ) from None
     check_written_out(read, again, origin, source.name)
     notes.append(
-        f"blocks are executed several times (first: line {one.line}, {one.runs} times): the program is written out, {len(flat.lines)} lines "
+        f"blocks are executed several times (first: line {traced.line}, {traced.runs} times): the program is written out, {len(flat.lines)} lines "
         f"for {len(source.lines)}, each block with its own numbers"
     )
     return flat, again, origin
@@ -279,11 +285,11 @@ def _prove(
     compare_comments(work.source.text, text, mark, work.dialect.name in SEMICOLON)
     check_travel(new, work.machine, True, work.source.name, lines)
     before, offset_only, shifts = with_shifts(work.program.moves, work.field)
-    after = departure_by_run(work, work.known, new, lines)
+    after = departure_by_run(work, work.known_errors, new, lines)
     paths = both_paths(work, new, lines) if work.follow else None
     whole = None
-    if work.known.dynamic and work.field.surface is None:
-        full = work.known.whole()
+    if work.known_errors.dynamic and work.field.surface is None:
+        full = work.known_errors.whole()
         whole = (
             _at(departure_by_run(work, full, work.program, ()), origin), _at(departure_by_run(work, full, new, lines), origin)
         )  # fmt: skip
@@ -330,8 +336,8 @@ def _check_better(work: Work, before: Departure, after: Departure, digits: float
     """Raises ModelLimit where the new program is further off than the original. A hole and a way into radius compensation have one
     correction for two places: as large as the largest error at most, so up to twice that may be left at the other place."""
     here = [t for t in work.program.traces if work.origin[t.line - 1] == after.line]
-    one = any(t.cycle for t in here) or bool(_in_one_piece(work, after.line))
-    if after.largest <= (2.0 * before.largest + digits if one else before.largest):
+    is_one_piece = any(t.cycle for t in here) or bool(_in_one_piece(work, after.line))
+    if after.largest <= (2.0 * before.largest + digits if is_one_piece else before.largest):
         return
     raise ModelLimit(
         f"{work.source.name}: the compensated program would be worse than the original: {after.largest * 1e3:.2f} um off at line "

@@ -34,9 +34,9 @@ def load_program(
     return source, setup, machine, name
 
 
-def machine_of(known: MachineOfFile | Machine) -> Machine:
+def machine_of(stated: MachineOfFile | Machine) -> Machine:
     """Return the machine itself."""
-    return known.machine if isinstance(known, MachineOfFile) else known
+    return stated.machine if isinstance(stated, MachineOfFile) else stated
 
 
 def no_machine(setup: Setup) -> UsageError:

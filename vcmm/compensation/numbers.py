@@ -28,9 +28,9 @@ class Diffusion:
 
     def next(self, value: float) -> float:
         wanted = value + self.carry
-        found = nearest(wanted, self.step)
-        self.carry = wanted - found
-        return found
+        number = nearest(wanted, self.step)
+        self.carry = wanted - number
+        return number
 
     def forget(self) -> None:
         self.carry = 0.0

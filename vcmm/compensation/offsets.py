@@ -48,12 +48,12 @@ def with_shifts(moves: Sequence[Move], field: PathErrors) -> tuple[Departure, De
     lines = [moves[i].source.line for i in w.move.tolist()]
     shifts = best_shifts(error, w, moves)
     every = np.arange(len(moves))
-    found = []
+    both = []
     for off in (error, shift_errors(error, w, moves, shifts)):
         gap = departures(w.tip + off, moves, w.move, w.move)
         gap = np.maximum(gap, end_departures(w.tip + off, w, moves, moves, every, every))
-        found.append(departure(gap, w.weight, lines))
-    return found[0], found[1], shifts
+        both.append(departure(gap, w.weight, lines))
+    return both[0], both[1], shifts
 
 
 def best_offsets(
@@ -73,9 +73,9 @@ def best_offsets(
     read = read_for("compensate", source.text, name, setup, name=source.name)
     check_moves(read.moves, machine, setup, source.name)
     check_travel(read, machine, False, source.name)
-    known = known_errors_of(machine)
+    known_errors = known_errors_of(machine)
     field = field_of(
-        known,
+        known_errors,
         setup,
         read.moves,
         set_here=set_here,
@@ -83,7 +83,7 @@ def best_offsets(
         lathe="lathe" in name,
     )
     before, after, shifts = with_shifts(read.moves, field)
-    said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
+    remarks = (*notes, *known_errors.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
     return OffsetOnly(
         name=source.name,
         dialect=name,
@@ -91,5 +91,5 @@ def best_offsets(
         before=before,
         offset_only=after,
         shifts=shifts,
-        warnings=tuple(dict.fromkeys(said)),
+        warnings=tuple(dict.fromkeys(remarks)),
     )

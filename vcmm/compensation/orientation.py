@@ -44,7 +44,7 @@ SHARES = (0.0, 0.5, 1.0)  # of a move, where its direction is looked at
 def direction(field: PathErrors, angle: Array) -> Array:
     """Return the tool axes (k, 3) in the workpiece at angles (k, 3)."""
     none = np.zeros_like(angle)
-    return tip_and_axis(field.known.machine, none, angle, none)[1]
+    return tip_and_axis(field.known_errors.machine, none, angle, none)[1]
 
 
 def tilt(field: PathErrors, move: Ints, share: Array, tips: Array, angle: Array) -> Array:
@@ -52,7 +52,7 @@ def tilt(field: PathErrors, move: Ints, share: Array, tips: Array, angle: Array)
     run = field.run(move, share, tips)
     linear = field.axes_at(move, tips, angle, -run.offset) - run.offset
     travel = {
-        a: field.known.machine.axes[a].limits for a in run.position
+        a: field.known_errors.machine.axes[a].limits for a in run.position
     }  # what leads beyond is refused by its line
     both = {
         a: linear[:, "XYZ".index(a)] if a in "XYZ" else np.clip(angle[:, ROTARY.index(a)], *travel[a])
@@ -74,23 +74,23 @@ class OrientationCorrection:
 
 def correct_orientation(field: PathErrors, move: Ints, tips: Array, angle: Array) -> OrientationCorrection:
     """Return the corrected angles at the ends of moves (k,) with tips (k, 3) and programmed angles (k, 3)."""
-    letters, share = rotary_of(field.known.machine), np.ones(len(move))
-    wanted, found = direction(field, angle), angle.copy()
+    letters, share = rotary_of(field.known_errors.machine), np.ones(len(move))
+    wanted, corrected = direction(field, angle), angle.copy()
     singular = np.zeros(len(move), dtype=bool)
     miss = np.zeros_like(wanted)
     for k in range(ROUNDS):
-        now = direction(field, found)
-        miss = wanted - now - tilt(field, move, share, tips, found)
+        now = direction(field, corrected)
+        miss = wanted - now - tilt(field, move, share, tips, corrected)
         miss -= np.einsum("ki,ki->k", miss, wanted)[:, None] * wanted
         if k == ROUNDS - 1:
             break
-        slopes = [(direction(field, _step_angle(found, one)) - now) / SMALL for one in letters]
+        slopes = [(direction(field, _step_angle(corrected, letter)) - now) / SMALL for letter in letters]
         slope = np.stack(slopes, axis=2)
         size = np.linalg.svd(slope, compute_uv=False)
         singular = size[:, -1] < 1.0 / GAIN
         step = np.linalg.pinv(slope, rcond=1.0 / GAIN) @ miss[:, :, None]
-        found[:, letters] += step[:, :, 0]
-    return OrientationCorrection(found, np.linalg.norm(miss, axis=1), singular)
+        corrected[:, letters] += step[:, :, 0]
+    return OrientationCorrection(corrected, np.linalg.norm(miss, axis=1), singular)
 
 
 def _step_angle(angle: Array, letter: int) -> Array:
@@ -113,13 +113,13 @@ def oriented_source(
     move = np.array([index[k] for k in chosen], dtype=np.intp)
     ends = [read.moves[i] for i in move.tolist()]
     angle, tips = np.array([m.rotary_end for m in ends]), np.array([m.end for m in ends])
-    found = correct_orientation(field, move, tips, angle)
-    axes = direction(field, found.angle)
+    correction = correct_orientation(field, move, tips, angle)
+    axes = direction(field, correction.angle)
     edits: dict[int, list[Edit]] = {}
     for row, k in enumerate(chosen):
         trace = read.traces[k]
-        _check(field, trace, source.name, found, row)
-        change = np.degrees(found.angle[row] - angle[row])
+        _check(field, trace, source.name, correction, row)
+        change = np.degrees(correction.angle[row] - angle[row])
         for word, text in _words(trace, source.name, change, angle[row], axes[row], decimals):
             begin, end = (word.begin, word.end) if word.begin else (word.first + 1, word.last)
             edits.setdefault((word.line or trace.line) - 1, []).append(Edit(begin, end, text))
@@ -138,20 +138,20 @@ def _vector(trace: Trace) -> tuple[str, str, str] | None:
     return next((names for names in VECTORS if any(n in trace.words for n in names)), None)
 
 
-def _check(field: PathErrors, trace: Trace, name: str, found: OrientationCorrection, row: int) -> None:
-    machine, first = field.known.machine, trace.contour.source.first
-    if found.singular[row] and found.left[row] > WEAK and trace.contour.kind in CUTS:
-        said = (
-            f"the tool is where one rotary axis hardly turns it (a singular position), and {found.left[row] * 1e6:.1f} urad of its tilt could only be "
+def _check(field: PathErrors, trace: Trace, name: str, correction: OrientationCorrection, row: int) -> None:
+    machine, first = field.known_errors.machine, trace.contour.source.first
+    if correction.singular[row] and correction.left[row] > WEAK and trace.contour.kind in CUTS:
+        message = (
+            f"the tool is where one rotary axis hardly turns it (a singular position), and {correction.left[row] * 1e6:.1f} urad of its tilt could only be "
             "corrected by a long way of that axis; lay the part so that the tool leans there, or leave --orientation out"
         )
-        raise at_line(ModelLimit, name, trace.line, said, first)
+        raise at_line(ModelLimit, name, trace.line, message, first)
     for k in rotary_of(machine):
         low, high = machine.axes[ROTARY[k]].limits
-        q = found.angle[row, k]
+        q = correction.angle[row, k]
         if not low - 1e-9 <= q <= high + 1e-9:
-            said = f"axis {ROTARY[k]} = {math.degrees(q):.4f} deg is outside its travel {math.degrees(low):g} to {math.degrees(high):g} deg after correction"
-            raise at_line(ModelLimit, name, trace.line, said, first)
+            message = f"axis {ROTARY[k]} = {math.degrees(q):.4f} deg is outside its travel {math.degrees(low):g} to {math.degrees(high):g} deg after correction"
+            raise at_line(ModelLimit, name, trace.line, message, first)
 
 
 def _words(
@@ -183,11 +183,11 @@ def _vector_words(
     words = [trace.words.get(n) for n in names]
     if any(w is None or not w.plain for w in words):
         raise _unreadable(trace, name, " ".join(names))
-    known = [w for w in words if w is not None]
-    length = math.hypot(*(value_of(w) for w in known))
-    own = np.linalg.solve(np.array(trace.transformation.matrix), axis)
-    own *= length / np.linalg.norm(own)
-    return [new for w, v in zip(known, own.tolist()) for new in _anew(w, v, LEAST_VECTOR, decimals)]
+    present = [w for w in words if w is not None]
+    length = math.hypot(*(value_of(w) for w in present))
+    vector = np.linalg.solve(np.array(trace.transformation.matrix), axis)
+    vector *= length / np.linalg.norm(vector)
+    return [new for w, v in zip(present, vector.tolist()) for new in _anew(w, v, LEAST_VECTOR, decimals)]
 
 
 def _anew(word: WordAt, value: float, least: int, asked: int | None) -> list[tuple[WordAt, str]]:
@@ -198,11 +198,11 @@ def _anew(word: WordAt, value: float, least: int, asked: int | None) -> list[tup
 
 
 def _unreadable(trace: Trace, name: str, words: str) -> DataError:
-    said = (
+    message = (
         f"{words} turns the tool and is not rewritten here: an orientation is corrected in plain numbers, absolute and without shifts of the axis "
         "(B30.5, or all three of a direction); write it so, or leave --orientation out"
     )
-    return at_line(DataError, name, trace.line, said, trace.contour.source.first)
+    return at_line(DataError, name, trace.line, message, trace.contour.source.first)
 
 
 def prove_orientation(

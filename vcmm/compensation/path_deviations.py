@@ -38,9 +38,9 @@ def follow_path(
     first = np.searchsorted(knot, np.arange(len(moves) + 1))
     at, which, value = [np.array([moves[0].start])], [], []
     for i, (a, b) in enumerate(zip(first[:-1].tolist(), first[1:].tolist())):
-        own = tip[a + 1 : b] if b - a > 1 else points(moves[i], np.ones(1))
-        at.append(own)
-        which.append(np.full(len(own), i))
+        tips = tip[a + 1 : b] if b - a > 1 else points(moves[i], np.ones(1))
+        at.append(tips)
+        which.append(np.full(len(tips), i))
         value.append(np.maximum(error[a : b - 1], error[a + 1 : b]) if b - a > 1 else np.full(1, np.nan))
     move = np.concatenate(which).astype(np.intp)
     line = np.array([m.source.line for m in moves], dtype=np.intp)

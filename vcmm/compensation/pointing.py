@@ -19,8 +19,8 @@ def with_angles(read: Program, machine: Machine, name: str) -> Program:
     """Return the program with the angles of rotary axes that only the machine knows: tilted planes, directions of the tool."""
     if not leads(read.moves):
         return read
-    moves, said = orient_moves(read.moves, machine, name)
-    return replace(read, moves=moves, warnings=(*read.warnings, *said))
+    moves, remarks = orient_moves(read.moves, machine, name)
+    return replace(read, moves=moves, warnings=(*read.warnings, *remarks))
 
 
 def correct_orientation(
@@ -28,10 +28,10 @@ def correct_orientation(
 ) -> tuple[SourceText, Program, PathErrors]:  # fmt: skip
     """Return the program with the words that turn the tool corrected, its meaning, and the errors along it; the tip is not yet corrected."""
     try:
-        source, said = oriented_source(source, read, field, decimals)
+        source, remarks = oriented_source(source, read, field, decimals)
     except (DataError, ModelLimit) as error:
         raise at_origin(error, source.name, origin) from None
-    notes += said
+    notes += remarks
     again = interpret(source.text, name, field.setup, source.name, trace=True)
-    read = with_angles(again, field.known.machine, source.name)
+    read = with_angles(again, field.known_errors.machine, source.name)
     return source, read, replace(field, moves=read.moves)

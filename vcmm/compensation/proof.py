@@ -75,8 +75,8 @@ def departures(at: Array, moves: Sequence[Move], low: Ints, high: Ints) -> Array
     out = np.full(len(at), np.inf)
     for by in range(int((high - low).max(initial=0)) + 1):
         rows = np.flatnonzero(low + by <= high)
-        found = np.linalg.norm(nominal_distance(at[rows], moves, low[rows] + by), axis=1)
-        out[rows] = np.minimum(out[rows], found)
+        distance = np.linalg.norm(nominal_distance(at[rows], moves, low[rows] + by), axis=1)
+        out[rows] = np.minimum(out[rows], distance)
     return out
 
 
@@ -179,8 +179,12 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
             name, line, what, "; set them where nothing is corrected yet, or use fixed work offsets"
         )
     passes = list(zip(old, new)) if len(old) == len(new) else [(old[-1], new[-1])]
-    ends = [(one.contour.rotary_end, two.contour.rotary_end) for one, two in passes if not one.contour.led]
-    if any(abs(p - q) > math.pi for one, two in ends for p, q in zip(one, two)):
+    ends = [
+        (first.contour.rotary_end, second.contour.rotary_end)
+        for first, second in passes
+        if not first.contour.led
+    ]
+    if any(abs(p - q) > math.pi for first, second in ends for p, q in zip(first, second)):
         raise _differs(name, line, "a rotary axis goes another way round")
     kinds = {t.contour.kind for t in old}
     if {t.contour.kind for t in new} - kinds:
@@ -196,17 +200,17 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
 
 
 def _differs(name: str, line: int, what: str, advice: str = "") -> ModelLimit:
-    said = f"reading the new program again shows that {what}; nothing was written{advice}"
-    return at_line(ModelLimit, name, line, said)
+    message = f"reading the new program again shows that {what}; nothing was written{advice}"
+    return at_line(ModelLimit, name, line, message)
 
 
 def compare_comments(old: str, new: str, mark: Sequence[str], semicolon: bool = False) -> None:
     """Check that the comments are those of the source, in their order, after the mark."""
     pattern = _SEMICOLON if semicolon else _COMMENT
-    found = pattern.findall(new)
-    for one in mark:
-        found.remove(one)
-    if found != pattern.findall(old):
+    comments = pattern.findall(new)
+    for comment in mark:
+        comments.remove(comment)
+    if comments != pattern.findall(old):
         raise ModelLimit("reading the new program again shows other comments; nothing was written")
 
 
@@ -216,12 +220,13 @@ def block_rate(moves: Sequence[Move], shortest: float = 1e-3) -> tuple[float, in
     same block: on a contour that is tangential but for the last digit, an arc of a micrometre."""
     best, line = 0.0, 0
     for _, group in groupby(
-        enumerate(moves), key=lambda one: one[1].source.line if one[1].compensation else -one[0] - 1
+        enumerate(moves),
+        key=lambda numbered: numbered[1].source.line if numbered[1].compensation else -numbered[0] - 1,
     ):
-        own = [m for _, m in group if m.feed and m.kind in CUTS]
-        length = sum(length_of(m) for m in own)
-        if length > shortest and own[0].feed:
-            rate = own[0].feed / 60.0 / length
+        feeds = [m for _, m in group if m.feed and m.kind in CUTS]
+        length = sum(length_of(m) for m in feeds)
+        if length > shortest and feeds[0].feed:
+            rate = feeds[0].feed / 60.0 / length
             if rate > best:
-                best, line = rate, own[0].source.line
+                best, line = rate, feeds[0].source.line
     return best, line

@@ -64,9 +64,9 @@ def check_face(program: Program, name: str) -> None:
         )
 
 
-def check_state(known: MachineOfFile | Machine, setup: Setup) -> list[str]:
+def check_state(given: MachineOfFile | Machine, setup: Setup) -> list[str]:
     """Check that the control runs with the compensations with which the errors were measured. Returns remarks."""
-    machine, where = machine_of(known), f"{setup.path}: " if setup.path else ""
+    machine, where = machine_of(given), f"{setup.path}: " if setup.path else ""
     if setup.compensation is None:
         raise UsageError(
             f"{where}which of its own compensations the control has switched on is not said; add [control] compensation = "
@@ -75,14 +75,14 @@ def check_state(known: MachineOfFile | Machine, setup: Setup) -> list[str]:
     here, there = (
         sorted(c.strip().lower() for c in names) for names in (setup.compensation, machine.compensation)
     )
-    stated = known.state if isinstance(known, MachineOfFile) else "as given"
+    stated = given.state if isinstance(given, MachineOfFile) else "as given"
     if stated is None and not there:
         return [
             f"the machine file has no [errors] table: its effects are taken to hold with the control as stated ({', '.join(setup.compensation) or 'no compensation'})"
         ]
-    if isinstance(known, MachineOfFile) and stated == "":
+    if isinstance(given, MachineOfFile) and stated == "":
         raise DataError(
-            f'{known.file}: [errors] does not say in which state the table was measured; add state = "residual" with the '
+            f'{given.file}: [errors] does not say in which state the table was measured; add state = "residual" with the '
             'compensation that was on, or state = "raw"'
         )
     if here != there:
@@ -93,8 +93,8 @@ def check_state(known: MachineOfFile | Machine, setup: Setup) -> list[str]:
     return []
 
 
-def _names(found: Sequence[str]) -> str:
-    return ", ".join(found) if found else "no compensation"
+def _names(names: Sequence[str]) -> str:
+    return ", ".join(names) if names else "no compensation"
 
 
 _WOUND = re.compile(r"G0*(?:12\.1|112|7\.1|107)(?![\d.])", re.IGNORECASE)
@@ -121,8 +121,8 @@ def _check_codes(name: str, lines: Sequence[str], patterns: Sequence[re.Pattern[
                     if pattern is _POLAR
                     else "winds the path about a turning axis"
                 )
-                said = f"{match[0]} {means}; such a program is not rewritten. Post it with X, Y and Z"
-                raise at_line(DataError, name, index + 1, said, match.start() + 1)
+                message = f"{match[0]} {means}; such a program is not rewritten. Post it with X, Y and Z"
+                raise at_line(DataError, name, index + 1, message, match.start() + 1)
 
 
 def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
@@ -130,28 +130,28 @@ def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
 
     Before anything is written out: the contour of a turning cycle is executed several times as well.
     """
-    own = {t.line for t in program.traces}
+    lines = {t.line for t in program.traces}
     if dialect.name in G_CODE and not dialect.lathe:
         for other in sorted(
             {t.file for t in program.traces} - {source.name}
         ):  # subprograms in files of their own
             _check_codes(other, read_bytes(Path(other)).splitlines(), [_POLAR])
     for m in program.moves if dialect.lathe else ():  # those of a multiple cycle have no trace
-        if m.rewritable and m.kind != "dwell" and m.source.line not in own:
+        if m.rewritable and m.kind != "dwell" and m.source.line not in lines:
             code = re.search(r"G0*7\d", code_of(source.lines[m.source.line - 1][0]), re.IGNORECASE)
             raise _not_rewritten(
                 source.name, m.source.line, m.source.first, code[0] if code else "of this line"
             )
     for t in program.traces:
         if word := next((k for k in POLAR_WORDS if k in t.words), None):
-            said = f"the polar word {word} is not rewritten; write the end point with X and Y"
-            raise at_line(DataError, t.file, t.line, said, t.words[word].first)
+            message = f"the polar word {word} is not rewritten; write the end point with X and Y"
+            raise at_line(DataError, t.file, t.line, message, t.words[word].first)
         if t.cycle == "FK":
-            said = "the free contour (FK) is not rewritten; write its elements with L, C and CR (vcmm nc --moves prints their ends)"
-            raise at_line(DataError, t.file, t.line, said, t.contour.source.first)
+            message = "the free contour (FK) is not rewritten; write its elements with L, C and CR (vcmm nc --moves prints their ends)"
+            raise at_line(DataError, t.file, t.line, message, t.contour.source.first)
         if t.cycle.startswith("CYC") and t.cycle not in HEIGHTS_MOVE:
-            said = f"the cycle {t.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
-            raise at_line(DataError, t.file, t.line, said, t.contour.source.first)
+            message = f"the cycle {t.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
+            raise at_line(DataError, t.file, t.line, message, t.contour.source.first)
         if t.cycle.startswith("G") and (t.cycle not in DRILLING or (dialect.lathe and t.cycle in TURNING)):
             line, column = _cycle_position(source, t)
             raise _not_rewritten(t.file, line, column, t.cycle)
@@ -167,11 +167,11 @@ def _cycle_position(source: SourceText, trace: Trace) -> tuple[int, int]:
 
 
 def _not_rewritten(name: str, line: int, column: int, cycle: str) -> DataError:
-    said = (
+    message = (
         f"the cycle {cycle} is not rewritten, since its moves need different corrections; have the program posted with its moves as "
         "single blocks, or see what a shift of the work offset does (--offset-only)"
     )
-    return at_line(DataError, name, line, said, column)
+    return at_line(DataError, name, line, message, column)
 
 
 TURNING = ("G73", "G74", "G76")  # on lathes: pattern, pecking and threads, not holes
@@ -278,11 +278,11 @@ def check_travel(
                 continue
             line = lines[m.source.line - 1] if lines else m.source.line
             what = "after correction" if after else "already as programmed"
-            said = (
+            message = (
                 f"axis {letter} = {q:.4f} mm is outside its travel {low:g} to {high:g} mm {what}; move the work offset or check "
                 "the tool length"
             )
-            raise at_line(ModelLimit, name, line, said, m.source.first)
+            raise at_line(ModelLimit, name, line, message, m.source.first)
 
 
 def codes_of(source: SourceText, dialect: Dialect) -> list[frozenset[str]]:

@@ -41,7 +41,7 @@ class Work:
     dialect: Dialect
     setup: Setup
     machine: Machine
-    known: KnownErrors
+    known_errors: KnownErrors
     field: PathErrors
     decimals: tuple[int, int]
     hashed: str
@@ -53,7 +53,7 @@ class Work:
     @property
     def corrects(self) -> bool:
         """Whether there is anything that a path can correct."""
-        return bool(self.known.machine.effects) or self.field.surface is not None
+        return bool(self.known_errors.machine.effects) or self.field.surface is not None
 
 
 def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Writer]:
@@ -61,8 +61,10 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
     traces = work.program.traces
     codes = codes_of(work.source, work.dialect)
     index = moves_of(traces, work.program.moves)
-    own = [codes[t.line - 1] for t in traces]
-    fits: Sequence[BlockFit | None] = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
+    of_lines = [codes[t.line - 1] for t in traces]
+    fits: Sequence[BlockFit | None] = targets(
+        traces, work.field, index, FIT_SHARE * tolerance, of_lines, beside
+    )
     first = traces[0].contour
     if work.dialect.name in SEMICOLON:
         fits = straighten_holes(traces, fits)
@@ -108,39 +110,37 @@ def _look_ahead(
 
 def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None], work: Work) -> None:
     """Write one block of the source with all its moves."""
-    one = traces[0]
-    if one.contour.kind == "dwell" and not one.cycle:
+    first = traces[0]
+    if first.contour.kind == "dwell" and not first.cycle:
         return
-    if not one.contour.rewritable:
+    if not first.contour.rewritable:
         _machine_move(writer, traces, work.dialect)
         return
-    if one.runs > 1 and not work.corrects:
+    if first.runs > 1 and not work.corrects:
         last = traces[-1].contour
         writer.q = np.array(last.end) + np.array(last.tool_offset)
         return
-    if one.runs > 1:
-        said = (
-            f"the block is executed {one.runs} times (loop or subprogram), and the correction depends on the place: have the "
+    if first.runs > 1:
+        message = (
+            f"the block is executed {first.runs} times (loop or subprogram), and the correction depends on the place: have the "
             "program written out (--inline), or post it without subprograms and loops"
         )
-        raise at_line(DataError, one.file, one.line, said, one.contour.source.first)
+        raise at_line(DataError, first.file, first.line, message, first.contour.source.first)
     if work.dialect.name in SEMICOLON:
         _with_holes(writer, traces, fits)
         return
-    if one.cycle:
+    if first.cycle:
         drill(writer, traces, fits)
         return
     writer.cycle.clear()
     begin = writer.q.copy()
     assert fits[0] is not None
-    writer.move(one, fits[0])
+    writer.move(first, fits[0])
     if len(traces) > 1:
         back = traces[-1].contour
-        if len(traces) > 2 or back.kind != "thread" or back.end != one.contour.start:
-            said = (
-                f"a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
-            )
-            raise at_line(DataError, one.file, one.line, said, one.contour.source.first)
+        if len(traces) > 2 or back.kind != "thread" or back.end != first.contour.start:
+            message = f"a block of several moves ({first.after.motion}) is not rewritten; write its moves one by one"
+            raise at_line(DataError, first.file, first.line, message, first.contour.source.first)
         writer.q = begin  # a rigid tap comes back to where it began
 
 
@@ -148,22 +148,22 @@ def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit
     """Write a block of Sinumerik or Klartext: its own moves, then the hole that it calls."""
     from vcmm.compensation.klartext_writer import KlartextWriter
 
-    own = [i for i, t in enumerate(traces) if not t.cycle and t.contour.kind != "dwell"]
+    moves = [i for i, t in enumerate(traces) if not t.cycle and t.contour.kind != "dwell"]
     holes = [i for i, t in enumerate(traces) if t.cycle]
-    last = fits[own[-1]] if own else None
-    if own and last is not None:
+    last = fits[moves[-1]] if moves else None
+    if moves and last is not None:
         if (
             isinstance(writer, KlartextWriter)
             and "path" in traces[0].words
             and traces[0].words["path"].text == "DEP"
         ):
-            writer.leave([traces[i] for i in own], last)
-        elif len(own) == 1:
-            writer.move(traces[own[0]], last)
+            writer.leave([traces[i] for i in moves], last)
+        elif len(moves) == 1:
+            writer.move(traces[moves[0]], last)
         else:
-            one = traces[0]
-            said = "a block of several moves is not rewritten; write its moves one by one"
-            raise at_line(DataError, one.file, one.line, said, one.contour.source.first)
+            first = traces[0]
+            message = "a block of several moves is not rewritten; write its moves one by one"
+            raise at_line(DataError, first.file, first.line, message, first.contour.source.first)
     if holes:
         drill_here(writer, [traces[i] for i in holes], [fits[i] for i in holes])
 

@@ -44,10 +44,10 @@ class SourceText:
 
 def source_text(text: str, name: str, encoding: str = "utf-8", bom: bool = False) -> SourceText:
     """Split a text into lines. CR LF, LF and CR end a line."""
-    found = [(m[1], m[2]) for m in _LINE.finditer(text)]
-    if found and found[-1] == ("", ""):
-        found.pop()
-    return SourceText(name, tuple(found), encoding, bom)
+    lines = [(m[1], m[2]) for m in _LINE.finditer(text)]
+    if lines and lines[-1] == ("", ""):
+        lines.pop()
+    return SourceText(name, tuple(lines), encoding, bom)
 
 
 def read_source(path: Path) -> SourceText:
@@ -75,10 +75,10 @@ def write_source(path: Path, content: bytes) -> None:
         ) from None
 
 
-def at_line(kind: type[E], name: str, line: int, said: str, column: int | None = None) -> E:
+def at_line(kind: type[E], name: str, line: int, message: str, column: int | None = None) -> E:
     """Return the error of a place in a program, which it names in its text and carries as data."""
     place = f"{name}:{line}" if column is None else f"{name}:{line}:{column}"
-    return kind(f"{place}: {said}", line=line, column=column)
+    return kind(f"{place}: {message}", line=line, column=column)
 
 
 def at_origin(error: VcmmError, name: str, origin: Sequence[int]) -> VcmmError:
@@ -86,9 +86,9 @@ def at_origin(error: VcmmError, name: str, origin: Sequence[int]) -> VcmmError:
     head, line = f"{name}:{error.line}:", error.line
     if line is None or not 0 < line <= len(origin) or not str(error).startswith(head):
         return error
-    said = f"{name}:{origin[line - 1]}:{str(error).removeprefix(head)}"
+    message = f"{name}:{origin[line - 1]}:{str(error).removeprefix(head)}"
     kind = DataError if isinstance(error, DataError) else ModelLimit
-    return kind(said, line=origin[line - 1], column=error.column)
+    return kind(message, line=origin[line - 1], column=error.column)
 
 
 class Edit(NamedTuple):

@@ -141,8 +141,8 @@ def _solve(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) -> 
     small = coo_matrix((np.full(3 * unknown, SMALL), (np.arange(3 * unknown),) * 2))
     whole = vstack([shows[counts], change, small], format="csc")
     right = np.concatenate([cuts.over[counts], np.zeros(whole.shape[0] - int(counts.sum()))])
-    found = spsolve((whole.T @ whole).tocsc(), whole.T @ right)
-    return found.reshape(-1, 3)[same], np.asarray(shows @ found)
+    solution = spsolve((whole.T @ whole).tocsc(), whole.T @ right)
+    return solution.reshape(-1, 3)[same], np.asarray(shows @ solution)
 
 
 SEARCH_PLACES = 24  # places along a move, for the share of a point beside it
@@ -225,24 +225,24 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
             "--surface corrects milling with the rotary axes at rest; on lathes and with turning rotary axes take --surface away: the path is "
             "corrected, and diagnose reports the entries for the tool table"
         )
-    seen = _on_features(job)
-    cuts = seen.cuts
+    points = _on_features(job)
+    cuts = points.cuts
     largest = float(np.abs(cuts.over[cuts.makes]).max(initial=0.0))
     if largest < UNSEEN:
         return None
-    return _correction(job.program.moves, seen, ids)
+    return _correction(job.program.moves, points, ids)
 
 
-def _correction(moves: Sequence[Move], seen: SeenPoints, ids: tuple[str, ...]) -> SurfaceErrors:
+def _correction(moves: Sequence[Move], points_on: SeenPoints, ids: tuple[str, ...]) -> SurfaceErrors:
     """Return the shifts of the tool for the heights of the cuts above the nominal surface."""
-    cuts = seen.cuts
+    cuts = points_on.cuts
     largest = float(np.abs(cuts.over[cuts.makes]).max(initial=0.0))
     knots, value, left = shifts_of(moves, cuts)
     feature, points = cuts.feature, len(left)
     rms = float(np.sqrt(np.mean(left**2)))
     names = [str(n) for n in np.unique(feature) if np.abs(left[feature == n]).max() > MUCH * largest]
     return SurfaceErrors(
-        moves=tuple(moves), knots=knots, value=value, effects=ids, points=points, left=rms, largest=largest, against=tuple(names), seen=seen,
+        moves=tuple(moves), knots=knots, value=value, effects=ids, points=points, left=rms, largest=largest, against=tuple(names), seen=points_on,
     )  # fmt: skip
 
 
@@ -259,17 +259,17 @@ def refined_surface(scenario: CutScenario, first: SurfaceErrors, program: Path) 
     """Return Run a further round: add the departure of the part of the corrected program (all errors of the machine in it) to the correction
     of its cuts. A tool that is led elsewhere bends otherwise, so the first round is not exact."""
     job = set_up(replace(scenario, program=program))
-    seen = first.seen
-    if seen is None:
+    on_features = first.seen
+    if on_features is None:
         raise UsageError("what was measured on a face is not found anew by a virtual cut")
-    surface = surface_at(job, seen.at, seen.normals)
+    surface = surface_at(job, on_features.at, on_features.normals)
     good = np.flatnonzero(surface.status == CUT)
-    contacts, errors, _ = _cut_at(job, surface.take(good), seen.cuts.feature[good])
-    still = np.zeros(len(seen.at))
-    still[good] = contacts.surface(errors) - seen.level[good]
-    cuts = seen.cuts
+    contacts, errors, _ = _cut_at(job, surface.take(good), on_features.cuts.feature[good])
+    still = np.zeros(len(on_features.at))
+    still[good] = contacts.surface(errors) - on_features.level[good]
+    cuts = on_features.cuts
     over = cuts.over + DAMPED * np.where(cuts.makes, still[cuts.point], 0.0)
-    return _correction(first.moves, replace(seen, cuts=replace(cuts, over=over)), first.effects)
+    return _correction(first.moves, replace(on_features, cuts=replace(cuts, over=over)), first.effects)
 
 
 def _on_features(job: PreparedCut) -> SeenPoints:
@@ -306,8 +306,8 @@ def _rounding(job: PreparedCut, rows: ContactRows) -> Array:
     """Return the share of the path (rows, 3) mm that is a corner rounded by the control within an unstated tolerance: not corrected."""
     if "tolerance" in job.path.timing.control.stated:
         return np.zeros((len(rows.row), 3))
-    states, known = job.process.states(job, rows)
-    return known - np.column_stack([states.column(f"follow_{c}_mm") for c in "xyz"])
+    states, known_error = job.process.states(job, rows)
+    return known_error - np.column_stack([states.column(f"follow_{c}_mm") for c in "xyz"])
 
 
 def _reaching(contacts: Contacts, errors: Array, move_of: Ints) -> tuple[Ints, Ints, Array, Bools]:
@@ -340,7 +340,7 @@ def what_is_left(left: tuple[str, ...], surface: SurfaceErrors | None) -> tuple[
         return left
     if surface.told:
         return (*left, surface.told)
-    left = tuple(said for said in left if said.split(" ")[0] not in surface.effects)
+    left = tuple(sentence for sentence in left if sentence.split(" ")[0] not in surface.effects)
     told = (
         f"{', '.join(surface.effects) or 'the path that the control takes (corners, lag)'}: corrected where {surface.points} points of the features are cut, up to {surface.largest * 1e3:.2f} um "
         f"along their normals; {surface.left * 1e3:.2f} um rms of it no shift of the path takes out. The same size is assumed for the next "

@@ -59,9 +59,9 @@ def moves_of(traces: Sequence[Trace], moves: Sequence[Move]) -> Ints:
             moves[place].source.line != line or moves[place].kind != trace.contour.kind
         ):
             place += 1
-        own = place if place < len(moves) else min(at, len(moves) - 1)
-        out.append(own)
-        at = own + 1 if place < len(moves) else at
+        number = place if place < len(moves) else min(at, len(moves) - 1)
+        out.append(number)
+        at = number + 1 if place < len(moves) else at
     return np.array(out, dtype=np.intp)
 
 
@@ -135,18 +135,18 @@ def _side(traces: Sequence[Trace], i: int) -> float:
 def _corner(traces: Sequence[Trace], i: int) -> Array:
     """Return the tool centre at the end of move i: inside corners where both parallels meet, outside half way round."""
     h, m = _side(traces, i), traces[i].contour
-    one = left_normal(directions(m, np.ones(1)), m.plane)[0]
+    normal = left_normal(directions(m, np.ones(1)), m.plane)[0]
     if not _side(traces, i + 1):
-        return np.asarray(h * one)
+        return np.asarray(h * normal)
     following = traces[i + 1].contour
     two = left_normal(directions(following, np.zeros(1)), m.plane)[0]
     if _side(traces, i - 1) == 0.0:  # the way in ends square to the first cut
-        return np.asarray(h * (two if np.any(two) else one))
-    middle = one + two
+        return np.asarray(h * (two if np.any(two) else normal))
+    middle = normal + two
     size = float(np.linalg.norm(middle))
     if size < 0.2:
-        return np.asarray(h * one)
-    turn = float(np.cross(one, two).sum())
+        return np.asarray(h * normal)
+    turn = float(np.cross(normal, two).sum())
     inside = turn * h > 0
     factor = 2.0 / size if inside else 1.0
     return np.asarray(h * factor * middle / size)

@@ -24,8 +24,8 @@ def with_temperatures(
     if not open_:
         return dict(stated), ()
     first, *_ = open_
-    said = (
-        f"{', '.join(dict.fromkeys(e for own in open_.values() for e in own))} of the machine file go with the temperature of {', '.join(open_)}, which the set-up does not "
+    message = (
+        f"{', '.join(dict.fromkeys(e for effects in open_.values() for e in effects))} of the machine file go with the temperature of {', '.join(open_)}, which the set-up does not "
         f'state: taken as 20 degC; write [temperature] {first} = "22 degC" into it where it is another'
     )
-    return {**stated, **{f"temp_{s}_C": T0_DEG_C for s in open_}}, (said,)
+    return {**stated, **{f"temp_{s}_C": T0_DEG_C for s in open_}}, (message,)

@@ -141,12 +141,12 @@ class Wording:
         out = []
         for index, (body, end) in enumerate(self.source.lines):
             added = self.added.get(index, [])
-            own = end or (self.source.end if added else "")
+            line_end = end or (self.source.end if added else "")
             out += [(text + (end or self.source.end), index) for text in self.before.get(index, [])]
-            out.append((apply_edits(body, self.edits.get(index, [])) + own, index))
+            out.append((apply_edits(body, self.edits.get(index, [])) + line_end, index))
             for k, text in enumerate(added):
                 last = k == len(added) - 1
-                out.append((text + (end if last else own), index))
+                out.append((text + (end if last else line_end), index))
         return out
 
 

@@ -242,9 +242,9 @@ class Writer(Wording):
         assert m.centre is not None
         start, centre = np.array(m.start), np.array(m.centre)
         points, ways = frame.numbers(centre), frame.ways(centre - start)
-        found = [points[i] if self.centre_absolute(trace, frame, i) else ways[i] for i in range(3)]
+        coordinates = [points[i] if self.centre_absolute(trace, frame, i) else ways[i] for i in range(3)]
         radius = math.dist(*[[p[i] for i in PLANES[m.plane][:2]] for p in (m.start, m.centre)])
-        out = {CENTRES[i]: float(found[i]) for i in PLANES[m.plane][:2]}
+        out = {CENTRES[i]: float(coordinates[i]) for i in PLANES[m.plane][:2]}
         out["R"] = frame.length(radius, PLANES[m.plane][0]) * (-1.0 if abs(sweep_of(m)) > math.pi else 1.0)
         return out
 
@@ -264,8 +264,10 @@ class Writer(Wording):
         wanted = np.where(from_zero, frame.numbers(piece.centre), frame.ways(piece.centre - start))
         origin = np.where(from_zero, frame.numbers(start), 0.0)
         share = np.where(from_zero, frame.radii(), 1.0)[[a, b]]
-        one, two = best_centre(wanted[[a, b]], origin[[a, b]], frame.ways(end - start)[[a, b]], step, share)
-        return {CENTRES[a]: one, CENTRES[b]: two}
+        first, second = best_centre(
+            wanted[[a, b]], origin[[a, b]], frame.ways(end - start)[[a, b]], step, share
+        )
+        return {CENTRES[a]: first, CENTRES[b]: second}
 
 
 def _is_whole(trace: Trace) -> bool:

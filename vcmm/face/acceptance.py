@@ -61,13 +61,13 @@ def _refuse_unused_limits(limits: Any, figures: Any, parts: bool) -> None:
     from vcmm.learn.calibration.spindle import ANGLE, is_of
 
     names = [f.name.removesuffix(ANGLE) for f in figures]
-    known = list(dict.fromkeys([*names, *(n.split(" ")[0] for n in names)]))
+    names_of_figures = list(dict.fromkeys([*names, *(n.split(" ")[0] for n in names)]))
     for name in limits:
         if parts and any(is_of(name, n) for n in names):
             continue
-        if (parts or name not in known) and not any(n.rpartition(" ")[0] == name for n in names):
+        if (parts or name not in names_of_figures) and not any(n.rpartition(" ")[0] == name for n in names):
             raise UsageError(
-                f'--limit "{name} = ...": the test has no such figure.{choose_from(name, known)}'
+                f'--limit "{name} = ...": the test has no such figure.{choose_from(name, names_of_figures)}'
             )
 
 

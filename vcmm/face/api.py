@@ -109,8 +109,8 @@ def uncertainty(
     loaded = load_measuring(scenario)
     settings = loaded.settings.with_changes(seed=seed, trials=trials, engine=engine, digits=digits)
     uncertainty_result = evaluate_task(loaded.task(), settings, progress, sharing=sharing)
-    said = (*remarks(loaded), *uncertainty_result.warnings)
-    return replace(uncertainty_result, warnings=said, reading=uncertainty_reading(loaded, files))
+    notes = (*remarks(loaded), *uncertainty_result.warnings)
+    return replace(uncertainty_result, warnings=notes, reading=uncertainty_reading(loaded, files))
 
 
 def evaluate(
@@ -371,9 +371,9 @@ def _load_if_file(scenario: Scenario | CutScenario | str | Path) -> Scenario | C
 
 def load_measuring(scenario: Scenario | str | Path) -> Scenario:
     """A scenario that measures, or that of a file; one that cuts is pointed to its own job."""
-    found = _load_if_file(scenario)
-    if not isinstance(found, Scenario):
+    measuring = _load_if_file(scenario)
+    if not isinstance(measuring, Scenario):
         raise UsageError(
             "this scenario cuts a part: use vcmm.cut(scenario), or vcmm.place(scenario) for its best place"
         )
-    return found
+    return measuring

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from vcmm.shop.machining.proof import CutProof
 
 
-def calibration_json(found: Calibration, out: Path | None) -> dict[str, Any]:
+def calibration_json(calibration: Calibration, out: Path | None) -> dict[str, Any]:
     """The JSON document without its frame; its figures are those of the file that was written, read back."""
     from vcmm.files.own.machine import load_machine
     from vcmm.learn.calibration.acceptance import volume_figures
@@ -20,18 +20,18 @@ def calibration_json(found: Calibration, out: Path | None) -> dict[str, Any]:
     from vcmm.show.tables.calibration import FIGURES, RESIDUALS, residuals
     from vcmm.show.tables.table import records
 
-    pulls = zip(found.posterior.own_names, found.posterior.own)
+    pulls = zip(calibration.posterior.own_names, calibration.posterior.own)
     return {
         "machine": None if out is None else str(out),
-        "identified": found.figures(),
-        "not_identified": found.identified.document(),
-        "interpolation": found.interpolation,
-        "condition": found.identified.condition,
-        "residual_um": rms(found.residual) * 1e3,
-        "residuals": records(RESIDUALS, residuals(found).rows),
+        "identified": calibration.figures(),
+        "not_identified": calibration.identified.document(),
+        "interpolation": calibration.interpolation,
+        "condition": calibration.identified.condition,
+        "residual_um": rms(calibration.residual) * 1e3,
+        "residuals": records(RESIDUALS, residuals(calibration).rows),
         "instruments": [{"input": name, "pull": float(v)} for name, v in pulls],
-        "probe_radius": found.probe_radii(),
-        "nodes": {c.axis: len(c.nodes) for c in found.kept.curves},
+        "probe_radius": calibration.probe_radii(),
+        "nodes": {c.axis: len(c.nodes) for c in calibration.kept.curves},
         "figures": records(FIGURES, volume_figures(load_machine(out))) if out is not None else [],
     }
 
@@ -71,12 +71,12 @@ def placed_cut_json(placed: PlacedCut) -> dict[str, Any]:
     from vcmm.show.tables.placement import GAINS, gains
     from vcmm.show.tables.table import records
 
-    def at(one: Any) -> dict[str, Any]:
+    def at(place: Any) -> dict[str, Any]:
         rows = [
             {"name": c.name, f"deviation_{unit(c)}": float(d)}
-            for c, d in zip(placed.characteristics, one.deviations)
+            for c, d in zip(placed.characteristics, place.deviations)
         ]
-        return {"pose": pose_json(one.pose), "value": one.value, "characteristics": rows}
+        return {"pose": pose_json(place.pose), "value": place.value, "characteristics": rows}
 
     certificate, flat = placed.certificate, placed.region
     return {

@@ -22,9 +22,9 @@ def compare_files(
     recorded = Path(named.pop()).resolve() if len(named) == 1 else None  # named again it would stand twice
     once = {file.resolve(): file for file in machines if file.resolve() != recorded}
     others = [(file, load_machine(file)) for file in once.values()]
-    every = [effect for _, known in others for effect in known.effects]
+    every = [effect for _, machine_of_file in others for effect in machine_of_file.effects]
     rows = [_compare(read, None, None, seed, every)]
-    rows += [_compare(read, file, known, seed, every) for file, known in others]
+    rows += [_compare(read, file, machine_of_file, seed, every) for file, machine_of_file in others]
     inputs = [p for path in (*read, *machines) for p in sources(path)]
     return rows, _left_out(rows), list(dict.fromkeys(inputs))
 
@@ -43,11 +43,13 @@ def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int,
 
     pairs = []
     for path in recordings:
-        recording, known = load_recording(path, machine, gaps=True)
+        recording, machine_of_file = load_recording(path, machine, gaps=True)
         if recording.unread:
-            own = known if machine is None else load_recording(path, gaps=True)[1]
-            recording = for_effects(recording, (*every, *own.effects))
-        pairs.append((replace(recording, name=str(path)) if len(recordings) > 1 else recording, known))
+            own_machine = machine_of_file if machine is None else load_recording(path, gaps=True)[1]
+            recording = for_effects(recording, (*every, *own_machine.effects))
+        pairs.append(
+            (replace(recording, name=str(path)) if len(recordings) > 1 else recording, machine_of_file)
+        )
     with about(recordings[0]):
         return compare_machines(str(file) if file else _machine_name(recordings), pairs, seed)
 

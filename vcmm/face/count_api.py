@@ -123,8 +123,8 @@ def routes(
     data = read_route_data(loaded, **files) if read else None
     asked = loaded.settings.with_changes(seed=seed, trials=trials)
     routes_result = by_routes(loaded, data, settings=asked, progress=progress)
-    own = [scenario] if isinstance(scenario, str | Path) else []
-    return replace(routes_result, reading=readings.routes_reading(loaded, [*own, *read]))
+    own_files = [scenario] if isinstance(scenario, str | Path) else []
+    return replace(routes_result, reading=readings.routes_reading(loaded, [*own_files, *read]))
 
 
 def certificate(

@@ -74,10 +74,10 @@ def nc(
     from vcmm.program.summary import summary
 
     files = [Path(program), *([Path(setup)] if isinstance(setup, str | Path) else [])]
-    known = load_setup(setup) if isinstance(setup, str | Path) else setup
-    read = understand_program(Path(program), dialect, known, strict)
-    total = summary(read.moves, known)
-    reading = machine_readings.program_reading(Path(program), total, machine_of(known), files)
+    loaded = load_setup(setup) if isinstance(setup, str | Path) else setup
+    read = understand_program(Path(program), dialect, loaded, strict)
+    total = summary(read.moves, loaded)
+    reading = machine_readings.program_reading(Path(program), total, machine_of(loaded), files)
     return ProgramMeaning(Path(program).name, read, total, reading)
 
 

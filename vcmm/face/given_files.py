@@ -40,10 +40,10 @@ def evaluate_listed(
     from vcmm.part.gps import characteristics as gps
 
     nominals = {c.name: gps.nominal(c, scenario.part.features) for c in scenario.part.characteristics}
-    found = exported_values(values, list(nominals), nominals)
-    listed, said = found or (read_measured_values(values), "")
+    exported = exported_values(values, list(nominals), nominals)
+    listed, note = exported or (read_measured_values(values), "")
     parts = evaluate_values(scenario, listed, settings=settings, progress=progress)
-    return tuple(replace(p, warnings=(*p.warnings, said)) for p in parts) if said else parts
+    return tuple(replace(p, warnings=(*p.warnings, note)) for p in parts) if note else parts
 
 
 def given_points(

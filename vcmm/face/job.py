@@ -133,8 +133,10 @@ def run_job(job: Job[Loaded, Result], flags: Flags) -> int:
     folder = output_folder(flags.out) if flags.out else None
     loaded, result = compute(job)
     code = job.exit_code(loaded, result)
-    said = job.record(loaded, result)
-    content = document(job.schema, said.body, seed=said.seed, files=said.files, warnings=said.warnings)
+    record = job.record(loaded, result)
+    content = document(
+        job.schema, record.body, seed=record.seed, files=record.files, warnings=record.warnings
+    )
     if flags.evidence:
         keep_evidence(flags.evidence, job.pack(loaded), content)
     sentence = ""
@@ -287,7 +289,7 @@ def keep_evidence(path: Path, pack: Pack, content: dict[str, Any]) -> None:
     from vcmm.answer.evaluation.declaration import declared_influences
     from vcmm.show.console.evidence import command_words, write_pack
 
-    files = [Path(one["file"]) for one in content["inputs"]]
+    files = [Path(entry["file"]) for entry in content["inputs"]]
     words = command_words(pack.verb, pack.scenario, pack.options)
     write_pack(path, words, content, files, declared_influences(pack.task))
     say(f"wrote {path}; vcmm rerun {path} runs it again")

@@ -54,8 +54,8 @@ def field(
     """
     from vcmm.task.response.volumetric import field as map_errors
 
-    known = _machine(machine)
-    return replace(map_errors(known, run, exact, nodes), reading=machine_readings.field_reading(known))
+    loaded = _machine(machine)
+    return replace(map_errors(loaded, run, exact, nodes), reading=machine_readings.field_reading(loaded))
 
 
 def diagnose(
@@ -98,14 +98,14 @@ def diagnose(
             raise UsageError(
                 "a recording in memory does not name its machine: vcmm.diagnose(recording, machine)"
             )
-        known = _machine(machine)
+        loaded = _machine(machine)
     else:
         from vcmm.files.own.recording import load_recording
 
         given = None if machine is None else _machine(machine)
-        recording, known = load_recording(recording, given, gaps=True)
-    diagnosis = find_causes(recording, known, seed=seed, extra_effects=extra_effects, progress=progress)
-    return replace(diagnosis, reading=machine_readings.diagnosis_reading(recording, known))
+        recording, loaded = load_recording(recording, given, gaps=True)
+    diagnosis = find_causes(recording, loaded, seed=seed, extra_effects=extra_effects, progress=progress)
+    return replace(diagnosis, reading=machine_readings.diagnosis_reading(recording, loaded))
 
 
 def calibrate(

@@ -28,7 +28,7 @@ def diagnosis_reading(recording: Recording, machine: Machine) -> Reading:
         lambda d: {k: v for k, v in diagnosis_json(d).items() if k != "schema"} | {"improved_machine": None},
         rows=lambda body: body["answer"],
         tables=answers,
-        said=lambda d: [("verdict", text) for text in sentences(d)],
+        summary=lambda d: [("verdict", text) for text in sentences(d)],
         page=lambda d: diagnosis_page(recording, machine, d),
     )
 
@@ -87,12 +87,12 @@ def field_reading(machine: Machine) -> Reading:
             {f"{a}_{'mm' if a in 'XYZ' else 'rad'}": float(q[i]) for a, q in error_map.run.position.items()}
             for i in range(error_map.run.n)
         ]
-        found = zip(at, error_map.tip_error, error_map.tip_error if error_map.u is None else error_map.u)
+        rows_of = zip(at, error_map.tip_error, error_map.tip_error if error_map.u is None else error_map.u)
         return [
-            one
+            place
             | {f"error_{c}_mm": float(e[i]) for i, c in enumerate("xyz")}
             | ({} if error_map.u is None else {f"u_{c}_mm": float(u[i]) for i, c in enumerate("xyz")})
-            for one, e, u in found
+            for place, e, u in rows_of
         ]
 
     reading = make_reading(
@@ -179,7 +179,7 @@ def converted_reading(file: Path) -> Reading:
         "vcmm.convert/1",
         lambda c: c.body(),
         rows=lambda body: [{"what": what, "count": n} for what, n in body["counts"].items()],
-        said=lambda c: [(c.kind, ", ".join(f"{n} {what}" for what, n in c.counts.items()))],
+        summary=lambda c: [(c.kind, ", ".join(f"{n} {what}" for what, n in c.counts.items()))],
         files=[file],
         warnings=lambda c: (*c.notes, *c.problems),
     )

@@ -32,15 +32,15 @@ def understand_program(program: Path, dialect: str | None, setup: Setup | None, 
     if setup is None:
         return read
     machine = machine_of(setup)
-    said = list(remarks_on(read, setup, machine))
+    notes = list(remarks_on(read, setup, machine))
     if machine is not None and read.moves:
         from vcmm.shop.motion.tool_centre import orient_moves
 
         moves, singular = orient_moves(read.moves, machine, str(program))
-        read, said = replace(read, moves=moves), [*said, *singular]
+        read, notes = replace(read, moves=moves), [*notes, *singular]
     if setup.machine and machine is None:
-        said.append(Remark(1, 1, f"{setup.machine} does not exist: travels are not looked at"))
-    return replace(read, warnings=(*read.warnings, *said))
+        notes.append(Remark(1, 1, f"{setup.machine} does not exist: travels are not looked at"))
+    return replace(read, warnings=(*read.warnings, *notes))
 
 
 def at_level(setup: Setup | None, strict: bool) -> Setup:

@@ -26,13 +26,13 @@ def make_reading(
     *,
     rows: Callable[[dict[str, Any]], Rows],
     tables: Callable[[Any], Iterable[ResultTable[Any]]] = lambda result: (),
-    said: Callable[[Any], Iterable[tuple[str, str]]] = lambda result: (),
+    summary: Callable[[Any], Iterable[tuple[str, str]]] = lambda result: (),
     page: Callable[[Any], str] | None = None,
     files: Sequence[str | Path] = (),
     seed: Callable[[Any], int | None] = lambda result: getattr(result, "seed", None),
     warnings: Callable[[Any], Sequence[str]] = lambda result: getattr(result, "warnings", ()),
 ) -> Reading:
-    """A Reading. body: of the document; rows: of that body; said: (name, answer) lines and tables of a notebook; files: that were read."""
+    """A Reading. body: of the document; rows: of that body; summary: (name, answer) lines and tables of a notebook; files: that were read."""
 
     def document_of(result: Any) -> dict[str, Any]:
         from vcmm.show.console.documents import document, sources
@@ -44,7 +44,7 @@ def make_reading(
         from vcmm.show.report.text import escape
         from vcmm.show.tables.table import html
 
-        lines = [f"<p><strong>{escape(name)}</strong>: {escape(text)}</p>" for name, text in said(result)]
+        lines = [f"<p><strong>{escape(name)}</strong>: {escape(text)}</p>" for name, text in summary(result)]
         return "\n".join([*lines, *(html(table) for table in tables(result))])
 
     def write(path: Path, text: str) -> Any:
@@ -95,7 +95,7 @@ def uncertainty_reading(scenario: Scenario, files: Sequence[str | Path]) -> Read
         uncertainty_json,
         rows=characteristics_of,
         tables=lambda u: [results(u)],
-        said=names_and_answers,
+        summary=names_and_answers,
         page=page,
         files=files,
     )
@@ -135,7 +135,7 @@ def part_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
         lambda part: evaluate_json([part]),
         rows=rows,
         tables=lambda part: [results(whole_of(part))],
-        said=lambda part: [(e.name, answer(e.result)) for e in part.characteristics],
+        summary=lambda part: [(e.name, answer(e.result)) for e in part.characteristics],
         page=page,
         files=files,
         seed=lambda part: part.uncertainty.seed,
@@ -152,7 +152,7 @@ def cut_reading(scenario: CutScenario, files: Sequence[str | Path]) -> Reading:
         cut_json,
         rows=characteristics_of,
         tables=lambda c: [finished_part(c)],
-        said=names_and_answers,
+        summary=names_and_answers,
         page=lambda c: cut_page(scenario, c),
         files=[*files, scenario.program] if files else (),
         seed=lambda c: c.uncertainty.seed,
@@ -171,7 +171,7 @@ def placement_reading(files: Sequence[str | Path]) -> Reading:
         lambda p: place_json(p) | {"advice": advice(p)},
         rows=lambda body: body["objective"]["characteristics"],
         tables=lambda p: [compared_poses(p)],
-        said=lambda p: [("advice", text) for text in advice(p)[:1]],
+        summary=lambda p: [("advice", text) for text in advice(p)[:1]],
         page=place_page,
         files=files,
     )
@@ -234,6 +234,6 @@ def certificate_reading(file: str | Path) -> Reading:
         worth_json,
         rows=lambda body: [*body["by_prior"], *body["by_fact"]],
         tables=worth_tables,
-        said=lambda w: [("certificate", w.stated)],
+        summary=lambda w: [("certificate", w.stated)],
         files=[file],
     )

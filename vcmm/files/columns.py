@@ -86,10 +86,10 @@ def positions_of(sheet: Sheet, axes: tuple[str, ...]) -> Run:
     return Run(position, offset, canonical_columns(others), labels)
 
 
-def in_other_unit(name: str, known: Iterable[str]) -> str:
+def in_other_unit(name: str, names: Iterable[str]) -> str:
     """' Convert the values of C_rad ...' where a column differs from a known one in its unit alone (another name keeps the numbers), else ''."""
     what, _, unit = name.rpartition("_")
-    for other in known:
+    for other in names:
         same, _, due = other.rpartition("_")
         if (
             what
@@ -165,19 +165,19 @@ def run_columns() -> list[str]:
     return [f"{n[:-4]}_rad" if n.endswith("_deg") else n for n in names]
 
 
-def known_column(name: str, known: list[str]) -> bool:
+def known_column(name: str, names: list[str]) -> bool:
     """Whether a column may stand in a file: by its name, any temp_<name>_C, or u_<column> of a known column."""
-    if name in known or _without_number(name) in known or re.fullmatch(r"temp_\w+_C", name):
+    if name in names or _without_number(name) in names or re.fullmatch(r"temp_\w+_C", name):
         return True
-    return name.startswith("u_") and known_column(name[2:], known)
+    return name.startswith("u_") and known_column(name[2:], names)
 
 
 def check_channel(name: str) -> None:
     """Raises UsageError with the closest name when no run can have such a column."""
-    known = run_columns()
-    if not known_column(name, known):
+    columns = run_columns()
+    if not known_column(name, columns):
         raise UsageError(
-            f'channel = "{name}" is no column of a run.{did_you_mean(name, known)} Write for example channel = "temp_part_C"'
+            f'channel = "{name}" is no column of a run.{did_you_mean(name, columns)} Write for example channel = "temp_part_C"'
         )
 
 
@@ -210,13 +210,13 @@ def conditions_of(
 
 
 def _split_columns(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
-    known = file_columns()
+    columns = file_columns()
     return conditions_of(
         sheet,
         (),
-        lambda name: known_column(name, known),
+        lambda name: known_column(name, columns),
         lambda name: (
-            f".{in_other_unit(name, known) or did_you_mean(name, [*known, *LABELS])} Names state their unit, as in X_mm, C_deg, offset_z_mm, temp_part_C, "
+            f".{in_other_unit(name, columns) or did_you_mean(name, [*columns, *LABELS])} Names state their unit, as in X_mm, C_deg, offset_z_mm, temp_part_C, "
             "speed_X_mm_s"
         ),
         problems,

@@ -41,22 +41,22 @@ def fill_gaps(sheet: Sheet) -> tuple[Sheet, Gaps]:
 
 
 def _without_blanks(sheet: Sheet, name: str, blank: Mask, gaps: Gaps) -> tuple[Sheet, Gaps]:
-    known = np.flatnonzero(~blank)
-    value = sheet.take(known).numbers(name)
+    filled = np.flatnonzero(~blank)
+    value = sheet.take(filled).numbers(name)
     outside = blank.copy()
     if "time_s" in sheet.header:
         time = sheet.numbers("time_s")
-        order = np.argsort(time[known], kind="stable")
-        at, read = time[known][order], value[order]
+        order = np.argsort(time[filled], kind="stable")
+        at, read = time[filled][order], value[order]
         outside = blank & ((time < at[0]) | (time > at[-1]))
         new = np.interp(time, at, read)
     else:
         new = np.full(sheet.count, float(np.median(value)))
-    said = f"{name} is blank in {int(blank.sum())} of {sheet.count} rows ({_lines(sheet, blank)})"
+    remark = f"{name} is blank in {int(blank.sum())} of {sheet.count} rows ({_lines(sheet, blank)})"
     if outside.mean() > HALF:
-        gone = f"{said}: the column is set aside, what depends on it is not testable"
+        gone = f"{remark}: the column is set aside, what depends on it is not testable"
         return sheet.without(name), replace(gaps, notes=(*gaps.notes, gone))
-    told = [said]
+    told = [remark]
     if (blank & ~outside).any():
         told.append(f"{int((blank & ~outside).sum())} are interpolated in time between its readings")
     if outside.any():
@@ -87,15 +87,15 @@ def reaching(run: Run, logs: Mapping[str, Series]) -> tuple[dict[str, Series], G
         if not beyond.any():
             continue
         last, end = float(log.time[-1]), float(time.max())
-        said = f"the log of {name} ends at {last:g} s, the data at {end:g} s"
+        remark = f"the log of {name} ends at {last:g} s, the data at {end:g} s"
         if beyond.mean() > HALF:
             del out[name]
-            gone = f"{said}: the log is set aside, what depends on it is not testable"
+            gone = f"{remark}: the log is set aside, what depends on it is not testable"
             gaps = replace(gaps, notes=(*gaps.notes, gone))
             continue
         series = Series(np.append(log.time, end), np.append(log.value, log.value[-1]))
         out[name] = series
-        gaps = _with(gaps, name, beyond, f"{said}: {int(beyond.sum())} of {run.n} rows lie beyond it")
+        gaps = _with(gaps, name, beyond, f"{remark}: {int(beyond.sum())} of {run.n} rows lie beyond it")
     return out, gaps
 
 

@@ -53,18 +53,18 @@ class ColumnSheet(Sheet):
         return len(self.lines)
 
     def numbers(self, name: str) -> Array:
-        found = np.asarray(self.values[name], dtype=float)
-        blank = np.isnan(found)
+        values = np.asarray(self.values[name], dtype=float)
+        blank = np.isnan(values)
         if blank.any():
             raise DataError(
                 f"{self.at(int(np.argmax(blank)))}: column {name} has no value in {int(blank.sum())} rows, here first; repair or"
                 " remove them"
             )
-        return found
+        return values
 
     def blanks(self, name: str) -> np.ndarray:
-        found = self.values[name]
-        return np.isnan(found) if found.dtype.kind == "f" else np.zeros(self.count, dtype=bool)
+        values = self.values[name]
+        return np.isnan(values) if values.dtype.kind == "f" else np.zeros(self.count, dtype=bool)
 
     def take(self, rows: np.ndarray) -> ColumnSheet:
         values = {n: v[rows] for n, v in self.values.items()}
@@ -108,7 +108,7 @@ def _read_stream(path: Path) -> Sheet:
                 parts[name].append(quick[name])
             lines.append(np.arange(at + 1, at + len(text) + 1))
             continue
-        if any("\0" in one for one in text):
+        if any("\0" in line for line in text):
             read_text(path)  # refuses it and says where
         piece = _data_lines(at, text)
         if piece and not header:
@@ -116,10 +116,10 @@ def _read_stream(path: Path) -> Sheet:
             parts = {name: [] for name in header}
             piece = piece[1:]
         if piece:
-            one = _one_by_one(path, piece, header, head_line, delimiter)
+            block = _one_by_one(path, piece, header, head_line, delimiter)
             for i, name in enumerate(header):
-                parts[name].append(_column(one, i))
-            lines.append(np.array(one.lines))
+                parts[name].append(_column(block, i))
+            lines.append(np.array(block.lines))
     if not lines:
         return read_csv(path)  # says what is missing
     values = {name: np.concatenate(parts.pop(name)) for name in header}
@@ -141,8 +141,8 @@ def _pieces(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 def _data_lines(at: int, text: list[str]) -> list[tuple[int, str]]:
     """(line, text) of lines that are not empty and no comments."""
-    pairs = ((k, one.rstrip("\n")) for k, one in enumerate(text, at + 1))
-    return [(k, one) for k, one in pairs if one.strip() and not one.lstrip().startswith("#")]
+    pairs = ((k, line.rstrip("\n")) for k, line in enumerate(text, at + 1))
+    return [(k, line) for k, line in pairs if line.strip() and not line.lstrip().startswith("#")]
 
 
 def _quick(text: list[str], header: list[str], delimiter: str) -> dict[str, Any] | None:
@@ -166,20 +166,20 @@ def _quick(text: list[str], header: list[str], delimiter: str) -> dict[str, Any]
         return None
     out: dict[str, Any] = {}
     for k, name in enumerate(header):
-        found = table[f"{k}"]
+        values = table[f"{k}"]
         if not numbers[name]:
-            out[name] = np.array([cell.strip() for cell in found], dtype=np.str_)
-        elif _is_plain(found, name):
-            out[name] = found.copy()
+            out[name] = np.array([cell.strip() for cell in values], dtype=np.str_)
+        elif _is_plain(values, name):
+            out[name] = values.copy()
         else:
             return None
     return out
 
 
-def _is_plain(found: Array, name: str) -> bool:
+def _is_plain(values: Array, name: str) -> bool:
     """Whether all numbers of a column are within the bounds of any table."""
     low = ABSOLUTE_ZERO if is_temperature(name) else -LARGEST
-    return bool(found.min() >= low and found.max() <= LARGEST)
+    return bool(values.min() >= low and values.max() <= LARGEST)
 
 
 def _one_by_one(
@@ -212,11 +212,11 @@ def _column(sheet: Sheet, i: int) -> Any:
         return out
     if not _ODD.search("".join(cells)):
         try:
-            found = np.array([float(c) for c in cells])
+            values = np.array([float(c) for c in cells])
         except ValueError:
             return sheet.numbers(name)
-        if _is_plain(found, name):
-            return found
+        if _is_plain(values, name):
+            return values
     return sheet.numbers(name)
 
 
@@ -237,9 +237,9 @@ def _parquet(path: Path) -> Sheet:
         values, problems = {}, []
         for name in header:  # one after the other: pyarrow's column is gone before the next is read
             column = file.read(columns=[name]).column(0)
-            found = _parquet_problems(path, name, column)
-            problems += found
-            if not found:
+            column_problems = _parquet_problems(path, name, column)
+            problems += column_problems
+            if not column_problems:
                 values[name] = _values(name, column)
     except (ArrowException, OSError, ValueError) as error:
         raise DataError(f"{path}:1: no Parquet file ({error}); export it again") from None
@@ -272,15 +272,15 @@ def _parquet_problems(path: Path, name: str, column: Any) -> list[str]:
         return []
     if str(column.type) not in TYPES:
         return [f"{path}:1: column {name} holds {column.type}, not numbers; write it as double"]
-    found = column.to_numpy().astype(float, copy=False)
+    values = column.to_numpy().astype(float, copy=False)
     low = ABSOLUTE_ZERO if sensor else -LARGEST
-    blank = np.isnan(found) & sensor & ~np.isnan(found).all()
-    wrong = np.flatnonzero(~((found >= low) & (found <= LARGEST)) & ~blank)
+    blank = np.isnan(values) & sensor & ~np.isnan(values).all()
+    wrong = np.flatnonzero(~((values >= low) & (values <= LARGEST)) & ~blank)
     if not len(wrong):
         return []
     k = int(wrong[0])
     return [
-        f"{path}:{k + 1}: {found[k]:g} in column {name} is outside {low:g} to {LARGEST:g}, {len(wrong)} such rows; repair them"
+        f"{path}:{k + 1}: {values[k]:g} in column {name} is outside {low:g} to {LARGEST:g}, {len(wrong)} such rows; repair them"
     ]
 
 

@@ -67,7 +67,7 @@ def read_observations(path: Path, machine: Machine | None, sense: Sense, name: s
 def _header_problems(sheet: Sheet, sense: Sense) -> list[str]:
     at, have = sheet.head, set(sheet.header)
     due = "d_urad" if sense.kind == "angle" else "d_um"
-    found = [c for c in OBSERVED_COLUMNS if c in have]
+    headings = [c for c in OBSERVED_COLUMNS if c in have]
     out = []
     pointed = set(POINTING_COLUMNS) <= have
     if pointed and sense.kind != "angle":
@@ -82,23 +82,23 @@ def _header_problems(sheet: Sheet, sense: Sense) -> list[str]:
         )
     if sense.kind == "angle" and "u_um" in have:
         out.append(f"{at}: u_um is a length; the uncertainty of an angle is u_d_urad")
-    if pointed and found:
-        out.append(f"{at}: {' '.join(found)} and pointed_x ... are both observations; keep one of them")
+    if pointed and headings:
+        out.append(f"{at}: {' '.join(headings)} and pointed_x ... are both observations; keep one of them")
     elif pointed:
         return out
-    if not found:
+    if not headings:
         or_vector = " (or pointed_x pointed_y pointed_z)" if sense.kind == "angle" else ""
         or_vector = or_vector if sense.kind in ("angle", "length") else " (or dx_um dy_um dz_um)"
         out.append(f"{at}: there is no observation; add the column {due}{or_vector}")
-    wrong = [c for c in found if (c == "d_urad") != (sense.kind == "angle")]
-    wrong += [c for c in found if c in VECTOR and sense.kind == "length"]
+    wrong = [c for c in headings if (c == "d_urad") != (sense.kind == "angle")]
+    wrong += [c for c in headings if c in VECTOR and sense.kind == "length"]
     if wrong:
         out.append(f'{at}: {" ".join(wrong)} does not go with kind = "{sense.kind}", which takes {due}')
-    elif len(found) > 1 and due in found:
+    elif len(headings) > 1 and due in headings:
         out.append(
-            f"{at}: {due} and {' '.join(c for c in found if c != due)} are both there; keep one of them"
+            f"{at}: {due} and {' '.join(c for c in headings if c != due)} are both there; keep one of them"
         )
-    elif due in found and not have & set(NORMAL) and not (sense.kind == "length" and have & set(FROM)):
+    elif due in headings and not have & set(NORMAL) and not (sense.kind == "length" and have & set(FROM)):
         ends = ", or the second end from_x_mm from_y_mm from_z_mm" if sense.kind == "length" else ""
         out.append(f"{at}: {due} needs its direction nx ny nz{ends}")
     return out

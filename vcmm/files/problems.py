@@ -41,8 +41,8 @@ def bad_name(name: str) -> str:
 class TableProblems(UsageError):
     """Several things wrong in one table: (key, sentence) each."""
 
-    def __init__(self, found: Iterable[tuple[Key, str]]) -> None:
-        self.found = tuple(found)
+    def __init__(self, key_problems: Iterable[tuple[Key, str]]) -> None:
+        self.found = tuple(key_problems)
         super().__init__("\n".join(text for _, text in self.found))
 
 

@@ -247,10 +247,10 @@ Direction = Annotated[
 def read_model(model: type[M], data: object, document: Document, at: Location = ()) -> M:
     """Validate a table. Raises DataError with every problem found."""
     problems = Problems(document)
-    found = checked_model(model, data, problems, at)
+    checked = checked_model(model, data, problems, at)
     problems.raise_if_any()
-    assert found is not None
-    return found
+    assert checked is not None
+    return checked
 
 
 def checked_model(model: type[M], data: object, problems: Problems, at: Location = ()) -> M | None:
@@ -368,16 +368,16 @@ def allowed_keys(model: type[BaseModel], location: Location) -> list[str]:
 def _model_at(model: type[BaseModel], location: Location) -> Any:
     current: Any = model
     for part in location:
-        known = getattr(current, "model_fields", {})
-        if part in known:
-            models = list(_models_in(known[part].annotation))
+        fields = getattr(current, "model_fields", {})
+        if part in fields:
+            models = list(_models_in(fields[part].annotation))
             current = models[0] if models else None
     return current  # parts that are no fields are names the user chose, such as axes.X
 
 
 def _field(model: type[BaseModel], location: Location) -> Any:
-    known = getattr(_model_at(model, location[:-1]), "model_fields", {})
-    return known.get(location[-1]) if location else None
+    fields = getattr(_model_at(model, location[:-1]), "model_fields", {})
+    return fields.get(location[-1]) if location else None
 
 
 def _example(model: type[BaseModel], location: Location) -> str:

@@ -235,10 +235,10 @@ class Layout:
     def rows(self, lines: Iterable[str], first: int = 1) -> Iterator[Row]:
         """Every line that says something. first: number of the first line in the file."""
         for number, raw in enumerate(lines, first):
-            said = raw.split(self.remark)[0] if self.remark else raw
-            text = said.strip()
+            content = raw.split(self.remark)[0] if self.remark else raw
+            text = content.strip()
             if text and not text.startswith(self.comments):
-                yield Row(number, text, self.cells(said))
+                yield Row(number, text, self.cells(content))
 
 
 NO_NUMBER = '"{}" is not a number; decimals are written with a point'

@@ -117,14 +117,14 @@ def _blank_text(match: re.Match[str]) -> str:
 
 def _syntax(path: Path, text: str, message: str) -> str:
     """The complaint of tomllib with the line it is about, and what is usually wrong."""
-    found = re.search(r"line (\d+)", message)
+    match = re.search(r"line (\d+)", message)
     lines = lines_of(text)
-    number = int(found[1]) if found else len(lines)
+    number = int(match[1]) if match else len(lines)
     fix = "texts need quotes, keys need ="
     blank = lines_of(_QUOTED_TEXT.sub(_blank_text, text))
     if opened := _unclosed(blank, number, message):
-        seen, (number, bracket) = number, opened
-        until = f" before line {seen}" if seen > number else ""
+        noticed, (number, bracket) = number, opened
+        until = f" before line {noticed}" if noticed > number else ""
         message, fix = f'the "{bracket}" is not closed{until}', f'close it with "{CLOSES[bracket]}"'
         fix += "; what stands in braces stays on one line" if bracket == "{" else ""
     line = lines[number - 1].strip() if 0 < number <= len(lines) else ""

@@ -109,10 +109,10 @@ def datum_system(
         if _has_direction(pair) and not (
             directions and pair.nominal.kind == "circle"
         ):  # a circle has its drawn direction
-            own = _direction(pair, start)
+            turn = _direction(pair, start)
             if directions:
-                pair, own = _restrain(pair, own, directions, again)
-            _add(directions, own)
+                pair, turn = _restrain(pair, turn, directions, again)
+            _add(directions, turn)
         pairs.append(pair)
         if pair.nominal.kind not in ("plane", "point", "line"):
             if away is not None:
@@ -154,8 +154,8 @@ def _restrain(
     w, about = unit(first.measured), None
     along = float(direction.nominal @ drawn)
     if len(directions) == 2:
-        seen, wanted = _triads(w, directions[1].measured), _triads(drawn, directions[1].nominal)
-        axis = np.einsum("...ji,...j->...i", seen, wanted @ direction.nominal)
+        measured_triads, wanted = _triads(w, directions[1].measured), _triads(drawn, directions[1].nominal)
+        axis = np.einsum("...ji,...j->...i", measured_triads, wanted @ direction.nominal)
     else:
         across = math.sqrt(max(1.0 - along * along, 0.0))
         beside = direction.measured - dot(direction.measured, w)[..., None] * w

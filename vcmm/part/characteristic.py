@@ -78,9 +78,9 @@ class Characteristic:
         for role in ("of", "between", "datums"):
             names = getattr(self, role)
             names = (names,) if isinstance(names, str) else tuple(names)
-            for one in names:
-                if not isinstance(one, str):
-                    common["-".join(one)] = tuple(one)
+            for name in names:
+                if not isinstance(name, str):
+                    common["-".join(name)] = tuple(name)
             object.__setattr__(self, role, tuple(n if isinstance(n, str) else "-".join(n) for n in names))
         object.__setattr__(self, "common", tuple(common.items()))
         problems = list(_characteristic_problems(self))

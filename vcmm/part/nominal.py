@@ -73,8 +73,8 @@ class NominalPoints:
         half = np.sqrt(0.5)  # the smallest S in its own norm counts the mixed entry twice
         rows = np.stack([np.stack([x, half * y, none], -1), np.stack([none, half * x, y], -1)], axis=2)
         flat = rows.reshape(len(rows), -1, 3)
-        found = np.linalg.pinv(flat, rcond=FLAT) @ (turn * same[..., None]).reshape(len(rows), -1, 1)
-        a, b, c = np.moveaxis(found[..., 0], -1, 0)
+        curvature = np.linalg.pinv(flat, rcond=FLAT) @ (turn * same[..., None]).reshape(len(rows), -1, 1)
+        a, b, c = np.moveaxis(curvature[..., 0], -1, 0)
         plane = np.stack([np.stack([a, half * b], -1), np.stack([half * b, c], -1)], axis=1)
         return np.asarray(np.swapaxes(axes, 1, 2) @ plane @ axes)
 

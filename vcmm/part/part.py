@@ -182,16 +182,16 @@ def _part_problems(part: Part) -> Iterable[str]:
             yield f'Feature "{feature.name}" is listed as "{key}"; use one name.'
         if feature.kind == "mesh" and part.mesh is None:
             yield f'Feature "{key}" lies on a mesh, but the part has none; give [part] mesh = "part.stl".'
-    seen: set[str] = set()
+    names: set[str] = set()
     for c in part.characteristics:
-        if c.name in seen:
+        if c.name in names:
             yield f'Two characteristics are named "{c.name}"; rename one.'
-        seen.add(c.name)
+        names.add(c.name)
         for name in c.features:
             if name not in part.features:
-                known = f"Known features: {', '.join(part.features) or 'none'}."
+                advice = f"Known features: {', '.join(part.features) or 'none'}."
                 hint = did_you_mean(name, part.features)
-                yield f'Characteristic "{c.name}" names the unknown feature "{name}".{hint} {known}'
+                yield f'Characteristic "{c.name}" names the unknown feature "{name}".{hint} {advice}'
     if not math.isfinite(part.expansion):
         yield "The thermal expansion of the part is not finite; give a number such as 11.5e-6 1/K."
 

@@ -110,8 +110,8 @@ def probabilities(result: Diagnosis, ax: Sheet = None) -> Axes:
 def over_time(track: Track, name: str | None = None, ax: Sheet = None) -> Axes:
     if name and name.split(" ")[0] in [c.name for c in track.checks]:
         return beside_forecast(check_parts(track, name)[0], ax)
-    one = track.course(name) if name else max(track.courses, key=lambda c: c.moved)
-    return number_over_time(track, one, ax)
+    course = track.course(name) if name else max(track.courses, key=lambda c: c.moved)
+    return number_over_time(track, course, ax)
 
 
 @picture.register(CutResult)

@@ -70,7 +70,7 @@ def in_part(
                 )
             )
         )
-        shows = world.contacts.surface(world.tool_errors) - world.contacts.surface(world.tool.known)
+        shows = world.contacts.surface(world.tool_errors) - world.contacts.surface(world.tool.known_error)
     except VcmmError:
         return None  # a column that a cut has not, a rotary axis, a number that is none for this part
     if not np.isfinite(shows).all() or np.abs(shows).max() < 1e-6:

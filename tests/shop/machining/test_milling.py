@@ -26,7 +26,7 @@ def bent(path):
     run = world.tool.run
     cut_rows = run.columns["setting"] == 0
     force = np.column_stack([run.column(f"force_{c}_N") for c in "xyz"])
-    return force[cut_rows], world.tool_errors[cut_rows] - world.tool.known[cut_rows]
+    return force[cut_rows], world.tool_errors[cut_rows] - world.tool.known_error[cut_rows]
 
 
 def test_a_tool_that_sticks_out_bends_by_its_forces(tmp_path):

@@ -230,7 +230,7 @@ def test_errors_of_turning_tables_against_dense_transforms(tmp_path):
     assert len(kept) > 8
     again = surface_at(shop, points[kept], normals[kept])
     tool_, contacts = tool_side(shop, again, np.array([f"p{i}" for i in kept]), np.full(len(kept), "f"))
-    height = contacts.surface(tool_.errors() - tool_.known)  # the brute force rounds no corners
+    height = contacts.surface(tool_.errors() - tool_.known_error)  # the brute force rounds no corners
     # rotations of 40 urad on levers of 450 mm: errors of 20 um; their second order is 20^2 / 2 R = 0.05 um along the path
     assert np.abs(height - again.s).max() > 5e-3
     assert np.abs(height - expected[kept]).max() < 1e-4

@@ -135,7 +135,7 @@ def lookup(nodes: Array, word: Array, work: Array, out: Array) -> None:
     Value and slope of a node are one entry of 64 bits, fetched by plain loads: faster than the gathers a compiler makes of
     two tables.
     """
-    v, k, found = work[0].view(np.float32), work[1].view(np.uint32), work[2]
+    v, k, indices = work[0].view(np.float32), work[1].view(np.uint32), work[2]
     for i in range(TILE):
         v[i] = np.float32(np.int32(word[i] >> ONE)) * SCALE
     pattern = v.view(np.int32)
@@ -143,8 +143,8 @@ def lookup(nodes: Array, word: Array, work: Array, out: Array) -> None:
         k[i] = np.uint32(max((pattern[i] >> SHIFT) - BASE, np.int32(0)))
     for i in range(0, TILE, 4):
         a, b, c, d = nodes[k[i]], nodes[k[i + 1]], nodes[k[i + 2]], nodes[k[i + 3]]
-        found[i], found[i + 1], found[i + 2], found[i + 3] = a, b, c, d
-    node = found.view(np.float32)
+        indices[i], indices[i + 1], indices[i + 2], indices[i + 3] = a, b, c, d
+    node = indices.view(np.float32)
     for i in range(TILE):
         x = node[2 * i] + np.float32(pattern[i] & LOW) * REST * node[2 * i + 1]
         out[i] = x if word[i] & ONE else -x

@@ -71,14 +71,14 @@ def _count_machines(c: CharacteristicResult, kind: str, errors: Array) -> Covere
 
 def _errors(model: LinearModel, machines: CertifiedMachines, seed: int) -> Array:
     """Return the departures (m, C) of the indications of every machine (and its mirror image), each with one draw of all other inputs."""
-    found = []
+    departures = []
     both = machines.mirror
     for at in range(0, len(both.scatter), BLOCK):
         rows = slice(at, min(at + BLOCK, len(both.scatter)))
         drawn = draw_inputs(model, seed, at, rows.stop - rows.start)
-        own = [_input_draws(one, both, rows) for one in drawn]
-        found.append(model.values(linear_quantities(model, own)) - model.at_estimates)
-    return np.concatenate(found)
+        machine_draws = [_input_draws(draws, both, rows) for draws in drawn]
+        departures.append(model.values(linear_quantities(model, machine_draws)) - model.at_estimates)
+    return np.concatenate(departures)
 
 
 def _input_draws(draws: Draws, machines: CertifiedMachines, rows: slice) -> Draws:
@@ -100,6 +100,6 @@ def _input_draws(draws: Draws, machines: CertifiedMachines, rows: slice) -> Draw
     return draws
 
 
-def smallest(found: Sequence[CoveredMachines]) -> float:
+def smallest(machines: Sequence[CoveredMachines]) -> float:
     """Return the smallest share among machines at the limit."""
-    return min((f.share for f in found if f.kind == TOGETHER), default=1.0)
+    return min((f.share for f in machines if f.kind == TOGETHER), default=1.0)

@@ -86,58 +86,66 @@ class FamilyInverse:
         """Return the belt of the roughness class of a root mean square of residuals."""
         return self.whole if rest is None else self.belts[int(np.searchsorted(self.roughest, rest))]
 
-    def quantile(self, level: float, found: Array, rest: Array | None, beside: int = 0) -> Array:
+    def quantile(self, level: float, indicated: Array, rest: Array | None, beside: int = 0) -> Array:
         """Return the true values (m,) that are not exceeded with this confidence, given indicated values (m,).
 
         beside: number of classes by which the part is taken as rougher than its residuals, which vary by chance.
         """
         if rest is None:
-            return _crossing(self.whole, 1.0 - level, found, self.bounded)
+            return _crossing(self.whole, 1.0 - level, indicated, self.bounded)
         rest = np.maximum(rest, self.smoothest)
         classes = np.clip(np.searchsorted(self.roughest, rest) + beside, 0, len(self.roughest))
-        out = np.empty(len(found))
+        out = np.empty(len(indicated))
         for k in np.unique(classes):
             mine = classes == k
             unit = rest[mine] if len(self.roughest) else np.ones(int(mine.sum()))
-            out[mine] = unit * _crossing(self.belts[int(k)], 1.0 - level, found[mine] / unit, self.bounded)
+            out[mine] = unit * _crossing(
+                self.belts[int(k)], 1.0 - level, indicated[mine] / unit, self.bounded
+            )
         return out
 
-    def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
+    def interval(self, p: float, indicated: Array, rest: Array | None) -> tuple[Array, Array]:
         """Ends (m,), (m,) of the interval of the true value. Where it begins at 0 only its upper end can miss: it misses more.
 
         Of sizes, whose errors change their sign with the roughness, it goes half way to those of the classes beside it.
         """
-        low, high = (self.quantile(level, found, rest) for level in ((1.0 - p) / 2.0, (1.0 + p) / 2.0))
+        low, high = (self.quantile(level, indicated, rest) for level in ((1.0 - p) / 2.0, (1.0 + p) / 2.0))
         if not self.bounded:
             if rest is None:
                 return low, high
             near = [
-                [self.quantile(q, found, rest, k) for k in (-1, 0, 1)]
+                [self.quantile(q, indicated, rest, k) for k in (-1, 0, 1)]
                 for q in ((1.0 - p) / 2.0, (1.0 + p) / 2.0)
             ]
             return (low + np.min(near[0], axis=0)) / 2.0, (high + np.max(near[1], axis=0)) / 2.0
-        return low, np.where(low > 0.0, high, self.quantile(1.0 - MOST_ONE_SIDED * (1.0 - p), found, rest))
+        return low, np.where(
+            low > 0.0, high, self.quantile(1.0 - MOST_ONE_SIDED * (1.0 - p), indicated, rest)
+        )
 
-    def confidence(self, limit: float, found: float, rest: float | None) -> float:
-        """Return the confidence that the true value does not exceed a limit: P(indicated > found) for a part at the limit."""
+    def confidence(self, limit: float, indicated: float, rest: float | None) -> float:
+        """Return the confidence that the true value does not exceed a limit: P(indication > indicated) for a part at the limit."""
         belt = self.belt(rest)
         if rest is not None and len(self.roughest):
             rest = max(rest, self.smoothest)
-            limit, found = limit / rest, found / rest
+            limit, indicated = limit / rest, indicated / rest
         if self.bounded:
-            found = max(found, float(belt.at(0.5)[0]))  # less says no more than that, as in `_crossing`
+            indicated = max(
+                indicated, float(belt.at(0.5)[0])
+            )  # less says no more than that, as in `_crossing`
         row = [float(np.interp(limit, belt.true, column)) for column in belt.departure.T]
-        return 1.0 - float(np.interp(found - limit, np.maximum.accumulate(row), LEVELS, left=0.0, right=1.0))
+        return 1.0 - float(
+            np.interp(indicated - limit, np.maximum.accumulate(row), LEVELS, left=0.0, right=1.0)
+        )
 
 
-def _crossing(belt: Belt, level: float, found: Array, bounded: bool) -> Array:
-    """Return the true value at which a quantile of the indicated one passes `found`; extrapolated linearly beyond the last."""
+def _crossing(belt: Belt, level: float, indicated: Array, bounded: bool) -> Array:
+    """Return the true value at which a quantile of the indicated one passes the value that was found; extrapolated linearly beyond the last."""
     curve = belt.at(level)
     if not bounded:  # one row: a departure that does not depend on the size
-        return np.asarray(found - (curve[0] - belt.true[0]))
-    found = np.maximum(found, belt.at(0.5)[0])
-    inside = np.interp(found, curve, belt.true, left=0.0)
-    return np.maximum(np.where(found > curve[-1], belt.true[-1] + found - curve[-1], inside), 0.0)
+        return np.asarray(indicated - (curve[0] - belt.true[0]))
+    indicated = np.maximum(indicated, belt.at(0.5)[0])
+    inside = np.interp(indicated, curve, belt.true, left=0.0)
+    return np.maximum(np.where(indicated > curve[-1], belt.true[-1] + indicated - curve[-1], inside), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,13 +154,13 @@ class Inverse:
 
     families: tuple[FamilyInverse, ...]
 
-    def estimate(self, found: Array, rest: Array | None) -> Array:
+    def estimate(self, indicated: Array, rest: Array | None) -> Array:
         """Return the estimates (m,): the middle of the confidence."""
-        return np.mean([f.quantile(0.5, found, rest) for f in self.families], axis=0)
+        return np.mean([f.quantile(0.5, indicated, rest) for f in self.families], axis=0)
 
-    def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
+    def interval(self, p: float, indicated: Array, rest: Array | None) -> tuple[Array, Array]:
         """Ends (m,), (m,) of the interval of the true value."""
-        ends = [f.interval(p, found, rest) for f in self.families]
+        ends = [f.interval(p, indicated, rest) for f in self.families]
         return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
 
     def sight(self, p: float) -> float:
@@ -160,10 +168,10 @@ class Inverse:
         ends = [(f.whole.at((1.0 - p) / 2.0)[-1], f.whole.true[-1]) for f in self.families if f.bounded]
         return min((float(y / max(t, 1e-15)) for y, t in ends), default=1.0)
 
-    def within(self, low: float, high: float, found: float, rest: float | None) -> float:
+    def within(self, low: float, high: float, indicated: float, rest: float | None) -> float:
         """Return the confidence that the true value lies between two limits (low -inf: none), by the family in which it is nearest to doubt."""
-        below = [0.0 if low == -np.inf else f.confidence(low, found, rest) for f in self.families]
-        return min(f.confidence(high, found, rest) - b for f, b in zip(self.families, below))
+        below = [0.0 if low == -np.inf else f.confidence(low, indicated, rest) for f in self.families]
+        return min(f.confidence(high, indicated, rest) - b for f, b in zip(self.families, below))
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,18 +188,18 @@ class UnitedInverse:
         """Inverses of the families for machines at the limit."""
         return self.of_share[-1].families
 
-    def estimate(self, found: Array, rest: Array | None) -> Array:
-        return self.of_share[0].estimate(found, rest)
+    def estimate(self, indicated: Array, rest: Array | None) -> Array:
+        return self.of_share[0].estimate(indicated, rest)
 
-    def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
-        ends = [one.interval(p, found, rest) for one in self.of_share]
+    def interval(self, p: float, indicated: Array, rest: Array | None) -> tuple[Array, Array]:
+        ends = [inverse.interval(p, indicated, rest) for inverse in self.of_share]
         return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
 
     def sight(self, p: float) -> float:
-        return min(one.sight(p) for one in self.of_share)
+        return min(inverse.sight(p) for inverse in self.of_share)
 
-    def within(self, low: float, high: float, found: float, rest: float | None) -> float:
-        return doubtful([one.within(low, high, found, rest) for one in self.of_share])
+    def within(self, low: float, high: float, indicated: float, rest: float | None) -> float:
+        return doubtful([inverse.within(low, high, indicated, rest) for inverse in self.of_share])
 
 
 Reading = Inverse | UnitedInverse
@@ -266,8 +274,8 @@ def _smooth(rows: Array) -> Array:
     return out
 
 
-def coverage(inverse: Reading, index: int, drawn: Pairs, p: float, seen: bool = True) -> float:
-    """Return the share of sampled parts whose true value lies in the interval for p. seen: read with their roughness."""
-    true, found, rest = there(index, drawn)
-    low, high = inverse.interval(p, found, rest if seen else None)
+def coverage(inverse: Reading, index: int, drawn: Pairs, p: float, by_roughness: bool = True) -> float:
+    """Return the share of sampled parts whose true value lies in the interval for p. by_roughness: read with their roughness."""
+    true, indicated, rest = there(index, drawn)
+    low, high = inverse.interval(p, indicated, rest if by_roughness else None)
     return float(((low <= true + 1e-12) & (true <= high + 1e-12)).mean())

@@ -24,10 +24,10 @@ FULL: Share = (1.0, 1.0)
 
 def possible_shares(influences: Sequence[Influence]) -> tuple[Share, ...]:
     """Return the shares from the least to the limit, which is the last; the limit alone where no Input is only bounded."""
-    own, scatter = (any(_is_of(f, number) for f in influences) for number in (1, 2))
-    if own and scatter:
+    systematic, scatter = (any(_is_of(f, number) for f in influences) for number in (1, 2))
+    if systematic and scatter:
         return ((0.0, 0.0), (0.5, 0.5), (0.0, 1.0), (1.0, 0.0), FULL)
-    if own:
+    if systematic:
         return ((0.0, 1.0), (0.5, 1.0), FULL)
     return ((1.0, 0.0), (1.0, 0.5), FULL) if scatter else (FULL,)
 
@@ -38,24 +38,24 @@ def split(model: LinearModel) -> tuple[LinearModel, LinearModel, LinearModel]:
     Products of two Inputs belong to the known part: a bound has none (`vcmm.task.response.influence.products` has those of
     scalar Inputs that meet in one effect, and neither sampled tables nor scatter do).
     """
-    known, own, scatter = (
+    stated, systematic, scatter = (
         [i for i, f in enumerate(model.influences) if _group(f) == number] for number in range(3)
     )
-    place = {i: k for k, i in enumerate(known)}
+    place = {i: k for k, i in enumerate(stated)}
     products = tuple(replace(p, first=place[p.first], second=place[p.second]) for p in model.products)
-    of_known = replace(model, influences=tuple(model.influences[i] for i in known), products=products)
-    return of_known, _only(model, own), _only(model, scatter)
+    of_known = replace(model, influences=tuple(model.influences[i] for i in stated), products=products)
+    return of_known, _only(model, systematic), _only(model, scatter)
 
 
 def at_share(parts: Sequence[Array], share: Share) -> Array:
     """Return the displacements (count, n) of the touches from those of `split`."""
-    known, own, scatter = parts
-    return np.asarray(known + share[0] * own + share[1] * scatter)
+    stated, systematic, scatter = parts
+    return np.asarray(stated + share[0] * systematic + share[1] * scatter)
 
 
-def doubtful(found: Sequence[float]) -> float:
+def doubtful(probabilities: Sequence[float]) -> float:
     """Return, of the probabilities under all machines allowed, the one nearest to one half: it accepts, or rejects, only where all of them do."""
-    return float(np.clip(0.5, min(found), max(found)))
+    return float(np.clip(0.5, min(probabilities), max(probabilities)))
 
 
 def _only(model: LinearModel, numbers: Sequence[int]) -> LinearModel:

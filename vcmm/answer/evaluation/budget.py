@@ -25,19 +25,19 @@ def budget_line(
     world: World, influence: Influence, term: Term, u_i: float, u: float, linear: bool
 ) -> BudgetLine:
     """Return one row; u_i is the contribution, u the whole, mm or rad. Sensitivities exist for scalar Inputs with one draw for all rows."""
-    one = influence.input
-    unit = unit_of(world, one)
+    quantity = influence.input
+    unit = unit_of(world, quantity)
     scalar = influence.response.shape[2] == 1
-    law, factor = one.spread(influence.response.shape[2])
+    law, factor = quantity.spread(influence.response.shape[2])
     u_input = float(np.ravel(law.u)[0]) * float(abs(factor[0, 0])) if scalar else None
     sensitivity = None
     if linear and term.gain.shape == (1, 1) and factor[0, 0]:
         sensitivity = float(term.gain[0, 0] / factor[0, 0]) * _scale(unit)
     return BudgetLine(
-        input=one.id, what=words(world, one), distribution=one.law.name, dof=_dof(world, one, law),
-        redraw=one.redraw, estimate=_in(estimate(world, one), unit), u_input=_in(u_input, unit), unit=unit,
+        input=quantity.id, what=words(world, quantity), distribution=quantity.law.name, dof=_dof(world, quantity, law),
+        redraw=quantity.redraw, estimate=_in(estimate(world, quantity), unit), u_input=_in(u_input, unit), unit=unit,
         sensitivity=sensitivity, u=u_i, share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"),
-        evidence=one.evidence, cause=REPEATABILITY if one.effect == Scatter.name else one.cause,
+        evidence=quantity.evidence, cause=REPEATABILITY if quantity.effect == Scatter.name else quantity.cause,
     )  # fmt: skip
 
 
@@ -45,7 +45,9 @@ def _dof(world: World, quantity: Input, law: object) -> float:
     """Return the degrees of freedom of a law; of a qualification by touches those of the scatter behind its uncertainty (JCGM 100, G.4)."""
     if quantity.cause == REPEATABILITY:
         scatter = [i.law for i in world.machine_of(quantity)[0].inputs if i.effect == Scatter.name]
-        return min((float(getattr(found, "dof", np.inf)) for found in scatter), default=float("inf"))
+        return min(
+            (float(getattr(scatter_law, "dof", np.inf)) for scatter_law in scatter), default=float("inf")
+        )
     return min(float(getattr(law, "dof", np.inf)), quantity.nu)
 
 
@@ -78,52 +80,52 @@ def form_line(c: Characteristic, features: Mapping[str, Feature], u_i: float, u:
     )  # fmt: skip
 
 
-def unit_of(world: World, one: Input) -> str:
+def unit_of(world: World, quantity: Input) -> str:
     """Return the unit of the parameter or column, as files write it; degC for temperatures."""
-    if one.effect == FORM:
+    if quantity.effect == FORM:
         return "um"
-    if one.members:
-        units = {unit_of(world, m) for m in one.members}
+    if quantity.members:
+        units = {unit_of(world, m) for m in quantity.members}
         return units.pop() if len(units) == 1 else ""
-    if one.is_channel:
-        unit = channel_unit(one.parameter)
+    if quantity.is_channel:
+        unit = channel_unit(quantity.parameter)
         return "degC" if unit == "K" else unit
-    effect = targets(world.machine_of(one)[0], one)[0]
-    unit = parameter(effect, one.parameter).metadata["show"]
+    effect = targets(world.machine_of(quantity)[0], quantity)[0]
+    unit = parameter(effect, quantity.parameter).metadata["show"]
     if unit == "mm or rad":
         return "urad" if str(getattr(effect, "component", "EXX"))[1] in "ABC" else "um"
     return unit_at(effect, unit, axis=str(getattr(effect, "axis", "")))
 
 
-def estimate(world: World, one: Input) -> float | None:
+def estimate(world: World, quantity: Input) -> float | None:
     """Return the number in the machine file or the run, canonical unit; None for arrays."""
-    if one.members or one.effect == FORM:
+    if quantity.members or quantity.effect == FORM:
         return None
-    if one.is_channel:
-        return float(np.mean(world.machine_of(one)[1].column(one.parameter)))
-    effect = targets(world.machine_of(one)[0], one)[0]
-    spec = parameter(effect, one.parameter)
+    if quantity.is_channel:
+        return float(np.mean(world.machine_of(quantity)[1].column(quantity.parameter)))
+    effect = targets(world.machine_of(quantity)[0], quantity)[0]
+    spec = parameter(effect, quantity.parameter)
     return None if spec.metadata["shape"] else float(getattr(effect, spec.name))
 
 
-def words(world: World, one: Input) -> str:
+def words(world: World, quantity: Input) -> str:
     """Return the name of the Input in plain words: "expansion coefficient of the part", "temperature part"."""
-    if one.effect == FORM:
-        return f"form of {one.where}, {one.parameter} not known"
-    if one.widths:  # all numbers of a machine that was followed
-        return f"{one.cause or 'state of the machine'}, {one.evidence}"
-    if one.members:
-        return one.evidence if one.shares is not None else "known together, correlated"
-    if one.is_channel:
-        name = one.parameter.rsplit("_", 1)[0].replace("temp_", "temperature ").replace("_", " ")
+    if quantity.effect == FORM:
+        return f"form of {quantity.where}, {quantity.parameter} not known"
+    if quantity.widths:  # all numbers of a machine that was followed
+        return f"{quantity.cause or 'state of the machine'}, {quantity.evidence}"
+    if quantity.members:
+        return quantity.evidence if quantity.shares is not None else "known together, correlated"
+    if quantity.is_channel:
+        name = quantity.parameter.rsplit("_", 1)[0].replace("temp_", "temperature ").replace("_", " ")
         return f"{name}, true minus reading" if name.startswith("temperature") else name
-    effect = targets(world.machine_of(one)[0], one)[0]
-    doc = str(parameter(effect, one.parameter).metadata["doc"])
-    by = f", by the {one.cause}" if one.cause else ""
-    if one.effect == CalibrationModes.name:
+    effect = targets(world.machine_of(quantity)[0], quantity)[0]
+    doc = str(parameter(effect, quantity.parameter).metadata["doc"])
+    by = f", by the {quantity.cause}" if quantity.cause else ""
+    if quantity.effect == CalibrationModes.name:
         return "errors of the machine as its calibration knows them, all together"
-    where = "" if one.where in ("", EVERY) else f" {one.where}"
-    return f"{one.effect.replace('_', ' ')}{where}: {doc}{by}"
+    where = "" if quantity.where in ("", EVERY) else f" {quantity.where}"
+    return f"{quantity.effect.replace('_', ' ')}{where}: {doc}{by}"
 
 
 def _scale(unit: str) -> float:

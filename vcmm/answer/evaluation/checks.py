@@ -166,8 +166,8 @@ def _unusual_warmth(scenario: Scenario) -> list[str]:
         out.append(
             f"the part expands by {scenario.part.expansion * 1e6:g} um/(m K); steel has 11.5, aluminium 23, plastics up to 200: check the unit"
         )
-    elif said := unusual_expansion("[part] expansion", scenario.part.expansion):
-        out.append(said)
+    elif remark := unusual_expansion("[part] expansion", scenario.part.expansion):
+        out.append(remark)
     return out
 
 
@@ -196,12 +196,12 @@ def _unused_temperatures(scenario: Scenario) -> list[str]:
 def _exact_temperatures(scenario: Scenario) -> list[str]:
     """Return remarks on temperatures that matter and have no uncertainty."""
     inputs = (*scenario.machine.inputs, *scenario.inputs)
-    known = {single.parameter for i in inputs for single, _ in i.scalars if single.is_channel}
+    channels = {single.parameter for i in inputs for single, _ in i.scalars if single.is_channel}
     out = []
     for effect in scenario.machine.effects:
         for column in required(effect):
             readings = {column, column.replace("temp_", "reading_", 1)}
-            if column.startswith("temp_") and not readings & known and bool(getattr(effect, "alpha", 0.0)):
+            if column.startswith("temp_") and not readings & channels and bool(getattr(effect, "alpha", 0.0)):
                 name = column.removeprefix("temp_").removesuffix("_C")
                 out.append(
                     f'the temperature {name} is taken as exactly known; add [environment] u_temperature = {{ {name} = "0.1 K" }}'
@@ -212,8 +212,8 @@ def _exact_temperatures(scenario: Scenario) -> list[str]:
 def _unqualified_warnings(scenario: Scenario) -> list[str]:
     used = dict.fromkeys(step.stylus for step in scenario.plan.steps)
     bare = [name for name in used if name not in scenario.qualifications]
-    known = {i.where for i in scenario.machine.inputs if i.effect in OF_QUALIFICATION}
-    bare = [name for name in bare if not {name, "", EVERY} & known]
+    stated = {i.where for i in scenario.machine.inputs if i.effect in OF_QUALIFICATION}
+    bare = [name for name in bare if not {name, "", EVERY} & stated]
     if not bare:
         return []
     word = "stylus" if len(bare) == 1 else "styli"

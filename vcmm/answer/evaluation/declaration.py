@@ -35,7 +35,7 @@ class DeclaredInfluence:
 
 def declared_influences(task: Task) -> tuple[DeclaredInfluence, ...]:
     """Return all influences of a measuring task, those of the machine first."""
-    single = [m for one in task.inputs for m in (one.members or (one,))]
+    single = [m for quantity in task.inputs for m in (quantity.members or (quantity,))]
     return (*_of_effects(task, single), *_unmodelled_influences(task))
 
 
@@ -50,8 +50,8 @@ def _of_effects(task: Task, single: Sequence[Input]) -> list[DeclaredInfluence]:
         names = {str(k.name) for k in kinds}  # type: ignore[attr-defined]
         moved = tuple(dict.fromkeys(i.id for i in single if i.effect in names))
         status = UNCERTAIN if moved else KNOWN if held & names else NOT_COVERED
-        said = (sys.modules[kinds[0].__module__].__doc__ or "").split("\n", 1)[0]
-        out.append(DeclaredInfluence(family, said, status, moved))
+        sentence = (sys.modules[kinds[0].__module__].__doc__ or "").split("\n", 1)[0]
+        out.append(DeclaredInfluence(family, sentence, status, moved))
     return out
 
 

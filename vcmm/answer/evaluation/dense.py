@@ -40,13 +40,13 @@ class Errorless:
     def influences(self) -> tuple[Influence, ...]:
         return ()
 
-    def products(self, known: Sequence[Influence]) -> tuple[Product, ...]:
+    def products(self, influences: Sequence[Influence]) -> tuple[Product, ...]:
         return ()
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
         return self.errors()[None]
 
-    def machine_of(self, one: Input) -> tuple[Machine, Run]:
+    def machine_of(self, quantity: Input) -> tuple[Machine, Run]:
         return self.task.machine, self.task.touches.run
 
 

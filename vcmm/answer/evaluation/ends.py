@@ -28,7 +28,9 @@ def inverses_without(c: Characteristic, index: int, drawn: Sequence[Sequence[Pai
     """
     out: list[Reading] = []
     for g in range(GROUPS):
-        of_share = [inverse_of(c, 0, [_without(one, index, g) for one in families]) for families in drawn]
+        of_share = [
+            inverse_of(c, 0, [_without(family, index, g) for family in families]) for families in drawn
+        ]
         out.append(of_share[0] if len(of_share) == 1 else UnitedInverse(tuple(of_share)))
     return tuple(out)
 
@@ -38,12 +40,12 @@ def _without(drawn: Pairs, index: int, group: int) -> Pairs:
 
 
 def ends_u(
-    groups: Sequence[Reading], p: float, found: Array, rest: Array | None
+    groups: Sequence[Reading], p: float, indicated: Array, rest: Array | None
 ) -> tuple[float, float] | None:
-    """Return the standard uncertainty of both ends at an indicated value found (1,); None without groups."""
+    """Return the standard uncertainty of both ends at indicated (1,); None without groups."""
     if not groups:
         return None
-    ends = np.array([[end[0] for end in one.interval(p, found, rest)] for one in groups])
+    ends = np.array([[end[0] for end in inverse.interval(p, indicated, rest)] for inverse in groups])
     low, high = jackknife_u(ends)
     return float(low), float(high)
 

@@ -39,10 +39,10 @@ def _spread(raw: Array, factor: Array) -> Array:
 def linear_quantities(model: LinearModel, drawn: list[Draws]) -> Array:
     """Return q (m, K) of the linear model for given draws, products included."""
     q = np.broadcast_to(model.q0, (len(drawn[0].raw), len(model.q0))).copy() if drawn else model.q0[None]
-    for one in drawn:
-        along = model.along_normal(one.influence)
-        codes = one.influence.codes
-        q += np.einsum("mnk,nk->mn", one.departures[:, codes], along) @ model.operator.T
+    for draws in drawn:
+        along = model.along_normal(draws.influence)
+        codes = draws.influence.codes
+        q += np.einsum("mnk,nk->mn", draws.departures[:, codes], along) @ model.operator.T
     for product in model.products:
         first, second = (drawn[i].departures[:, :, 0] for i in (product.first, product.second))
         for one_copy, other_copy, gain in model.product_gains(product):

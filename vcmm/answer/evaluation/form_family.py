@@ -46,8 +46,8 @@ class Ground:
     def waves(self) -> tuple[Array, ...]:
         """Products of waves around and along at every set (4 (AROUND + 1) (ALONG + 1), n), motions and sizes left out."""
         scale = 1.0 if self.round else np.pi / 2
-        found = [_products(a, b, scale) for a, b in self.coordinates]
-        return tuple(found[k] - found[-1] @ self.motion_columns[k] for k in range(len(found)))
+        products = [_products(a, b, scale) for a, b in self.coordinates]
+        return tuple(products[k] - products[-1] @ self.motion_columns[k] for k in range(len(products)))
 
     @cached_property
     def motion_columns(self) -> tuple[Array, ...]:

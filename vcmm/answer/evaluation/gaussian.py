@@ -207,7 +207,7 @@ def log_evidence(groups: ColumnBlocks, r: Array, dof: int, scales: Sequence[floa
     total = np.maximum((r * r).sum(axis=0), 1e-300)
     each = [_at_width(groups, squared, total, dof, s) for s in scales]
     top = np.max(each, axis=0)
-    return np.asarray(top + np.log(np.mean([np.exp(one - top) for one in each], axis=0)))
+    return np.asarray(top + np.log(np.mean([np.exp(logs - top) for logs in each], axis=0)))
 
 
 def _at_width(groups: ColumnBlocks, squared: Array, total: Array, dof: int, s: float) -> Array:

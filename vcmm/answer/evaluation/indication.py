@@ -28,29 +28,35 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     limits = None
     if result.tolerance is not None:
         limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
-    said = result.truth.state(y, result.p, result.interval_kind, limits)
-    if said.counted is not None or said.short:
-        result = replace(result, coverage_shown=not said.short, why_not_shown=said.short)
+    statement = result.truth.state(y, result.p, result.interval_kind, limits)
+    if statement.counted is not None or statement.short:
+        result = replace(result, coverage_shown=not statement.short, why_not_shown=statement.short)
     if result.extreme and not isinstance(
         result.truth, PredictedPart
     ):  # nothing is smaller than perfect, no length below zero
-        low, high = (max(end, 0.0) for end in said.interval)
+        low, high = (max(end, 0.0) for end in statement.interval)
         if isinstance(result.truth, Additive) and result.one_sided and result.summary is not None:
             # no inverse is known: the spread of what the machine indicates, which claims nothing
             low, high = (max(end, 0.0) for end in result.summary.interval(result.p, result.interval_kind))
-        said = replace(said, estimate=max(said.estimate, 0.0), interval=(low, high))
-    half = (said.interval[1] - said.interval[0]) / 2
-    known = math.isfinite(result.u) and result.u > 0
+        statement = replace(statement, estimate=max(statement.estimate, 0.0), interval=(low, high))
+    half = (statement.interval[1] - statement.interval[0]) / 2
+    is_finite = math.isfinite(result.u) and result.u > 0
     half = result.half_width or half
     true, bias = None, result.bias
     if result.extreme and not isinstance(result.truth, PredictedPart):
-        true = TrueValue(said.estimate, said.interval, result.coverage_shown, said.counted, said.interval_u)
-        bias = bias if isinstance(result.truth, Additive) else y - said.estimate
+        true = TrueValue(
+            statement.estimate,
+            statement.interval,
+            result.coverage_shown,
+            statement.counted,
+            statement.interval_u,
+        )
+        bias = bias if isinstance(result.truth, Additive) else y - statement.estimate
     summed = isinstance(result.truth, PredictedPart) or not result.extreme  # a part to come indicates nothing
     law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
     return replace(
-        result, summary=law if isinstance(law, Summary) else None, value=said.estimate if summed else y, bias=bias,
-        interval=said.interval, k=half / result.u if known else math.nan, decision=_decision(result, said, rule), true_value=true,
+        result, summary=law if isinstance(law, Summary) else None, value=statement.estimate if summed else y, bias=bias,
+        interval=statement.interval, k=half / result.u if is_finite else math.nan, decision=_decision(result, statement, rule), true_value=true,
     )  # fmt: skip
 
 

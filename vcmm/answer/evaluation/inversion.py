@@ -82,13 +82,13 @@ class CountedInverse:
         return self.without()
 
     def state(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
-        found, rests = np.array([y]), None if rest is None else np.array([rest])
-        low, high = (float(end[0]) for end in self.inverse.interval(p, found, rests))
+        indicated, rests = np.array([y]), None if rest is None else np.array([rest])
+        low, high = (float(end[0]) for end in self.inverse.interval(p, indicated, rests))
         within = None if limits is None else float(np.clip(self.inverse.within(*limits, y, rest), 0.0, 1.0))
-        estimate = float(self.inverse.estimate(found, rests)[0])
+        estimate = float(self.inverse.estimate(indicated, rests)[0])
         if self.blind(p):
             estimate, high = np.nan, np.inf
-        u = ends_u(self.groups, p, found, rests)
+        u = ends_u(self.groups, p, indicated, rests)
         return Statement(estimate, (low, high), within, self.shortfall(p), self.counted, u)
 
     def blind(self, p: float) -> bool:
@@ -179,12 +179,12 @@ class Inversion:
         """Return the belt of characteristic i for an indicated value, mm or rad. rest: root mean square of the residuals, None: not known."""
         c = self.characteristic(i)
         reach = self.reach(i, y, rest)
-        drawn, seen = self.draw_parts(i, reach), None
+        drawn, ratios = self.draw_parts(i, reach), None
         if rest is not None and sorted_by_roughness(c):
-            seen = tuple(r for r in FIXED if r == 0.0 or drawn.is_possible(r, i, rest))
-        place = (i, reach, seen)
+            ratios = tuple(r for r in FIXED if r == 0.0 or drawn.is_possible(r, i, rest))
+        place = (i, reach, ratios)
         if place not in self._inverses:
-            self._inverses[place] = _count_coverage(c, drawn.column(i), drawn, self.settings.p, seen)
+            self._inverses[place] = _count_coverage(c, drawn.column(i), drawn, self.settings.p, ratios)
         return self._inverses[place]
 
     def expect(self, asked: Iterable[tuple[int, float, float | None]]) -> None:
@@ -198,12 +198,12 @@ class Inversion:
         characteristic i and of the others expected of such parts (all, where nothing was announced).
         """
         kept = self._parts.setdefault(reach, [])
-        held = {n for one in kept for n in one.numbers}
+        held = {n for parts in kept for n in parts.numbers}
         if i not in held:
             numbers = sorted({i} | (self._expected_pairs.get(reach, set(self.numbers)) - held))
             form, off = (MOST * 2.0**n for n in reach)
             kept.append(DrawnParts(self, tuple(numbers), Largest(form, off)))
-        return next(one for one in kept if i in one.numbers)
+        return next(parts for parts in kept if i in parts.numbers)
 
     def parts_with_form(self, i: int, ratio: float) -> tuple[int, Sequence[Pairs]]:
         """Return the column of characteristic i in parts whose forms are all `ratio` times the noise, and these parts.
@@ -211,14 +211,14 @@ class Inversion:
         They do not depend on the reach: all reaches share them.
         """
         kept = self._form_parts.setdefault(ratio, [])
-        found = next((one for one in kept if i in one[0]), None)
-        if found is None:
-            held = {n for one in kept for n in one[0]}
+        entry = next((pair for pair in kept if i in pair[0]), None)
+        if entry is None:
+            held = {n for pair in kept for n in pair[0]}
             asked = set().union(*self._expected_pairs.values()) if self._expected_pairs else set(self.numbers)
             numbers = tuple(sorted({i} | (asked - held)))
-            found = numbers, DrawnParts(self, numbers, ANY).with_form(ratio)
-            kept.append(found)
-        return found[0].index(i), found[1]
+            entry = numbers, DrawnParts(self, numbers, ANY).with_form(ratio)
+            kept.append(entry)
+        return entry[0].index(i), entry[1]
 
     def added_uncertainty(self, i: int) -> AddedUncertainty:
         """Return the added uncertainty of parts without form that are far off for orientation and location, of parts as rough as the
@@ -253,8 +253,8 @@ class TrueValueByBelt:
     limit: str = ""
 
     def state(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
-        said = self.inversion.inverse(self.i, y, self.rest).state(y, self.rest, p, limits)
-        return replace(said, short=said.short or self.limit)
+        statement = self.inversion.inverse(self.i, y, self.rest).state(y, self.rest, p, limits)
+        return replace(statement, short=statement.short or self.limit)
 
 
 ANY = Largest()
@@ -303,7 +303,7 @@ class DrawnParts:
     def anew(self) -> Sequence[Pairs]:
         """Further parts of the same families, for counting, on all machines that the bounds allow."""
         drawn = self._families("anew", self.count // len(KNOWN), self.settings.seed + 1, most=self.most)
-        return [one for of_share in drawn for one in of_share]
+        return [pairs for of_share in drawn for pairs in of_share]
 
     @property
     def other_families(self) -> Sequence[Pairs]:
@@ -322,8 +322,8 @@ class DrawnParts:
         than EXCLUDED: otherwise the part is none of them, and their coverage does not matter for it.
         """
         column, parts = self.inversion.parts_with_form(i, ratio)
-        found = np.concatenate([one.rest[:, column] for one in parts])
-        return bool((found <= rest).mean() >= EXCLUDED)
+        residuals = np.concatenate([pairs.rest[:, column] for pairs in parts])
+        return bool((residuals <= rest).mean() >= EXCLUDED)
 
     def _families(
         self,
@@ -358,22 +358,22 @@ def in_contact(task: Task) -> bool:
 
 
 def _count_coverage(
-    c: Characteristic, k: int, drawn: DrawnParts, p: float, seen: tuple[float, ...] | None
+    c: Characteristic, k: int, drawn: DrawnParts, p: float, ratios: tuple[float, ...] | None
 ) -> CountedInverse | NoInverse:
-    """Count the coverage. k: its column. seen: read with the roughness of every part, as points show it, and the fixed sizes of form that
+    """Count the coverage. k: its column. ratios: read with the roughness of every part, as points show it, and the fixed sizes of form that
     it leaves possible;
     None: blind, from the value alone."""
-    without = max(lost_share(k, one) for one in drawn.own_families)
+    without = max(lost_share(k, pairs) for pairs in drawn.own_families)
     if without > MOST_LOST:
         largest = 1e3 * drawn.most.form * max(drawn.drawing.unit(n) for n in gps.needs(c))
         return NoInverse(NO_ELEMENT.format(without, largest))
-    of_share = [inverse_of(c, k, one) for one in drawn.known_of_shares]
+    of_share = [inverse_of(c, k, families) for families in drawn.known_of_shares]
     inverse = of_share[0] if len(of_share) == 1 else UnitedInverse(tuple(of_share))
-    blind = sorted_by_roughness(c) and seen is None
-    at = FIXED_BLIND if blind else FIXED if seen is None else seen
-    held = [coverage(inverse, k, one, p, not blind) for one in drawn.anew]
+    blind = sorted_by_roughness(c) and ratios is None
+    at = FIXED_BLIND if blind else FIXED if ratios is None else ratios
+    held = [coverage(inverse, k, pairs, p, not blind) for pairs in drawn.anew]
     for ratio in at:
         column, parts = drawn.inversion.parts_with_form(drawn.numbers[k], ratio)
-        held += [coverage(inverse, column, one, p, not blind) for one in parts]
-    least, other = min(held), min(coverage(inverse, k, one, p, not blind) for one in drawn.other_families)
+        held += [coverage(inverse, column, pairs, p, not blind) for pairs in parts]
+    least, other = min(held), min(coverage(inverse, k, pairs, p, not blind) for pairs in drawn.other_families)
     return CountedInverse(inverse, (least, other), lambda: inverses_without(c, k, drawn.known_of_shares))

@@ -46,11 +46,11 @@ class JointJudgement:
 
 
 def judged_jointly(
-    model: LinearModel, found: Sequence[CharacteristicResult], readings: Sequence[float], seed: int
+    model: LinearModel, results: Sequence[CharacteristicResult], readings: Sequence[float], seed: int
 ) -> JointJudgement | None:
-    """Judge all toleranced characteristics together, with the indicated values `readings` of each of `found`; return None for fewer than
+    """Judge all toleranced characteristics together, with the indicated values `readings` of each of `results`; return None for fewer than
     two of them."""
-    toleranced = [(c, y) for c, y in zip(found, readings) if c.decision is not None]
+    toleranced = [(c, y) for c, y in zip(results, readings) if c.decision is not None]
     if len(toleranced) < 2:
         return None
     names = tuple(c.name for c, _ in toleranced)
@@ -103,14 +103,14 @@ _DRAWN: WeakKeyDictionary[LinearModel, dict[tuple[tuple[int, ...], int], list[Ar
 def _drawn_values(model: LinearModel, numbers: tuple[int, ...], seed: int) -> list[Array]:
     """Return the indications of sampled machines (TRIALS, k) of characteristics number `numbers`, in blocks: the same for all parts of a
     batch, and cached with their model."""
-    known = _DRAWN.setdefault(model, {})
-    if (numbers, seed) not in known:
+    blocks_of = _DRAWN.setdefault(model, {})
+    if (numbers, seed) not in blocks_of:
         terms, values = with_products(model, model.terms())
         start = np.zeros(len(terms[0].gain) if terms else len(model.q0))
         start[: len(model.q0)] = model.q0
         blocks = simulate(start, terms, seed=seed, trials=TRIALS)
-        known[numbers, seed] = [np.ascontiguousarray(values(block)[:, list(numbers)]) for block in blocks]
-    return known[numbers, seed]
+        blocks_of[numbers, seed] = [np.ascontiguousarray(values(block)[:, list(numbers)]) for block in blocks]
+    return blocks_of[numbers, seed]
 
 
 def _by_form(c: CharacteristicResult, count: int, rng: np.random.Generator) -> Array:

@@ -171,8 +171,8 @@ def term_of(influence: Influence, change: Array, operator: Array, keep: bool = F
 
     One lane per element and copy; lanes that act on nothing are dropped unless `keep`.
     """
-    one = influence.input
-    law, factor = one.spread(influence.response.shape[2])
+    quantity = influence.input
+    law, factor = quantity.spread(influence.response.shape[2])
     row_change = change @ factor
     elements = row_change.shape[1]
     order = np.argsort(influence.codes, kind="stable")  # rows of one copy stand together, in their own order
@@ -188,7 +188,7 @@ def term_of(influence: Influence, change: Array, operator: Array, keep: bool = F
         [np.tile(np.arange(elements, dtype=np.uint32), len(codes)), np.repeat(codes, elements)], axis=1
     )
     used = np.full(gain.shape[1], keep) | (np.abs(gain).max(axis=0, initial=0.0) > 0)
-    return Term(one.id, law, gain[:, used], lane[used])
+    return Term(quantity.id, law, gain[:, used], lane[used])
 
 
 def prepare_model(task: Task, world: World | None = None) -> LinearModel:

@@ -295,16 +295,16 @@ def adaptive(
     if exact_u and u0 is None:
         raise UsageError("adaptive: exact_u needs the closed-form u0.")
     size = max(batch, math.ceil(100 / (1 - p)))
-    known = u0 if exact_u else None
+    exact_u0 = u0 if exact_u else None
     total: Accumulator | None = None
     results: list[list[float]] = []
     while True:
         values = np.asarray(run(len(results) * size, size), float)
-        one = summarise(values, known)
-        total = total or Accumulator(one.mean, _width(u0, one))
+        of_block = summarise(values, exact_u0)
+        total = total or Accumulator(of_block.mean, _width(u0, of_block))
         total.add(values)
-        results.append(_stability_results(one, p, kind))
-        summary = total.summary(known)
+        results.append(_stability_results(of_block, p, kind))
+        summary = total.summary(exact_u0)
         delta = tolerance(_width(u0, summary), digits)
         if _stable(results, delta) and 2 * summary.numerical_error(p) <= delta:
             return summary

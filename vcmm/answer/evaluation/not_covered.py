@@ -65,9 +65,9 @@ def beyond_touches(feature: Feature, points: Array) -> tuple[float, float]:
     if feature.kind not in ENDED or not len(points):
         return 0.0, 1.0
     first, along = coordinates(feature, points)
-    found = [(along, feature.extent[-1])]
-    found += [(first, feature.extent[0])] if feature.kind == "plane" else []
-    ends = [(min(float(u.max()), -float(u.min())), size) for u, size in found]
+    spans = [(along, feature.extent[-1])]
+    spans += [(first, feature.extent[0])] if feature.kind == "plane" else []
+    ends = [(min(float(u.max()), -float(u.min())), size) for u, size in spans]
     m, size = min((max(m, 0.0), size) for m, size in ends)
     return (1.0 - m) * size / 2.0, m**3
 

@@ -40,7 +40,7 @@ T = TypeVar("T", bound=HasName)
 def of_name(all_of_them: Iterable[T], name: str) -> T:
     """Return the item of this name. KeyError with the closest names where none has it."""
     every = list(all_of_them)
-    for one in every:
-        if one.name == name:
-            return one
-    raise KeyError(f'no characteristic "{name}".{choose_from(str(name), [one.name for one in every])}')
+    for c in every:
+        if c.name == name:
+            return c
+    raise KeyError(f'no characteristic "{name}".{choose_from(str(name), [c.name for c in every])}')

@@ -92,10 +92,10 @@ class Machines:
         place = seed, first, count
         if place not in self._draws:
             parts = [self.model] if len(self.shares) == 1 else split(self.model)
-            self._draws[place] = [machine_part(one, *place) for one in parts]
+            self._draws[place] = [machine_part(part, *place) for part in parts]
         drawn = self._draws[place]
-        found = drawn[0] if len(drawn) == 1 else at_share(drawn, share)
-        return found if self.touches is None else found[:, self.touches]
+        displacements = drawn[0] if len(drawn) == 1 else at_share(drawn, share)
+        return displacements if self.touches is None else displacements[:, self.touches]
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,8 +196,8 @@ def _one_by_one(model: LinearModel, seed: int, first: int, count: int) -> Array:
     """Return the result of `machine_part` with every Input by itself: in time proportional to the touches."""
     drawn = draw_inputs(model, seed, first, count)
     total = np.zeros((count, model.task.touches.run.n))
-    for one in drawn:
-        total += of_input(model, one)
+    for draws in drawn:
+        total += of_input(model, draws)
     for product in model.products:
         a, b = drawn[product.first], drawn[product.second]
         along = np.einsum("ni,ni->n", product.response, model.task.touches.run.normal)
@@ -206,13 +206,15 @@ def _one_by_one(model: LinearModel, seed: int, first: int, count: int) -> Array:
     return total
 
 
-def of_input(model: LinearModel, one: Draws) -> Array:
+def of_input(model: LinearModel, draws: Draws) -> Array:
     """Return displacements (count, n) of the touches along their normals by the draws of one Input."""
-    codes, along = one.influence.codes, model.along_normal(one.influence)
-    if one.departures.shape[1] == 1:
-        return np.asarray(one.departures[:, 0] @ along.T)
-    each = np.array_equal(codes, np.arange(one.departures.shape[1]))  # a draw for every touch
-    return np.asarray(np.einsum("mnk,nk->mn", one.departures if each else one.departures[:, codes], along))
+    codes, along = draws.influence.codes, model.along_normal(draws.influence)
+    if draws.departures.shape[1] == 1:
+        return np.asarray(draws.departures[:, 0] @ along.T)
+    each = np.array_equal(codes, np.arange(draws.departures.shape[1]))  # a draw for every touch
+    return np.asarray(
+        np.einsum("mnk,nk->mn", draws.departures if each else draws.departures[:, codes], along)
+    )
 
 
 def families(
@@ -230,9 +232,9 @@ def families(
         size = min(BLOCK, count - at)
         noise = [drawing.machines.errors(seed, at, size, share) for share in shares]
         for k, name in enumerate(names):
-            for of_share, found in zip(blocks, _block(drawing, noise, (seed, at), (name, most, ratio))):
-                of_share[k].append(found)
-    return [[Pairs(*(np.concatenate(x) for x in zip(*one))) for one in of_share] for of_share in blocks]
+            for of_share, part_values in zip(blocks, _block(drawing, noise, (seed, at), (name, most, ratio))):
+                of_share[k].append(part_values)
+    return [[Pairs(*(np.concatenate(x) for x in zip(*family))) for family in of_share] for of_share in blocks]
 
 
 def pairs(
@@ -286,8 +288,8 @@ def surfaces(
     surface = np.zeros((count, drawing.surface.task.touches.run.n))
     for name in drawing.noise:
         rng = np.random.default_rng([*own_stream, crc32(name.encode())])
-        own = ratio if how[2] is not None else ratio * np.exp(FORM_SPREAD * rng.normal(size=(count, 1)))
-        of_feature = _departures(drawing, name, rng, own, how, off)
+        size = ratio if how[2] is not None else ratio * np.exp(FORM_SPREAD * rng.normal(size=(count, 1)))
+        of_feature = _departures(drawing, name, rng, size, how, off)
         touched[:, drawing.measured.task.touches.rows[name]] = of_feature[0]
         surface[:, drawing.surface.task.touches.rows[name]] = of_feature[1]
     return touched, surface
@@ -302,8 +304,8 @@ def values(model: LinearModel, displacements: Array) -> Array:
     try:
         return model.values(q)
     except ModelLimit:
-        found = [_each(model.only([i]), q) for i in range(len(model.characteristics))]
-        return np.concatenate(found, axis=1)
+        columns = [_each(model.only([i]), q) for i in range(len(model.characteristics))]
+        return np.concatenate(columns, axis=1)
 
 
 def _each(model: LinearModel, q: Array) -> Array:
@@ -361,10 +363,10 @@ def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | No
     return np.where(rng.uniform(size=(count, 1)) < FORMLESS, 0.0, ratio)
 
 
-def _rest(drawing: Drawing, found: Array) -> Array:
+def _rest(drawing: Drawing, displacements: Array) -> Array:
     """Return the residuals of the fits of a characteristic's features, root mean square (N, C) mm."""
     rows = drawing.task.touches.rows
-    square = {n: ((found[:, r] @ drawing.noise_left[n]) ** 2).mean(axis=1) for n, r in rows.items()}
+    square = {n: ((displacements[:, r] @ drawing.noise_left[n]) ** 2).mean(axis=1) for n, r in rows.items()}
     columns = [
         np.sqrt(np.mean([square[n] for n in gps.needs(c) if n in square], axis=0))
         for c in drawing.task.part.characteristics
@@ -375,5 +377,5 @@ def _rest(drawing: Drawing, found: Array) -> Array:
 def rest_of(drawing: Drawing, points: Array) -> Array:
     """Return the same residuals (C,) mm of the measured points (n, 3) of the whole task."""
     t = drawing.task.touches
-    found = ((points[drawing.touches] - t.points) * t.normals).sum(axis=1)
-    return _rest(drawing, found[None])[0]
+    displacements = ((points[drawing.touches] - t.points) * t.normals).sum(axis=1)
+    return _rest(drawing, displacements[None])[0]

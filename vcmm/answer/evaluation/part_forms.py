@@ -79,27 +79,27 @@ def _shapes(form: Lobes, feature: Feature, points: Array) -> tuple[Array, Multiv
 
 def true_values(task: Task) -> Array:
     """Return characteristics (C,) of the part itself: elements through the whole surface where a known form is stated."""
-    known = {n: f for n, f in task.forms.items() if f.has_phase and n in task.touches.rows}
-    if not known:
+    forms = {n: f for n, f in task.forms.items() if f.has_phase and n in task.touches.rows}
+    if not forms:
         return task.without_errors
     if task.from_points:
-        return _less_known(task, known)
+        return _less_known(task, forms)
     still = np.zeros((task.touches.run.n, 3))
     points = {n: measured_points(task, still)[rows] for n, rows in task.touches.rows.items()}
     fitted = fit_features(task, measured_points(task, still))
-    for name, form in known.items():
+    for name, form in forms.items():
         feature = task.part.features[name]
         points[name], fitted[name] = _whole(feature, form)
     part = task.part
     return evaluate_all(task, with_criteria(part.characteristics, part.features, points.__getitem__, fitted))
 
 
-def _less_known(task: Task, known: Mapping[str, Lobes]) -> Array:
+def _less_known(task: Task, forms: Mapping[str, Lobes]) -> Array:
     """Return characteristics (C,) of measured points less the known forms at them, which have no size, place or direction of their own."""
     form = task.form.copy()
-    for name, one in known.items():
+    for name, lobes in forms.items():
         rows = task.touches.rows[name]
-        form[rows] -= one.deviation(task.part.features[name], task.touches.points[rows])
+        form[rows] -= lobes.deviation(task.part.features[name], task.touches.points[rows])
     return replace(task, form=form).without_errors
 
 

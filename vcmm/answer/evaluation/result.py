@@ -71,7 +71,7 @@ def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[
         if line.cause:
             share, names = out.get(line.cause, (0.0, ()))
             out[line.cause] = (share + line.share, (*names, line.input))
-    return {cause: found for cause, found in out.items() if len(found[1]) > 1}
+    return {cause: entry for cause, entry in out.items() if len(entry[1]) > 1}
 
 
 CLOSED_BARS = 80  # of the picture of a closed form
@@ -85,9 +85,9 @@ def budget_interaction(c: CharacteristicResult) -> float:
     A line is the standard deviation with one input alone, the others held at their estimates (JCGM 101:2008, Annex B); only of a
     linear output do the squares add to u^2 (JCGM 100, 5.1.2).
     """
-    found = c.interaction_share
-    told = c.u >= LEAST_U and math.isfinite(found) and abs(found) > ROUNDING
-    return found if told else 0.0
+    share = c.interaction_share
+    told = c.u >= LEAST_U and math.isfinite(share) and abs(share) > ROUNDING
+    return share if told else 0.0
 
 
 @dataclass(frozen=True)

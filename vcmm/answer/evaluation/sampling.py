@@ -58,10 +58,10 @@ class Sampler:
         job = SampledJob(self.model, tuple(self.terms), self.settings, tuple(needed), places)
         text = "exact trials" if exact else "Monte Carlo"
         blocks = blocks_of(self.settings.trials, size)
-        found = sum_blocks(
+        sums = sum_blocks(
             self.sharing, self._key(first, needed), count, job, blocks, partial(self.progress, text)
         )
-        return {i: a.summary() for i, a in zip(needed, found)}
+        return {i: a.summary() for i, a in zip(needed, sums)}
 
     def _key(self, first: Array, needed: Sequence[int]) -> str:
         """Return the key of the job by its draws: the first values of all characteristics, gains, laws, seed, engine and version."""
@@ -78,9 +78,11 @@ class Sampler:
     def draw(self, first: int, trials: int) -> Array:
         """Return characteristics (trials, C) of trials from `first` on, by the engine of the settings."""
         if self.settings.engine == "exact":
-            found = exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, trials))
+            trial_values = exact_values(
+                self.model, draw_inputs(self.model, self.settings.seed, first, trials)
+            )
             return (
-                found if self.terms else np.repeat(found, trials, axis=0)
+                trial_values if self.terms else np.repeat(trial_values, trials, axis=0)
             )  # all alike where nothing is drawn
         return self._trials(first, trials)
 
@@ -91,7 +93,7 @@ class Sampler:
         accumulators = [Accumulator(*place) for place in places]
         first, trials = block
         if self.settings.engine == "exact":
-            found: Iterable[Array] = [self.draw(first, trials)]
+            blocks: Iterable[Array] = [self.draw(first, trials)]
         else:
             draws = simulate(
                 self.start,
@@ -101,8 +103,8 @@ class Sampler:
                 first=first,
                 of=self.settings.trials,
             )
-            found = map(self._values, draws)
-        for values in found:
+            blocks = map(self._values, draws)
+        for values in blocks:
             for i, accumulator in zip(needed, accumulators):
                 accumulator.add(values[:, i])
         return accumulators

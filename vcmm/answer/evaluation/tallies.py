@@ -40,11 +40,11 @@ class _Total:
         self.sums: list[Accumulator] = []
 
     def add(self, block: Block, tallies: Iterable[PackedAccumulator]) -> None:
-        found = [unpack(t) for t in tallies]
+        accumulators = [unpack(t) for t in tallies]
         if not self.sums:
-            self.sums = found
+            self.sums = accumulators
         else:
-            for mine, more in zip(self.sums, found):
+            for mine, more in zip(self.sums, accumulators):
                 mine.merge(more)
         self.seen += block[1]
         self.progress(self.seen / self.trials)
@@ -63,11 +63,11 @@ def pack(accumulator: Accumulator) -> PackedAccumulator:
     }
 
 
-def unpack(found: PackedAccumulator) -> Accumulator:
+def unpack(packed_sums: PackedAccumulator) -> Accumulator:
     """Return the accumulator that `pack` wrote."""
-    centre, scale = (float.fromhex(text) for text in found["place"])
-    low, high = (float.fromhex(text) for text in found["range"])
-    out = Accumulator(centre, scale, trials=int(found["trials"]), minimum=low, maximum=high)
-    out.counts[np.array(found["bins"], dtype=np.intp)] = found["counts"]
-    out.take(*map(int, found["sums"]))
+    centre, scale = (float.fromhex(text) for text in packed_sums["place"])
+    low, high = (float.fromhex(text) for text in packed_sums["range"])
+    out = Accumulator(centre, scale, trials=int(packed_sums["trials"]), minimum=low, maximum=high)
+    out.counts[np.array(packed_sums["bins"], dtype=np.intp)] = packed_sums["counts"]
+    out.take(*map(int, packed_sums["sums"]))
     return out

@@ -258,11 +258,11 @@ class Evaluation:
             self.model.characteristics[i],
         )
         u, form = added.u, added.by_form
-        known = [j for j, f in enumerate(self.model.influences) if f.input.effect != FORM]
-        terms, u_i = [self.terms[j] for j in known], [float(x) for x in added.by_input]
+        of_machine = [j for j, f in enumerate(self.model.influences) if f.input.effect != FORM]
+        terms, u_i = [self.terms[j] for j in of_machine], [float(x) for x in added.by_input]
         if any(np.isinf(np.max(t.law.u)) for t, share in zip(terms, u_i) if share > 0):
             u = np.inf  # the spread of a sample of infinite variance depends on the seed
-        lines = self._lines(terms, u_i, u, False, [self.model.influences[j] for j in known])
+        lines = self._lines(terms, u_i, u, False, [self.model.influences[j] for j in of_machine])
         between = [form_line(c, self.features, form, u)] if form > 1e-3 * added.u else []
         return _Outcome(
             tier=EXACT if exact else SAMPLED, u=u, law=law, lines=(*lines, *between), linear_error=float(self.check.linear_error[i]),

@@ -49,11 +49,11 @@ class Measurement(Readable):
 
 
 def measure_task(
-    task: Task, seed: int | None = None, world: World | None = None, said: tuple[str, ...] = ()
+    task: Task, seed: int | None = None, world: World | None = None, remarks: tuple[str, ...] = ()
 ) -> Measurement:
     """Measure once with the exact engine. seed=None: every error at its estimate; else one draw of all Inputs.
 
-    world: where the part is cut too; None: the measuring machine alone. said: notes that go with the result.
+    world: where the part is cut too; None: the measuring machine alone. remarks: notes that go with the result.
     """
     check_densities(task)
     run = task.touches.run
@@ -75,7 +75,7 @@ def measure_task(
     )
     along = ((points - task.touches.points) * task.touches.normals).sum(axis=1)
     names = tuple(str(f) for f in run.labels["feature"])
-    warnings = (*said, *notes(task.part.characteristics, fitted))
+    warnings = (*remarks, *notes(task.part.characteristics, fitted))
     return Measurement(
         values, points, normals=task.touches.normals, nominal_points=task.touches.points,
         errors=np.asarray(along), features=names, warnings=warnings,

@@ -99,7 +99,7 @@ def together(sizes: list[Array], seed: int = 0) -> Array:
     rng = np.random.default_rng(seed)
     most = max(len(s) for s in sizes)
     total = np.resize(sizes[0], most).astype(float)
-    for one in sizes[1:]:
-        drawn = rng.permutation(np.resize(one, most))
+    for more in sizes[1:]:
+        drawn = rng.permutation(np.resize(more, most))
         total = np.abs(total + drawn * rng.choice([-1.0, 1.0], most))
     return total

@@ -40,7 +40,7 @@ class World(Protocol):
         """Return the effect of every Input on every touch."""
         ...
 
-    def products(self, known: Sequence[Influence]) -> tuple[Product, ...]:
+    def products(self, influences: Sequence[Influence]) -> tuple[Product, ...]:
         """Return second-order terms of Inputs that act together."""
         ...
 
@@ -48,7 +48,7 @@ class World(Protocol):
         """Return the errors in every trial (m, n, 3), transforms multiplied."""
         ...
 
-    def machine_of(self, one: Input) -> tuple[Machine, Run]:
+    def machine_of(self, quantity: Input) -> tuple[Machine, Run]:
         """Return the machine and the run on which an Input acts, for the words of the budget."""
         ...
 
@@ -64,11 +64,11 @@ class Measuring:
         return self.task.machine.indication_error(self.task.touches.run)
 
     def influences(self) -> tuple[Influence, ...]:
-        own = influences(self.task.machine, self.task.touches.run, self.task.inputs)
-        return (*own, *form_influences(self.task))
+        of_machine = influences(self.task.machine, self.task.touches.run, self.task.inputs)
+        return (*of_machine, *form_influences(self.task))
 
-    def products(self, known: Sequence[Influence]) -> tuple[Product, ...]:
-        return products(self.task.machine, self.task.touches.run, known)
+    def products(self, influences: Sequence[Influence]) -> tuple[Product, ...]:
+        return products(self.task.machine, self.task.touches.run, influences)
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
         of_part = [d for d in drawn if d.influence.input.effect == FORM]
@@ -77,5 +77,5 @@ class Measuring:
         )
         return np.asarray(sum((d.moves() for d in of_part), errors))
 
-    def machine_of(self, one: Input) -> tuple[Machine, Run]:
+    def machine_of(self, quantity: Input) -> tuple[Machine, Run]:
         return self.task.machine, self.task.touches.run

@@ -158,7 +158,7 @@ def audit_task(
     exact: list[Piece] = blocks_of(parts, BLOCK) if additive else []
     kinds: list[Piece] = [(number, 0) for number in range(len(RATIOS) + 2)] if extreme else []
     door: list[Piece] = [BY_POINTS] if scenario is not None and not why_not_by_points(scenario) else []
-    found = (sharing or Sharing()).all_of(
+    blocks = (sharing or Sharing()).all_of(
         key,
         piece,
         CountingJob(prepared, parts, scenario),
@@ -167,18 +167,18 @@ def audit_task(
     )
     rows: dict[int, list[AuditResult]] = {i: [] for i in range(len(prepared.result.characteristics))}
     if additive:
-        indicated = np.concatenate([np.array(block) for block in found[: len(exact)]])
+        indicated = np.concatenate([np.array(block) for block in blocks[: len(exact)]])
         for i, row in _held_exactly(prepared, additive, indicated):
             rows[i].append(row)
-    for counted in found[len(exact) : len(exact) + len(kinds)]:
+    for counted in blocks[len(exact) : len(exact) + len(kinds)]:
         for i, row in zip(extreme, counted):
             rows[i].append(AuditResult(**row))
-    for row in found[-1] if door else ():
+    for row in blocks[-1] if door else ():
         held_by_points = HeldByPoints(**row)
         rows[held_by_points.i].append(
             _by_points(prepared.result.characteristics[held_by_points.i], held_by_points)
         )
-    return tuple(row for found in rows.values() for row in found)
+    return tuple(row for results in rows.values() for row in results)
 
 
 def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
@@ -187,7 +187,7 @@ def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
     if (first, count) == BY_POINTS:
         assert job.scenario is not None
         settings = replace(job.scenario.settings, seed=job.task.result.seed)
-        return [asdict(one) for one in count_by_points(job.scenario, settings, job.parts)]
+        return [asdict(counts) for counts in count_by_points(job.scenario, settings, job.parts)]
     model, inversion = job.task.result.model, job.task.inversion
     if count or inversion is None:
         drawn = draw_inputs(model, job.task.result.seed + 1000, first, count)
@@ -238,37 +238,37 @@ def _count_held(
     result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str
 ) -> AuditResult:
     """Count parts measured by points, whose residuals show the roughness of every part."""
-    p, one, k = result.p, inversion.inverse(i, 0.0, 0.0), inversion.column(i)
+    p, inverse, k = result.p, inversion.inverse(i, 0.0, 0.0), inversion.column(i)
     held, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
     best: IntervalLengths | None = None
-    if isinstance(one, CountedInverse):
+    if isinstance(inverse, CountedInverse):
         best = beside_oracle(inversion, i, drawn) if kind == PRIOR else None
-        held, width = coverage(one.inverse, k, drawn, p), _width(one.inverse, k, drawn, p)
+        held, width = coverage(inverse.inverse, k, drawn, p), _width(inverse.inverse, k, drawn, p)
         parts = len(there(k, drawn)[0])
-    why = one.shortfall(p)
+    why = inverse.shortfall(p)
     least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
     return AuditResult(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=parts, width=width,
-        claimed=not why, least=least, most=p + ABOVE if kind == PRIOR and not _wider(one) else 1.0, why=why,
+        claimed=not why, least=least, most=p + ABOVE if kind == PRIOR and not _wider(inverse) else 1.0, why=why,
         oracle=best.oracle if best else None, oracle_held=best.oracle_held if best else None,
     )  # fmt: skip
 
 
-def _wider(one: CountedInverse | NoInverse) -> bool:
+def _wider(inverse: CountedInverse | NoInverse) -> bool:
     """Return whether the interval also holds the results of better machines than those counted here (`vcmm.answer.evaluation.bound_shares`)."""
-    return isinstance(one, CountedInverse) and isinstance(one.inverse, UnitedInverse)
+    return isinstance(inverse, CountedInverse) and isinstance(inverse.inverse, UnitedInverse)
 
 
 def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths | None:
     """Compare with the oracle characteristic i, for parts over the prior, one family after the other; None where parts have no such element."""
-    one, k = inversion.inverse(i, 0.0, 0.0), inversion.column(i)
-    if not isinstance(one, CountedInverse):
+    inverse, k = inversion.inverse(i, 0.0, 0.0), inversion.column(i)
+    if not isinstance(inverse, CountedInverse):
         return None
-    own = inversion.draw_parts(i)
-    known = [one.of(own.column(i)) for one in own.own_families]
-    each = np.array_split(np.arange(len(drawn.true)), len(known))
+    of_task = inversion.draw_parts(i)
+    families = [pairs.of(of_task.column(i)) for pairs in of_task.own_families]
+    each = np.array_split(np.arange(len(drawn.true)), len(families))
     fresh = [drawn.of(k, rows) for rows in each]
-    return lengths(inversion.characteristic(i), 0, one.inverse, known, fresh, inversion.settings.p)
+    return lengths(inversion.characteristic(i), 0, inverse.inverse, families, fresh, inversion.settings.p)
 
 
 def _width(inverse: Reading, k: int, drawn: Pairs, p: float) -> float:

@@ -76,11 +76,11 @@ def count_by_points(
     drawing = prepare_drawing(task, settings.seed, range(len(names)))
     count = min(max(int(SHARE * parts), 1), MOST_PARTS)
     drawn = [_draw(task, drawing, settings.seed + ANEW, count, kind) for kind in KINDS]
-    given = [one for _, files in drawn for one in files]
-    found = evaluate_points(scenario, given, settings=settings, progress=progress)
+    given = [part for _, files in drawn for part in files]
+    evaluated = evaluate_points(scenario, given, settings=settings, progress=progress)
     out = []
     for k, (kind, (true, _)) in enumerate(zip(KINDS, drawn)):
-        mine = found[k * count : (k + 1) * count]
+        mine = evaluated[k * count : (k + 1) * count]
         out += [_count(i, _kind_in_words(drawing, *kind), mine, true[:, i]) for i in range(len(names))]
     return tuple(out)
 
@@ -100,12 +100,12 @@ def _draw(
     true = values(drawing.surface, surface)
     shares = drawing.machines.shares
     moved = [drawing.machines.errors(seed, 0, count, share) for share in shares]
-    known = task.machine.indication_error(task.touches.run)
+    error = task.machine.indication_error(task.touches.run)
     names = _names(task)
     form, files = np.zeros(task.touches.run.n), []
     for n in range(count):
         form[drawing.touches] = touched[n] + moved[n % len(shares)][n]
-        points = measured_points(replace(task, form=form.copy()), known)
+        points = measured_points(replace(task, form=form.copy()), error)
         where = tuple(f"drawn part {n}, point {k + 1}" for k in range(len(points)))
         styli = (
             tuple(str(s) for s in task.touches.run.labels["stylus"])
@@ -120,9 +120,9 @@ def _names(task: Task) -> tuple[str, ...]:
     return tuple(str(f) for f in task.touches.run.labels["feature"])
 
 
-def _count(i: int, kind: str, found: Sequence[EvaluatedPart], true: Array) -> HeldByPoints:
+def _count(i: int, kind: str, evaluated: Sequence[EvaluatedPart], true: Array) -> HeldByPoints:
     """Count the claimed intervals; where none is claimed, all."""
-    there = [(p.characteristics[i].result, float(t)) for p, t in zip(found, true) if np.isfinite(t)]
+    there = [(p.characteristics[i].result, float(t)) for p, t in zip(evaluated, true) if np.isfinite(t)]
     claimed = [
         (r, t) for r, t in there if r.coverage_shown and (r.true_value is None or r.true_value.claimed)
     ]

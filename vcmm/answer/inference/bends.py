@@ -43,16 +43,18 @@ class WithBends:
     forms: Array
 
     def state(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
-        said = self.truth.state(y, p, kind, limits)
+        statement = self.truth.state(y, p, kind, limits)
         high = upper_end(self.forms, p)
-        if high <= said.interval[1]:
-            return said
-        within = said.p_conform
+        if high <= statement.interval[1]:
+            return statement
+        within = statement.p_conform
         if limits is not None and within is not None:
-            own = float(((self.forms >= limits[0]) & (self.forms <= limits[1])).mean())
-            within = min((within, own), key=lambda chance: abs(chance - 0.5))  # accepted where both say so
-        u = None if said.interval_u is None else (said.interval_u[0], _end_u(self.forms, p))
-        return replace(said, interval=(said.interval[0], high), p_conform=within, interval_u=u)
+            of_forms = float(((self.forms >= limits[0]) & (self.forms <= limits[1])).mean())
+            within = min(
+                (within, of_forms), key=lambda chance: abs(chance - 0.5)
+            )  # accepted where both say so
+        u = None if statement.interval_u is None else (statement.interval_u[0], _end_u(self.forms, p))
+        return replace(statement, interval=(statement.interval[0], high), p_conform=within, interval_u=u)
 
 
 def upper_end(forms: Array, p: float) -> float:
@@ -62,7 +64,7 @@ def upper_end(forms: Array, p: float) -> float:
 
 def _end_u(forms: Array, p: float) -> float:
     kept = [np.delete(forms, np.s_[g::GROUPS]) for g in range(GROUPS)]
-    return float(jackknife_u(np.array([[upper_end(one, p)] for one in kept]))[0])
+    return float(jackknife_u(np.array([[upper_end(ranges, p)] for ranges in kept]))[0])
 
 
 def bend_ranges(
@@ -125,5 +127,7 @@ def _is_shown(motions: Array, departures: Array, rest: float, bends: int, free: 
 def with_bends(r: CharacteristicResult, forms: Array) -> CharacteristicResult:
     """Return the result with an upper end no lower than that of the extrapolated bend."""
     assert r.truth is not None
-    said = tuple(f"{one}{CARRIED_ON}" if one.startswith(BEYOND_SAID) else one for one in r.not_covered)
-    return replace(r, truth=WithBends(r.truth, forms), not_covered=said)
+    remarks = tuple(
+        f"{remark}{CARRIED_ON}" if remark.startswith(BEYOND_SAID) else remark for remark in r.not_covered
+    )
+    return replace(r, truth=WithBends(r.truth, forms), not_covered=remarks)

@@ -194,9 +194,9 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     kinds = [(words, weight * kept) for words, weight in _kinds(feature) if (weight * kept).any()]
     waves = Waves(tuple(kinds), left, whole, basis, met)
     normals = np.random.default_rng(0).standard_normal((waves.most, DRAWS))
-    known = error - moved @ (moved.T @ error)
+    form = error - moved @ (moved.T @ error)
     return FeatureForms(
-        name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), machine_share=known,
+        name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), machine_share=form,
         normals=normals,
     )  # fmt: skip
 
@@ -327,28 +327,28 @@ def _read_with(
     which the residuals give the probability of each.
     """
     (moved, unseen), of_rungs = told, [forms.shapes(rung) for rung in rungs]
-    noises, found = [forms.noises.whitening(r)[1] for r in rungs], float(np.sqrt((residuals**2).mean()))
-    grid = np.geomspace(LEAST * min(noises), CAP * max(*noises, found), SIZES)
+    noises, rms = [forms.noises.whitening(r)[1] for r in rungs], float(np.sqrt((residuals**2).mean()))
+    grid = np.geomspace(LEAST * min(noises), CAP * max(*noises, rms), SIZES)
     alone = np.array([forms.without_form(rung, residuals) for rung in rungs])
     of_shapes = list(zip(*of_rungs))  # (shape, rung)
     logs = [
-        np.array([s.evidence(residuals, grid) for s in one]) + alone[:, None] for one in of_shapes
+        np.array([s.evidence(residuals, grid) for s in shapes]) + alone[:, None] for shapes in of_shapes
     ]  # each (rung, size)
     weights = [np.exp(log - max(float(x.max()) for x in logs)) for log in logs]
     evidence = np.array([w.sum() for w in weights])
     weights = [w / max(float(w.sum()), 1e-300) for w in weights]
     endless = [float(w[:, grid > grid[-1] / 2].sum()) > MOVES * (1.0 - p) for w in weights]
     for i, floor in floors.items():
-        open_ones = [one[-1] for one, e in zip(of_shapes, endless) if e]
+        open_ones = [shapes[-1] for shapes, e in zip(of_shapes, endless) if e]
         unseen[i] |= {s.words: None for s in open_ones if _matters(s.reach[i], forms, floor)}
-    for one, weight, own, is_open in zip(of_shapes, weights, evidence, endless):
-        if is_open or own * slim(p) < evidence.mean():
+    for shapes, weight, likelihood, is_open in zip(of_shapes, weights, evidence, endless):
+        if is_open or likelihood * slim(p) < evidence.mean():
             continue
-        drawn = _amounts(one, residuals, grid, weight, forms.normals)
+        drawn = _amounts(shapes, residuals, grid, weight, forms.normals)
         for i in floors:
-            sizes = np.abs(np.concatenate([s.reach[i] @ d for s, d in zip(one, drawn)]))
+            sizes = np.abs(np.concatenate([s.reach[i] @ d for s, d in zip(shapes, drawn)]))
             if np.quantile(sizes, p) > np.quantile(moved[i][0], p):
-                moved[i] = sizes, one[0].words
+                moved[i] = sizes, shapes[0].words
 
 
 def _amounts(

@@ -21,15 +21,15 @@ def coarse_mesh(task: Task, results: Sequence[CharacteristicResult]) -> tuple[st
     A profile is twice the largest distance, so a sag adds up to twice itself.
     """
     out = []
-    for c, found in zip(task.part.characteristics, results):
+    for c, result in zip(task.part.characteristics, results):
         names = [n for n in c.of if task.part.features[n].kind == "mesh"] if c.type in PROFILE else []
-        limits = [found.expanded, *(found.tolerance[1:] if found.tolerance else ())]
+        limits = [result.expanded, *(result.tolerance[1:] if result.tolerance else ())]
         least = SMALL * min((x for x in limits if np.isfinite(x) and x > 0.0), default=0.0)
         for name in names:
             assert task.part.mesh is not None  # Part has seen to it
             sag = float(sag_at(task.part.mesh, task.touches.points[task.touches.rows[name]]).max())
             if 2.0 * sag > least:
-                out.append(_mesh_remark(found, name, sag, least))
+                out.append(_mesh_remark(result, name, sag, least))
     return tuple(out)
 
 

@@ -73,11 +73,11 @@ def _features_needed(task: Task, c: Characteristic) -> list[str]:
 def doubts_of(
     tests: ResidualTests,
     task: Task,
-    found: tuple[Array, Mapping[str, FittedElement]],
+    elements: tuple[Array, Mapping[str, FittedElement]],
     given: tuple[GivenPoints, Ints],
     result: UncertaintyResult,
 ) -> Doubts:
-    """Return the doubts. found: measured points (n, 3) of the touches and the elements through them; given: the file, and its row of every touch."""
+    """Return the doubts. elements: measured points (n, 3) of the touches and the elements through them; given: the file, and its row of every touch."""
     digits, step = coarse(task.machine), step_of(task.machine)
     notes = [w for r in result.characteristics for w in said_of_digits(r, step)]
     n = task.touches.run.n
@@ -89,7 +89,7 @@ def doubts_of(
         )
     long = [(name, f.n) for name, f in tests.features.items() if f.n > MOST_FORM_POINTS]
     notes += [ORDER_NOT_TESTED.format(n=count, feature=name, most=MOST_FORM_POINTS) for name, count in long]
-    residuals = {name: outward(task, name, *found) for name in tests.features}
+    residuals = {name: outward(task, name, *elements) for name in tests.features}
     outliers = tests.outliers(residuals, step)
     order = {name: np.argsort(given[1][task.touches.rows[name]], kind="stable") for name in tests.features}
     memory = tests.memory(residuals, order)
@@ -107,11 +107,11 @@ def doubts_of(
 def outward(task: Task, name: str, points: Array, fitted: Mapping[str, FittedElement]) -> Array:
     """Return residuals (n,) of a feature, mm outwards; of a surface of nominal points its departures from nominal."""
     t, rows = task.touches, task.touches.rows[name]
-    one = fitted.get(name)
-    if task.part.features[name].free or one is None or len(one.residuals) != len(rows):
+    element = fitted.get(name)
+    if task.part.features[name].free or element is None or len(element.residuals) != len(rows):
         return np.asarray(((points[rows] - t.points[rows]) * t.normals[rows]).sum(axis=1))
-    side = np.sign((one.normals * t.normals[rows]).sum(axis=1))
-    return np.asarray(one.residuals * np.where(side == 0.0, 1.0, side))
+    side = np.sign((element.normals * t.normals[rows]).sum(axis=1))
+    return np.asarray(element.residuals * np.where(side == 0.0, 1.0, side))
 
 
 def _at(o: Outlier, given: tuple[GivenPoints, Ints], task: Task) -> str:

@@ -32,38 +32,38 @@ def with_form(c: CharacteristicResult, told: Sequence[FormTold]) -> Characterist
         return c
     why = c.why_not_shown or _unseen(told)
     c = replace(c, why_not_shown=why, coverage_shown=not why)
-    added = [(one, float(np.sqrt((one.sizes**2).mean()))) for one in told]
-    added = [(one, u) for one, u in added if u > MATTERS * c.expanded]
+    added = [(form, float(np.sqrt((form.sizes**2).mean()))) for form in told]
+    added = [(form, u) for form, u in added if u > MATTERS * c.expanded]
     if not added:
         return c
     u = float(np.sqrt(c.u**2 + sum(u**2 for _, u in added)))
     rest = (c.u / u) ** 2 if np.isfinite(u) else 1.0
     lines = [replace(line, share=line.share * rest) for line in c.budget]
-    lines += [_line(one, own, u) for one, own in added]
-    law = widen(truth.law, together([one.sizes for one, _ in added]))
+    lines += [_line(form, own_u, u) for form, own_u in added]
+    law = widen(truth.law, together([form.sizes for form, _ in added]))
     return replace(
         c, u=u, budget=PlottedBudget(sorted(lines, key=lambda line: -line.u)), truth=replace(truth, law=law),
         interaction_share=c.interaction_share * rest,
     )  # fmt: skip
 
 
-def _line(one: FormTold, u_i: float, u: float) -> BudgetLine:
-    shape = f": {one.shape}, which its residuals leave possible" if one.shape else ""
+def _line(form: FormTold, u_i: float, u: float) -> BudgetLine:
+    shape = f": {form.shape}, which its residuals leave possible" if form.shape else ""
     return BudgetLine(
-        input=f"form[{one.feature}]", what=f"form of {one.feature} between the points{shape}", distribution="by the residuals",
+        input=f"form[{form.feature}]", what=f"form of {form.feature} between the points{shape}", distribution="by the residuals",
         dof=float("inf"), redraw="part", estimate=None, u_input=None, unit="", sensitivity=None, u=u_i,
-        share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"), evidence=f"residuals of {one.points} points",
+        share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"), evidence=f"residuals of {form.points} points",
     )  # fmt: skip
 
 
 def _unseen(told: Sequence[FormTold]) -> str:
     """Return why the form is not bounded; empty where the points bound it."""
-    found = []
-    for one in told:
-        if one.unseen:
-            more = f" and {len(one.unseen) - MOST_NAMED} more" if len(one.unseen) > MOST_NAMED else ""
-            shapes = ", ".join(one.unseen[:MOST_NAMED])
-            found.append(
-                f"at the {one.points} points of {one.feature} {shapes}{more} of any size would not show"
+    remarks = []
+    for form in told:
+        if form.unseen:
+            more = f" and {len(form.unseen) - MOST_NAMED} more" if len(form.unseen) > MOST_NAMED else ""
+            shapes = ", ".join(form.unseen[:MOST_NAMED])
+            remarks.append(
+                f"at the {form.points} points of {form.feature} {shapes}{more} of any size would not show"
             )
-    return f"{UNSEEN}: {'; '.join(found)}; {CURE}" if found else ""
+    return f"{UNSEEN}: {'; '.join(remarks)}; {CURE}" if remarks else ""

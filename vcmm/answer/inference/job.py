@@ -90,9 +90,9 @@ class EvaluatedPart(Readable):
     @cached_property
     def joint(self) -> JointJudgement | None:
         """All tolerances of the part judged together; None where fewer than two are stated."""
-        found = [e.result for e in self.characteristics]
+        results = [e.result for e in self.characteristics]
         readings = [e.measured for e in self.characteristics]
-        return judged_jointly(self.uncertainty.model, found, readings, self.uncertainty.seed)
+        return judged_jointly(self.uncertainty.model, results, readings, self.uncertainty.seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,10 +119,10 @@ class PreparedTask:
     @property
     def inversion(self) -> Inversion | None:
         """The belts, where a characteristic is extreme."""
-        found = (
+        inversion = (
             c.truth.inversion for c in self.result.characteristics if isinstance(c.truth, TrueValueByBelt)
         )
-        return next(found, None)
+        return next(inversion, None)
 
     def rest(self, points: Array) -> Array:
         """Return the root mean square of the residuals of measured points (n, 3), (C,) mm, NaN for values that are not extreme."""
@@ -155,20 +155,20 @@ class PreparedTask:
                 self.result.characteristics[i].truth, TrueValueByBelt
             ):
                 places = task.touches.points[task.touches.rows[name]]
-                found = bend_ranges(
+                ranges = bend_ranges(
                     c, parts.features[name], places, outward(task, name, points, fitted), self.result.seed
                 )
-                out |= {} if found is None else {i: found}
+                out |= {} if ranges is None else {i: ranges}
         return out
 
     def form_statements(self, task: Task, fitted: Mapping[str, FittedElement]) -> dict[int, list[FormTold]]:
         """Return, by characteristic, the effect of the form between the points of its features, from their residuals."""
         p, out = self.result.characteristics[0].p, defaultdict[int, list[FormTold]](list)
-        for one in self.forms:
-            rows, found = task.touches.rows[one.name], fitted[one.name]
-            side = np.sign((found.normals * task.touches.normals[rows]).sum(axis=1))
-            floors = {i: self.result.characteristics[i].expanded for i in one.moves}
-            for i, form in told_by(one, side * found.residuals, p, floors).items():
+        for between in self.forms:
+            rows, element = task.touches.rows[between.name], fitted[between.name]
+            side = np.sign((element.normals * task.touches.normals[rows]).sum(axis=1))
+            floors = {i: self.result.characteristics[i].expanded for i in between.moves}
+            for i, form in told_by(between, side * element.residuals, p, floors).items():
                 out[i].append(form)
         return out
 
@@ -210,23 +210,23 @@ def evaluate_points(
     """Evaluate measured points of one or several parts. DataError for points that are not those of the part (see `checked`)."""
     chosen, report = settings or scenario.settings, progress or (lambda text, share: None)
     read: list[tuple[PreparedTask, ReadPart]] = []
-    for i, one in enumerate(given):
-        report(f"points of part {one.part}" if one.part else "points", i / len(given))
-        task, rows = task_and_rows(scenario, one, in_machine, tip_centres)
+    for i, file in enumerate(given):
+        report(f"points of part {file.part}" if file.part else "points", i / len(given))
+        task, rows = task_and_rows(scenario, file, in_machine, tip_centres)
         points = measured_points(task, task.machine.indication_error(task.touches.run))
         fitted = fit_features(task, points)
         measured = np.asarray(evaluate_all(task, fitted))
-        known = next((k for k, _ in reversed(read[-KEPT:]) if k.serves(task)), None)
-        known = known or PreparedTask(task, evaluate(task, chosen, progress, read=False))
-        doubts = doubts_of(known.tests, task, (points, fitted), (one, rows), known.result)
-        coarse = coarse_mesh(task, known.result.characteristics)
+        prepared = next((k for k, _ in reversed(read[-KEPT:]) if k.serves(task)), None)
+        prepared = prepared or PreparedTask(task, evaluate(task, chosen, progress, read=False))
+        doubts = doubts_of(prepared.tests, task, (points, fitted), (file, rows), prepared.result)
+        coarse = coarse_mesh(task, prepared.result.characteristics)
         part = ReadPart(
-            one.part, measured, known.rest(points),
-            remarks=(*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repetition_remarks(one)),
-            forms=known.form_statements(task, fitted), doubts=doubts.reasons(task, known.result),
-            unseen=known.memory_not_covered(task, rows), bends=known.bends(task, points, fitted),
+            file.part, measured, prepared.rest(points),
+            remarks=(*doubts.notes, *notes(task.part.characteristics, fitted), *coarse, *repetition_remarks(file)),
+            forms=prepared.form_statements(task, fitted), doubts=doubts.reasons(task, prepared.result),
+            unseen=prepared.memory_not_covered(task, rows), bends=prepared.bends(task, points, fitted),
         )  # fmt: skip
-        read.append((known, part))
+        read.append((prepared, part))
     return _all_parts(scenario, read, chosen, report)
 
 
@@ -260,13 +260,13 @@ def evaluate_values(
 
 def absolute_values(scenario: Scenario, values: Sequence[GivenValue]) -> dict[str, float]:
     """Convert values: characteristic -> mm or rad. DataError: an unknown name, an angle in mm, a value no such characteristic can have."""
-    known = {c.name: c for c in scenario.part.characteristics}
+    by_name = {c.name: c for c in scenario.part.characteristics}
     out, problems = {}, []
     for v in values:
-        c = known.get(v.name)
+        c = by_name.get(v.name)
         if c is None:
             problems.append(
-                f'{v.where}: the part has no characteristic "{v.name}".{choose_from(v.name, known)}'
+                f'{v.where}: the part has no characteristic "{v.name}".{choose_from(v.name, by_name)}'
             )
             continue
         angle = gps.unit(c) == "rad"
@@ -319,14 +319,14 @@ def _all_parts(
     scenario: Scenario, read: Sequence[tuple[PreparedTask, ReadPart]], settings: Settings, report: Progress
 ) -> tuple[EvaluatedPart, ...]:
     """Evaluate all parts; all are read before the first is judged, so that parts sampled for one serve the others too."""
-    for known, part in read:
-        if known.inversion is not None:
-            known.inversion.expect(part.readings)
+    for prepared, part in read:
+        if prepared.inversion is not None:
+            prepared.inversion.expect(part.readings)
     out = []
-    for n, (known, part) in enumerate(read):
+    for n, (prepared, part) in enumerate(read):
         report(f"part {part.name}" if part.name else "true values", n / len(read))
         out.append(
-            _part(scenario, known, part, settings, report if len(read) == 1 else lambda text, share: None)
+            _part(scenario, prepared, part, settings, report if len(read) == 1 else lambda text, share: None)
         )
     return tuple(out)
 
@@ -335,12 +335,12 @@ def _part(
     scenario: Scenario, prepared: PreparedTask, part: ReadPart, settings: Settings, report: Progress
 ) -> EvaluatedPart:
     results, out = prepared.result.characteristics, []
-    for n, (i, y, own) in enumerate(part.readings):
+    for n, (i, y, rest) in enumerate(part.readings):
         report(f"true value of {results[i].name}", n / len(part.readings))
-        one = without_claim(with_form(results[i], (part.forms or {}).get(i, ())), part.doubts)
-        if part.forms is not None or isinstance(one.truth, TrueValueByBelt):
-            one = replace(one, not_covered=(*one.not_covered, *part.unseen))
-        read = _read(one, y, own, settings, (part.bends or {}).get(i))
+        result = without_claim(with_form(results[i], (part.forms or {}).get(i, ())), part.doubts)
+        if part.forms is not None or isinstance(result.truth, TrueValueByBelt):
+            result = replace(result, not_covered=(*result.not_covered, *part.unseen))
+        read = _read(result, y, rest, settings, (part.bends or {}).get(i))
         out.append(EvaluatedCharacteristic(read, y, part.forms is not None))
     told = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
@@ -354,10 +354,10 @@ def _part(
     )
 
 
-def _claims_missing(found: Sequence[EvaluatedCharacteristic], doubts: Mapping[str, str]) -> list[str]:
+def _claims_missing(evaluated: Sequence[EvaluatedCharacteristic], doubts: Mapping[str, str]) -> list[str]:
     return [
         f"{e.result.name}: {e.result.why_not_shown}"
-        for e in found
+        for e in evaluated
         if (e.result.true_value and not e.result.true_value.claimed)
         or e.result.why_not_shown.startswith(UNSEEN)
         or (e.result.name in doubts and not e.result.coverage_shown)

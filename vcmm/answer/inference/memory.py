@@ -58,8 +58,10 @@ def likelihood_ratio(
     for number in range(len(RHOS)):
         total = np.zeros(len(next(iter(departures.values()))))
         for name, d in departures.items():
-            one = bases[name][number]
-            total += (d.shape[1] - one.base.shape[1]) * np.log(np.maximum(one.rest(d), 1e-300)) + one.penalty
+            basis = bases[name][number]
+            total += (d.shape[1] - basis.base.shape[1]) * np.log(
+                np.maximum(basis.rest(d), 1e-300)
+            ) + basis.penalty
         minus.append(total)
     table = np.array(minus)
     best = table.argmin(axis=0)

@@ -69,22 +69,22 @@ class Noises:
     def rungs(self, residuals: Array, excluded: float) -> tuple[tuple[Rung, ...], ...]:
         """Return the noises to read residuals (n,) with: for every size of the machine's own errors those of all else. excluded: see the
         docstring of the module."""
-        found = float(np.sqrt((residuals**2).mean()))
-        if not self.is_bound or found <= SMALLEST:
+        rms = float(np.sqrt((residuals**2).mean()))
+        if not self.is_bound or rms <= SMALLEST:
             return ((STATED,),)
-        own = [NONE]
+        systematic = [NONE]
         if self.own.any():
-            last = min(_size(self.own), MOST_OWN * found)
-            own += range(2 * _power(FIRST_OWN * found), 2 * math.ceil(math.log2(last)) + 1, 2)
-        return tuple(tuple(Rung(a, b) for b in self._white(found, excluded)) for a in own)
+            last = min(_size(self.own), MOST_OWN * rms)
+            systematic += range(2 * _power(FIRST_OWN * rms), 2 * math.ceil(math.log2(last)) + 1, 2)
+        return tuple(tuple(Rung(a, b) for b in self._white(rms, excluded)) for a in systematic)
 
-    def _white(self, found: float, excluded: float) -> list[int]:
+    def _white(self, rms: float, excluded: float) -> list[int]:
         if not self.scatter.any():
             return [NONE]
-        half = 2 * _power(HALF * found)
-        most = found * math.sqrt(self.points / _quantile_of_chi_squared(excluded, len(self.machine)))
+        half = 2 * _power(HALF * rms)
+        most = rms * math.sqrt(self.points / _quantile_of_chi_squared(excluded, len(self.machine)))
         return [
-            *range(2 * _power(LEAST_NOISE * found), half, 2),
+            *range(2 * _power(LEAST_NOISE * rms), half, 2),
             *range(half, math.ceil(2 * math.log2(most)) + 1),
         ]
 
@@ -102,9 +102,11 @@ class Noises:
         if rung.own is None or rung.white is None:
             spread = self.machine + self.own + self.scatter
         else:
-            own, white = (0.0 if n == NONE else 2.0 ** (n / 2) for n in (rung.own, rung.white))
+            systematic, white = (0.0 if n == NONE else 2.0 ** (n / 2) for n in (rung.own, rung.white))
             spread = (
-                self.machine + self.own * (own / max(_size(self.own), SMALLEST)) ** 2 + white**2 * np.eye(d)
+                self.machine
+                + self.own * (systematic / max(_size(self.own), SMALLEST)) ** 2
+                + white**2 * np.eye(d)
             )
         spread = spread + SMALLEST**2 * np.eye(d)
         noise = float(np.sqrt(np.trace(spread) / d)) if d else SMALLEST
@@ -131,8 +133,8 @@ def noises_of(model: LinearModel, rows: Ints, basis: Array) -> Noises:
     """Return the noises. rows (n,): touches of the feature whose residuals are read; basis (n, d): orthonormal waves in them."""
     operator = np.zeros((basis.shape[1], model.task.touches.run.n))
     operator[:, rows] = basis.T
-    known, own, scatter = (_covariance(part, operator) for part in split(model))
-    return Noises(known, own, scatter, len(rows))
+    stated, systematic, scatter = (_covariance(part, operator) for part in split(model))
+    return Noises(stated, systematic, scatter, len(rows))
 
 
 def _covariance(model: LinearModel, operator: Array) -> Array:

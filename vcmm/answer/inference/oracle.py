@@ -43,36 +43,41 @@ class IntervalLengths:
 
 
 def lengths(
-    c: Characteristic, k: int, inverse: Reading, known: Sequence[Pairs], drawn: Sequence[Pairs], p: float
+    c: Characteristic, k: int, inverse: Reading, families: Sequence[Pairs], drawn: Sequence[Pairs], p: float
 ) -> IntervalLengths:
-    """Return the lengths. c: characteristic in column k; known: parts per family from which belts and oracle are made; drawn: others, to count."""
-    found = []
-    for family, mine, fresh in zip(inverse.families, known, drawn):
+    """Return the lengths. c: characteristic in column k; families: parts per family from which belts and oracle are made; drawn: others, to count."""
+    widths = []
+    for family, mine, fresh in zip(inverse.families, families, drawn):
         true, indicated, rest = there(k, fresh)
         kinds = [
-            one.interval(p, indicated, rest) if one else oracle(c, there(k, mine), (indicated, rest), p)
-            for one in (inverse, family, None)
+            reading.interval(p, indicated, rest)
+            if reading
+            else oracle(c, there(k, mine), (indicated, rest), p)
+            for reading in (inverse, family, None)
         ]
-        found.append(
+        widths.append(
             [(high - low).mean() for low, high in kinds]
             + [((low <= true + TINY) & (true <= high + TINY)).mean() for low, high in kinds]
         )
-    return IntervalLengths(*(float(x) for x in np.mean(found, axis=0)))
+    return IntervalLengths(*(float(x) for x in np.mean(widths, axis=0)))
 
 
 def oracle(
-    c: Characteristic, known: tuple[Array, Array, Array], seen: tuple[Array, Array], p: float
+    c: Characteristic, family: tuple[Array, Array, Array], asked_part: tuple[Array, Array], p: float
 ) -> tuple[Array, Array]:
-    """Ends (m,), (m,) of the interval. known: true, indicated, residuals (n,) of parts of the family; seen: indicated, residuals (m,)."""
+    """Ends (m,), (m,) of the interval. family: true, indicated, residuals (n,) of parts of the family; asked_part: indicated, residuals (m,)."""
     from scipy.spatial import KDTree
 
-    true, indicated, rest = known
+    true, indicated, rest = family
     rough = sorted_by_roughness(c)
-    unit, own = (np.maximum(r, TINY) if rough else np.ones(len(r)) for r in (rest, seen[1]))
+    unit, own_unit = (np.maximum(r, TINY) if rough else np.ones(len(r)) for r in (rest, asked_part[1]))
     count = int(min(ALIKE, max(SHARE * len(true), 1)))
-    alike = KDTree(_place(c, indicated, rest)).query(_place(c, *seen), count)[1].reshape(len(own), -1)
+    alike = (
+        KDTree(_place(c, indicated, rest)).query(_place(c, *asked_part), count)[1].reshape(len(own_unit), -1)
+    )
     low, high = (
-        np.quantile(((true - indicated) / unit)[alike], [(1 - p) / 2, (1 + p) / 2], axis=1) * own + seen[0]
+        np.quantile(((true - indicated) / unit)[alike], [(1 - p) / 2, (1 + p) / 2], axis=1) * own_unit
+        + asked_part[0]
     )
     if gps.is_one_sided(c):
         low, high = np.maximum(low, 0.0), np.maximum(high, 0.0)

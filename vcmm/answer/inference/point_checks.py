@@ -72,7 +72,7 @@ def repetition_remarks(given: GivenPoints) -> tuple[str, ...]:
     """Return a remark where rows hold the very same point: a copied row counts as a touch of its own, and U is too small."""
     _, first, same = np.unique(given.points, axis=0, return_index=True, return_inverse=True)
     earlier = first[np.ravel(same)]  # the first row that holds the point of each row
-    copies = [i for i, one in enumerate(earlier) if one != i]
+    copies = [i for i, first_row in enumerate(earlier) if first_row != i]
     if not copies:
         return ()
     named = [f"{given.where[i]} as {given.where[earlier[i]]}" for i in copies[:MOST_NAMED]]
@@ -189,15 +189,15 @@ def _fits(scenario: Scenario, placed: Mapping[str, OnSurface], points: Array) ->
 def _tip_hint(scenario: Scenario, placed: Mapping[str, OnSurface]) -> str:
     """Return a hint on tip centres, which lie one tip radius off every surface, and on points compensated twice, which lie one to the other side."""
     styli = {s.feature: scenario.plan.styli[s.stylus].tip_radius for s in scenario.plan.steps}
-    known = [(float(np.median(p.distance)), styli[n]) for n, p in placed.items() if styli.get(n, 0.0) > 0.0]
-    if known and all(abs(d - r) < TIP_SHARE * r for d, r in known):
+    tips = [(float(np.median(p.distance)), styli[n]) for n, p in placed.items() if styli.get(n, 0.0) > 0.0]
+    if tips and all(abs(d - r) < TIP_SHARE * r for d, r in tips):
         return (
-            f"All points lie one tip radius ({known[0][1]:g} mm) outside the nominal surfaces: they seem to be tip centres; "
+            f"All points lie one tip radius ({tips[0][1]:g} mm) outside the nominal surfaces: they seem to be tip centres; "
             "give --tip-centres, or compensate them for the tip."
         )
-    if known and all(abs(d + r) < TIP_SHARE * r for d, r in known):
+    if tips and all(abs(d + r) < TIP_SHARE * r for d, r in tips):
         return (
-            f"All points lie one tip radius ({known[0][1]:g} mm) inside the nominal surfaces: they seem to be compensated "
+            f"All points lie one tip radius ({tips[0][1]:g} mm) inside the nominal surfaces: they seem to be compensated "
             "for the tip already; leave --tip-centres out."
         )
     return ""

@@ -141,10 +141,10 @@ def _found_normals(feature: Feature, p: OnSurface, centres: Array) -> Array:
         return p.normal
     fixed = feature.axis if feature.kind == "circle" else None
     try:
-        found = gauss(feature.kind, centres[p.rows], nominal_element(feature), fixed_axis=fixed).normals
+        normals = gauss(feature.kind, centres[p.rows], nominal_element(feature), fixed_axis=fixed).normals
     except VcmmError:
         return p.normal
-    return found * np.sign((found * p.normal).sum(axis=1))[:, None]
+    return normals * np.sign((normals * p.normal).sum(axis=1))[:, None]
 
 
 def _align(
@@ -155,8 +155,8 @@ def _align(
     assert scheme is not None
     pose, features = scenario.pose, scenario.part.features
     for _ in range(ROUNDS):
-        found = align(scheme, features, _elements(scenario, given, rows, points), Pose.identity())
-        points, pose = found.apply(points), pose @ found.inverse()
+        alignment = align(scheme, features, _elements(scenario, given, rows, points), Pose.identity())
+        points, pose = alignment.apply(points), pose @ alignment.inverse()
     return pose, points
 
 

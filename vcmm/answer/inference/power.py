@@ -101,8 +101,8 @@ def memory_not_covered(tests: ResidualTests, order: Mapping[str, Ints]) -> tuple
     n = sum(f.n for f in scans.values())
     if n > MOST:
         return (NOT_COUNTED.format(rho=RHO, most=MOST),)
-    found = power(tests, order)
-    return () if found >= ENOUGH else (TOO_FEW.format(rho=RHO, n=n, power=found, **HELD),)
+    chance = power(tests, order)
+    return () if chance >= ENOUGH else (TOO_FEW.format(rho=RHO, n=n, power=chance, **HELD),)
 
 
 def _scans(tests: ResidualTests) -> dict[str, FeatureTest]:

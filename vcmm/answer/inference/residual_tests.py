@@ -85,8 +85,8 @@ class ResidualTests:
     def features(self) -> Mapping[str, FeatureTest]:
         """Features that can be tested: those with an element and with residuals."""
         t, parts = self.model.task.touches, self.model.task.part.features
-        found = {n: _feature_test(parts[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
-        return {n: f for n, f in found.items() if f is not None}
+        tests = {n: _feature_test(parts[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
+        return {n: f for n, f in tests.items() if f is not None}
 
     @cached_property
     def draws(self) -> int:
@@ -153,21 +153,21 @@ class ResidualTests:
 
         A point is named where no form makes it likely, and where it is larger than the errors of the stated machine.
         """
-        found: dict[tuple[str, int], Outlier] = {}
+        outliers: dict[tuple[str, int], Outlier] = {}
         for name, f in self.features.items():
             listed = list(outlier_scores(f, residuals[name][None]))
             for base in range(len(f.bases)):
-                stages = [one for one in listed if one[0] == base]
+                stages = [outlier for outlier in listed if outlier[0] == base]
                 odds = [self._p(float(s[0]), float(a[0]) / self.scale[name]) for _, s, a, _ in stages]
                 last = max((i for i, p in enumerate(odds) if p <= ALARM), default=-1)
                 for p, (_, _, away, at) in zip(odds[: last + 1], stages):
-                    key, one = (
+                    key, outlier = (
                         (name, int(at[0])),
                         Outlier(name, int(at[0]), float(away[0]), min(p, odds[last])),
                     )
-                    if abs(one.size) > least and (key not in found or one.p < found[key].p):
-                        found[key] = one
-        return tuple(found.values())
+                    if abs(outlier.size) > least and (key not in outliers or outlier.p < outliers[key].p):
+                        outliers[key] = outlier
+        return tuple(outliers.values())
 
     def _p(self, score: float, size: float) -> float:
         """Return the p value of the most suspicious point of a part, the largest over possible forms.
@@ -188,24 +188,24 @@ class ResidualTests:
         if not scans:
             return None
         sizes = {n: float(np.linalg.norm(f.rest(residuals[n][None]))) for n, f in scans.items()}
-        found = []
+        tests = []
         for number in (
             0,
             -1,
         ):  # with all that the elements leave, and without the waves that forms may be made of
             white = {n: [whitening(f.bases[number][order[n]], rho) for rho in RHOS] for n, f in scans.items()}
-            seen, rho = likelihood_ratio(white, {n: residuals[n][order[n]][None] for n in scans})
+            ratio, rho = likelihood_ratio(white, {n: residuals[n][order[n]][None] for n in scans})
             p = 0.0
             for k, share in product(range(len(KNOWN)), NOISES):
-                p = max(p, self._as_much(white, order, float(seen[0]), (k, share, sizes)))
-            found.append(Memory(float(rho[0]), min(2.0 * p, 1.0)))  # two tests (Bonferroni)
-        return min(found, key=lambda one: one.p)
+                p = max(p, self._as_much(white, order, float(ratio[0]), (k, share, sizes)))
+            tests.append(Memory(float(rho[0]), min(2.0 * p, 1.0)))  # two tests (Bonferroni)
+        return min(tests, key=lambda test: test.p)
 
     def _as_much(
         self,
         white: Mapping[str, Sequence[Whitening]],
         order: Mapping[str, Ints],
-        seen: float,
+        ratio: float,
         how: tuple[int, float, Mapping[str, float]],
     ) -> float:
         """Return the p value of a likelihood ratio among parts with residuals as large as the measured ones: form makes up for the missing noise.
@@ -222,7 +222,7 @@ class ResidualTests:
                 ]
                 for n in white
             }
-            above += int((likelihood_ratio(white, drawn)[0] >= seen).sum())
+            above += int((likelihood_ratio(white, drawn)[0] >= ratio).sum())
             done = part.stop
             if above >= ENOUGH:
                 return above / done
@@ -336,9 +336,9 @@ def outlier_scores(f: FeatureTest, d: Array) -> Iterator[tuple[int, Array, Array
             dof = n - k - stage - 1
             if dof < LEFT:
                 break
-            seen = h > UNSEEN
+            is_visible = h > UNSEEN
             left = np.maximum((r**2).sum(axis=1, keepdims=True) - r**2 / np.maximum(h, UNSEEN), 1e-300)
-            t = np.where(seen, np.abs(r) * np.sqrt(dof / (left * np.maximum(h, UNSEEN))), 0.0)
+            t = np.where(is_visible, np.abs(r) * np.sqrt(dof / (left * np.maximum(h, UNSEEN))), 0.0)
             at = t.argmax(axis=1)
             tail = 2.0 * (n - stage) * stdtr(dof, -t[rows, at])
             yield (

@@ -27,9 +27,9 @@ def with_digits(machine: Machine, step: float) -> Machine:
     """Return the machine with the rounding to `step` mm of every touch: uniform over half a step to either side."""
     if step <= FINE:
         return machine
-    said = f"last digit of the coordinates: {step:g} mm"
+    label = f"last digit of the coordinates: {step:g} mm"
     return add_knowledge(
-        machine, [Resolution()], [Input(Resolution.name, "", "value", Uniform(step / 2.0), "touch", said)]
+        machine, [Resolution()], [Input(Resolution.name, "", "value", Uniform(step / 2.0), "touch", label)]
     )
 
 

@@ -164,8 +164,8 @@ def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -
     travel = np.zeros((m, rows.n))
     travel[:, way.starts] = _worse(_beyond_travels(way, both, ends_at))
     a, b = way.pairs.T
-    known = np.max([back[a], back[b], crossing], axis=0)
-    over = np.maximum(known, np.maximum(travel[:, a], travel[:, b]))
+    least = np.max([back[a], back[b], crossing], axis=0)
+    over = np.maximum(least, np.maximum(travel[:, a], travel[:, b]))
     ends = np.zeros(rows.n)
     ends[rows.ends] = back[rows.ends]
     return over, ends

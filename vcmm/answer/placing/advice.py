@@ -17,8 +17,8 @@ SAME = 0.01  # an influence that changes less between two poses is taken as the 
 
 def room_and_shares(placed: PlacementResult) -> list[str]:
     """Return the advice without the gain, for pages that state it above."""
-    said = advice(placed)
-    return said if said[0].startswith("No advice") else said[1:]
+    sentences = advice(placed)
+    return sentences if sentences[0].startswith("No advice") else sentences[1:]
 
 
 def advice(placed: PlacementResult) -> list[str]:

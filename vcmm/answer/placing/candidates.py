@@ -73,14 +73,14 @@ def accessible(scenario: Scenario, feature: Feature, stylus: str, points: Array)
         scenario.plan, steps=(Step(feature.name, stylus, points, normals_at(scenario, feature, points)),)
     )
     rows, around = touch_sequence(plan), scenario.surroundings
-    one = replace(scenario, plan=plan)
+    candidate = replace(scenario, plan=plan)
     tooling = Tooling(rows, around)
     boxes = [cuboid(c.pose, c.size) for c in around.clamps if c.on == "part"]
     back = scenario.pose.inverse()
     boxes += [cuboid(back @ c.pose, c.size) for c in around.clamps if c.on == "table"]
     solid = Union((part_solid(scenario.part, around.wall), *boxes))
     corners = part_points(scenario.part)
-    check = Feasibility(one, rows, tooling, solid, reach=corners, corners=corners)
+    check = Feasibility(candidate, rows, tooling, solid, reach=corners, corners=corners)
     rotation, every = scenario.pose.rotation, np.arange(rows.n)
     asked = [tooling.body(b, every, rows.tip, rows.start, rotation.T) for b in range(len(NAMES))]
     asked.append(tooling.ball(every, rows.tip, rows.start, np.full(rows.n, -GRAZE)))

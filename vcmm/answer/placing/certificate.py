@@ -126,16 +126,16 @@ def scan_after(
 
     Where a first scan finds a better pose, the search goes on from there, once, and a scan of other poses follows.
     """
-    seen = scan(objective, boxes, count, _seed(seed, 1), progress)
-    if seen.values.min() >= outcome.value:
-        return outcome, seen, 0.0
-    k = int(seen.values.argmin())
-    sizes = np.cumsum([len(u) for u in seen.unit])
+    first_scan = scan(objective, boxes, count, _seed(seed, 1), progress)
+    if first_scan.values.min() >= outcome.value:
+        return outcome, first_scan, 0.0
+    k = int(first_scan.values.argmin())
+    sizes = np.cumsum([len(u) for u in first_scan.unit])
     number = int(np.searchsorted(sizes, k, side="right"))
-    start = seen.unit[number][k - (sizes[number - 1] if number else 0)]
-    better = polished_from(objective, boxes[seen.box[number]], start, outcome)
+    start = first_scan.unit[number][k - (sizes[number - 1] if number else 0)]
+    better = polished_from(objective, boxes[first_scan.box[number]], start, outcome)
     again = scan(objective, boxes, count, _seed(seed, 2), progress)
-    return better, again, (outcome.value - float(seen.values[k])) / abs(outcome.value)
+    return better, again, (outcome.value - float(first_scan.values[k])) / abs(outcome.value)
 
 
 def _seed(seed: int, number: int) -> int:
@@ -144,13 +144,18 @@ def _seed(seed: int, number: int) -> int:
 
 
 def certify(
-    objective: Objective, boxes: Sequence[PoseBox], pose: Array, best: float, seen: Scan, earlier: float = 0.0
+    objective: Objective,
+    boxes: Sequence[PoseBox],
+    pose: Array,
+    best: float,
+    last_scan: Scan,
+    earlier: float = 0.0,
 ) -> Certificate:
     """Return the certificate of a scan for a pose (6,) with the value `best`."""
-    better = max(0.0, (best - float(seen.values.min())) / abs(best)) if best else 0.0
+    better = max(0.0, (best - float(last_scan.values.min())) / abs(best)) if best else 0.0
     spacing, hidden, at = 0.0, 0.0, 0
-    for k, unit in zip(seen.box, seen.unit):
-        values = seen.values[at : at + len(unit)]
+    for k, unit in zip(last_scan.box, last_scan.unit):
+        values = last_scan.values[at : at + len(unit)]
         at += len(unit)
         if not len(unit) or boxes[k].d == 0:
             continue
@@ -159,10 +164,10 @@ def certify(
         hidden = max(
             hidden, _hidden_gain(objective, boxes[k], unit, values, best, float(np.quantile(reach, 0.95)))
         )
-    floor = _floor(objective, seen.poses, pose, best) if isinstance(objective, Uncertain) else None
+    floor = _floor(objective, last_scan.poses, pose, best) if isinstance(objective, Uncertain) else None
     method = "dense scan and slopes" if floor is None else "dense scan, slopes and least influences"
     return Certificate(
-        method, len(seen.values), better, hidden, floor=floor, spacing=spacing, earlier=earlier
+        method, len(last_scan.values), better, hidden, floor=floor, spacing=spacing, earlier=earlier
     )
 
 

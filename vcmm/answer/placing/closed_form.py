@@ -78,11 +78,11 @@ class ClosedForm:
     def known_inputs(self) -> tuple[KnownInput, ...]:
         run, machine = self.rows.still, self.rows.machine
         out = []
-        for one in machine.inputs:
-            copies, codes = run.copies(one.redraw)
-            single = one.is_channel or one.members
-            effects = acted_on(machine, one) if single else tuple(targets(machine, one))
-            out.append(KnownInput(one, codes, len(copies), effects))
+        for quantity in machine.inputs:
+            copies, codes = run.copies(quantity.redraw)
+            single = quantity.is_channel or quantity.members
+            effects = acted_on(machine, quantity) if single else tuple(targets(machine, quantity))
+            out.append(KnownInput(quantity, codes, len(copies), effects))
         return tuple(out)
 
     @property
@@ -122,8 +122,8 @@ class ClosedForm:
 
     def _along(self, touches: Carrier) -> Iterator[tuple[KnownInput, Array]]:
         """Change of every row along its normal per unit of the elements of each Input, (rows, k)."""
-        for known in self.known_inputs:
-            yield known, touches.of_input(known.input, known.effects)
+        for known_input in self.known_inputs:
+            yield known_input, touches.of_input(known_input.input, known_input.effects)
 
     def along(self, six: Array) -> list[tuple[KnownInput, Array]]:
         """Return `_along` at some poses (m, 6): (m n, k) per Input."""
@@ -138,11 +138,11 @@ class ClosedForm:
     def _product_moves(self, touches: Carrier, m: int) -> Iterator[Array]:
         """Yield, per pair of draws that meet in a product, displacements times both standard uncertainties (m, n)."""
         for first, second in self._pairs:
-            one, other = self.known_inputs[first], self.known_inputs[second]
-            u = float(np.abs(one.spread(1)).max()) * float(np.abs(other.spread(1)).max())
-            along = u * touches.product(one.input, other.input).reshape(m, -1)
-            for a, b in sorted(set(zip(one.codes.tolist(), other.codes.tolist()))):
-                yield np.where((one.codes == a) & (other.codes == b), along, 0.0)
+            first_input, other = self.known_inputs[first], self.known_inputs[second]
+            u = float(np.abs(first_input.spread(1)).max()) * float(np.abs(other.spread(1)).max())
+            along = u * touches.product(first_input.input, other.input).reshape(m, -1)
+            for a, b in sorted(set(zip(first_input.codes.tolist(), other.codes.tolist()))):
+                yield np.where((first_input.codes == a) & (other.codes == b), along, 0.0)
 
     @cached_property
     def _pairs(self) -> tuple[tuple[int, int], ...]:
@@ -173,22 +173,22 @@ class AtPoses:
     def variances(self, weights: Array) -> tuple[Array, Array]:
         """Return the variances of q = weights (C, n) . displacements: per influence (m, C, I), and of products (m, C)."""
         out = []
-        for known, moved in self.moved:
-            if known.copies == self.closed.rows.n:  # every touch has its own draw
+        for known_input, moved in self.moved:
+            if known_input.copies == self.closed.rows.n:  # every touch has its own draw
                 out.append((moved**2).sum(axis=2) @ (weights**2).T)
             else:
-                out.append((self._lanes(known, moved, weights) ** 2).sum(axis=2))
+                out.append((self._lanes(known_input, moved, weights) ** 2).sum(axis=2))
         second = sum(((g @ weights.T) ** 2 for g in self.product_moves), np.zeros((self.m, len(weights))))
         return np.stack(out, axis=2), np.asarray(second)
 
     def covariances(self, weights: Array) -> Array:
         """Return the covariances (m, C, C) of q = weights . displacements, all influences and products together."""
         total = np.zeros((self.m, len(weights), len(weights)))
-        for known, moved in self.moved:
-            if known.copies == self.closed.rows.n:
+        for known_input, moved in self.moved:
+            if known_input.copies == self.closed.rows.n:
                 total += (weights * (moved**2).sum(axis=2)[:, None, :]) @ weights.T
             else:
-                lanes = self._lanes(known, moved, weights)
+                lanes = self._lanes(known_input, moved, weights)
                 total += lanes @ lanes.swapaxes(1, 2)
         for moves in self.product_moves:
             g = moves @ weights.T

@@ -79,7 +79,7 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
     value is what the worst point found lacks, known to about a quarter.
     """
     owner = np.arange(bodies.n)
-    due, known = bodies.radius + need, np.broadcast_to(tolerance, (bodies.n,))
+    due, allowed = bodies.radius + need, np.broadcast_to(tolerance, (bodies.n,))
     middle, half = np.zeros((bodies.n, EDGES)), np.ones((bodies.n, EDGES))
     half[np.einsum("nki,nki->nk", bodies.edges, bodies.edges) == 0.0] = 0.0
     sure, best = np.full(bodies.n, np.inf), np.full(bodies.n, np.inf)
@@ -89,7 +89,7 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
         value, reach = _sure(solid.distance(centre) - due[owner], _half_diagonal(edges))
         inside, outside = _round(bodies, owner, middle, half)
         np.minimum.at(best, owner[inside], value[inside])
-        fine = np.maximum(known[owner], -0.25 * best[owner])
+        fine = np.maximum(allowed[owner], -0.25 * best[owner])
         low = value - reach
         crowded = np.bincount(owner, minlength=bodies.n)[owner] > CELLS
         done = outside | (low > 0.0) | (reach <= fine) | (low >= best[owner] - fine) | crowded
@@ -103,8 +103,8 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
 
 def lacking(solid: Solid, asked: list[tuple[Bodies, Array, Array]]) -> Array:
     """Return the missing clearance of bodies (len(asked), k) mm, all evaluated together; inf where a gap is undetermined, never 0."""
-    bodies, need, known = (list(column) for column in zip(*asked))
-    room = slack(solid, join_bodies(bodies), np.concatenate(need), np.concatenate(known))
+    bodies, need, allowed = (list(column) for column in zip(*asked))
+    room = slack(solid, join_bodies(bodies), np.concatenate(need), np.concatenate(allowed))
     return np.maximum(0.0, -room).reshape(len(asked), -1)
 
 

@@ -97,13 +97,13 @@ def _value(objective: Uncertain, y: Array, perfect: Array, rng: np.random.Genera
             if not weight * share:
                 continue
             if kind in ("U", "U/T"):
-                one = expanded[i] / (width(c) if kind == "U/T" else 1.0)
+                value = expanded[i] / (width(c) if kind == "U/T" else 1.0)
             else:
                 error = y[:, i] - perfect[i]
-                one = _count_risk(
+                value = _count_risk(
                     objective, i, kind, error=error, u=u[i], expanded=expanded[i], standard=standard
                 )
-            total += weight * share * float(one)
+            total += weight * share * float(value)
     return total
 
 

@@ -163,8 +163,8 @@ class Design:
         wq = self.noise[f] @ self.inverse[f] @ b.T
         w = self.counts[rows].astype(float)
         more = sign * self.c.touch[rows] ** 2 + ((w + sign) ** 2 - w**2) * self.c.short[rows] ** 2
-        own = np.einsum("np,pq,nq->n", v, self.noise[f], v) + more
-        scatter = -2.0 * beta * (v @ wq) + beta**2 * own[:, None]
+        variance = np.einsum("np,pq,nq->n", v, self.noise[f], v) + more
+        scatter = -2.0 * beta * (v @ wq) + beta**2 * variance[:, None]
         return np.where(possible, (shared + scatter) @ self.target.weight, np.inf)
 
     def add(self, i: int, count: int = 1) -> None:

@@ -61,9 +61,9 @@ class PoseBox:
             a, b = np.maximum(low[:, i], f.low), np.minimum(high[:, i], f.high)
             ok &= a <= b
             six[:, i] = np.where(a <= b, a + unit[:, free[i]] * (b - a), (a + b) / 2)
-        for one in self.further:
+        for part in self.further:
             if ok.any():
-                ok[ok] = one.feasible(six[ok])
+                ok[ok] = part.feasible(six[ok])
         return six, ok
 
     def unit(self, six: Array) -> Array:
@@ -108,7 +108,7 @@ def _why_not(box: PoseBox) -> str:
     six, _ = box.poses(np.full((1, box.d), 0.5))
     if _lacks(box, six)[0].any():
         return _missing(box, six[0]).split("; ")[0]
-    problems = [p for one in box.further for p in one.problems(pose_of(six[0]))]
+    problems = [p for part in box.further for p in part.problems(pose_of(six[0]))]
     return min(problems, key=lambda p: p.amount).text if problems else "not every touch can be reached"
 
 
@@ -189,11 +189,11 @@ def _axis_text(box: PoseBox, i: int, six: Array, travel: tuple[float, float], la
             f"{lacks:.4g} mm more would open a pose"
         )
     ends = [float(e[0]) for e in _ends(box, six[None], i)]
-    said = f"{ends[0]:.6g} to {ends[1]:.6g} mm" if ends[0] < ends[1] else f"{ends[0]:.6g} mm"
+    text = f"{ends[0]:.6g} to {ends[1]:.6g} mm" if ends[0] < ends[1] else f"{ends[0]:.6g} mm"
     upper = travel[0] > ends[1]
     what = "it" if ends[0] == ends[1] else f"its {'upper' if upper else 'lower'} end"
     return (
-        f"{names} allows {DOFS[i]} from {travel[0]:.6g} to {travel[1]:.6g} mm, the fixture {said}; move {what} "
+        f"{names} allows {DOFS[i]} from {travel[0]:.6g} to {travel[1]:.6g} mm, the fixture {text}; move {what} "
         f"{'up' if upper else 'down'} by {_up(lacks)} mm to open a single pose, {_usable(box, i, upper)}"
     )
 
@@ -224,8 +224,8 @@ def _further(closed: Sequence[PoseBox]) -> str:
     problems: list[Hindrance] = []
     for box in closed:
         six, _ = box.poses(np.full((1, box.d), 0.5))
-        for one in box.further:
-            problems += one.problems(pose_of(six[0]))
+        for part in box.further:
+            problems += part.problems(pose_of(six[0]))
     if not problems:
         return "widen the fixture"
     least = min(problems, key=lambda p: p.amount)

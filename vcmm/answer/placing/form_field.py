@@ -42,8 +42,8 @@ def form_factor(
     factor = here * (spread * np.sqrt(1.0 - SHORT) / size) if size > 1e-12 else np.zeros((len(points), 0))
     if lobes is not None and feature.kind in ROUND:
         around = lobes.lobes * _angle(feature, points)
-        known = np.abs(lobes.amplitude) / np.sqrt(2.0) * np.stack([np.cos(around), np.sin(around)], axis=1)
-        factor = np.concatenate([factor, known], axis=1)
+        stated = np.abs(lobes.amplitude) / np.sqrt(2.0) * np.stack([np.cos(around), np.sin(around)], axis=1)
+        factor = np.concatenate([factor, stated], axis=1)
     return factor, spread * np.sqrt(SHORT)
 
 

@@ -56,18 +56,18 @@ REMEDIES = {
 def problems(check: Any, pose: Pose) -> list[Hindrance]:
     """Return everything that is in the way at one pose; check is a `vcmm.answer.placing.reach.Feasibility`, which is above this module in
     the imports."""
-    one = pose.alone()
-    every = [*_static(check, one), *_travel(check, one), *_of_tool(check, pose)]
+    single = pose.alone()
+    every = [*_static(check, single), *_travel(check, single), *_of_tool(check, pose)]
     return [p for p in every if p.amount > 0.0]
 
 
-def _static(check: Any, one: Pose) -> list[Hindrance]:
+def _static(check: Any, single: Pose) -> list[Hindrance]:
     out, machine, part = [], check.scenario.machine, check.scenario.part
     if check.overload():
         text = f"the part weighs {part.mass:g} kg, the machine carries {machine.load_limit:g} kg"
         out.append(_of("load", text, "part", check.overload(), "kg"))
     if check.fixture is not None:
-        shift, turn = off_fixture(check.fixture, six_of(one))
+        shift, turn = off_fixture(check.fixture, six_of(single))
         out.append(
             _of(
                 "fixture",
@@ -79,14 +79,14 @@ def _static(check: Any, one: Pose) -> list[Hindrance]:
         text = f"the fixture does not allow this turn: {np.degrees(turn[0]):.4g} deg off"
         out.append(_of("fixture", text, "part", float(turn[0]), "rad"))
     if check.scenario.surroundings.table is not None:
-        sunk = float(check._depth_in_table(one)[0])
+        sunk = float(check._depth_in_table(single)[0])
         out.append(_of("table", f"the part reaches {sunk:.4g} mm below the table; raise it", "part", sunk))
     return out
 
 
-def _travel(check: Any, one: Pose) -> list[Hindrance]:
+def _travel(check: Any, single: Pose) -> list[Hindrance]:
     out = []
-    size, over = (a[0] for a in check._travel(one))
+    size, over = (a[0] for a in check._travel(single))
     low, high = check.limits()
     for i, letter in enumerate("XYZ"):
         if size[i] > 0.0:
@@ -162,13 +162,13 @@ def _bodies_in_the_way(check: Any, pose: Pose, of_part: Any) -> dict[str, list[s
 def _lacking(
     names: tuple[str, ...], constraint: str, amount: Array, what: str | list[str], fix: str
 ) -> list[Hindrance]:
-    said = [what] * len(amount) if isinstance(what, str) else what
+    texts = [what] * len(amount) if isinstance(what, str) else what
     rows = np.flatnonzero(amount)
     rows = rows[np.argsort(-amount[rows], kind="stable")]
     return [
         _of(
             constraint,
-            f"{names[i]}: {said[i]} ({amount[i]:.4g} mm too near); {fix}",
+            f"{names[i]}: {texts[i]} ({amount[i]:.4g} mm too near); {fix}",
             names[i],
             float(amount[i]),
         )

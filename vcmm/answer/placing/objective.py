@@ -234,16 +234,16 @@ def exact_terms(closed: ClosedForm, weights: Array, six: Array) -> list[Term]:
     from vcmm.core.laws import MultivariateSamples
 
     terms = []
-    for known, along in closed.along(six[None]):
-        law, factor = known.input.spread(along.shape[1])
+    for known_input, along in closed.along(six[None]):
+        law, factor = known_input.input.spread(along.shape[1])
         if isinstance(law, MultivariateSamples):
             continue
         moved, gains = along @ factor, []
-        for copy in range(known.copies):
-            rows = known.codes == copy
+        for copy in range(known_input.copies):
+            rows = known_input.codes == copy
             gains.append(weights[rows] @ moved[rows])
         gain = np.concatenate(gains)[None]
-        terms.append(Term(known.input.id, law, gain, np.zeros((gain.shape[1], 2), dtype=np.uint32)))
+        terms.append(Term(known_input.input.id, law, gain, np.zeros((gain.shape[1], 2), dtype=np.uint32)))
     return terms
 
 

@@ -75,10 +75,10 @@ def place(
     left_out = unreachable(fixture, six, travels, further, allowed)
     objective = _at_reference(objective, allowed, problems)
     outcome = search(objective, allowed, evaluations=evaluations, seed=seed, progress=report)
-    outcome, seen, earlier = scan_after(objective, allowed, outcome, scanned, seed, report)
+    outcome, scan, earlier = scan_after(objective, allowed, outcome, scanned, seed, report)
     present = None if problems else _at(objective, six)
     placed = _report_outcome(
-        objective, allowed, outcome, (seen, earlier), present=present, seed=seed, report=report
+        objective, allowed, outcome, (scan, earlier), present=present, seed=seed, report=report
     )
     placed = _evaluate_poses(placed, problems, trials, report)
     return replace(placed, warnings=(*left_out, *placed.warnings))
@@ -102,8 +102,8 @@ def _boxes(
 
 def _problems(scenario: Scenario, travels: Travels, further: Sequence[Constraint]) -> tuple[Hindrance, ...]:
     out: list[Hindrance] = list(travels.problems(scenario.pose))
-    for one in further:
-        out += one.problems(scenario.pose)
+    for box in further:
+        out += box.problems(scenario.pose)
     return tuple(out)
 
 
@@ -125,10 +125,10 @@ def _at(objective: Uncertain, six: Array) -> At:
     return At(six, float(objective.values(six[None])[0]), spread.u[0], spread.expanded[0])
 
 
-def _pose_distance(one: Array, other: Array) -> float:
+def _pose_distance(pose: Array, other: Array) -> float:
     """Return how far two poses (6,) are from one another, mm; a turn counts as on an arm of 100 mm."""
-    turn = (one[3:] - other[3:] + np.pi) % (2 * np.pi) - np.pi
-    return float(np.linalg.norm(np.concatenate([one[:3] - other[:3], 100.0 * turn])))
+    turn = (pose[3:] - other[3:] + np.pi) % (2 * np.pi) - np.pi
+    return float(np.linalg.norm(np.concatenate([pose[:3] - other[:3], 100.0 * turn])))
 
 
 def _report_outcome(
@@ -142,8 +142,8 @@ def _report_outcome(
     report: Progress,
 ) -> PlacementResult:
     """Return the outcome of the search with all statements about it except the full evaluations."""
-    seen, earlier = last_scan
-    order = np.argsort(seen.values, kind="stable")
+    scan, earlier = last_scan
+    order = np.argsort(scan.values, kind="stable")
     middle, last = order[len(order) // 2], order[-1]
     best = _at(objective, outcome.pose)
     if present is not None and present.value <= best.value * (1 + SAME):
@@ -159,15 +159,15 @@ def _report_outcome(
         )  # map and convenient pose are of this one
     report("drawing the map", 0.0)
     chart = table_map(objective, outcome)
-    flat = region(objective, outcome, seen.values, seed)
-    certificate = certify(objective, allowed, best.pose, best.value, seen, earlier)
+    flat = region(objective, outcome, scan.values, seed)
+    certificate = certify(objective, allowed, best.pose, best.value, scan, earlier)
     confirmation = None
     if present is not None and best is not present:
         confirmation = confirm(objective, present.pose, best.pose, seed, report)
     return PlacementResult(
         objective=objective, label=outcome.box.label, best=best, present=present, problems=(),
-        median=_at(objective, seen.poses[middle]), worst=_at(objective, seen.poses[last]), minima=outcome.local,
-        evaluations=outcome.evaluations, feasible_share=seen.share, certificate=certificate, map=chart, region=flat,
+        median=_at(objective, scan.poses[middle]), worst=_at(objective, scan.poses[last]), minima=outcome.local,
+        evaluations=outcome.evaluations, feasible_share=scan.share, certificate=certificate, map=chart, region=flat,
         confirmation=confirmation, before=None, after=None, seed=seed, warnings=(),  # type: ignore[arg-type]
     )  # fmt: skip
 

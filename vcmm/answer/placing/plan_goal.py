@@ -87,11 +87,11 @@ def goal_of(
         c.name: (weights or {}).get(c.name, 0.0 if weights else 1.0) for c in scenario.part.characteristics
     }
     rows, weight, where, at = [], [], {}, 0
-    for name, one in by_name.items():
-        rows.append(one)
-        weight += [share[name] / scale[name] ** 2] * len(one)
-        where[name] = slice(at, at + len(one))
-        at += len(one)
+    for name, goal in by_name.items():
+        rows.append(goal)
+        weight += [share[name] / scale[name] ** 2] * len(goal)
+        where[name] = slice(at, at + len(goal))
+        at += len(goal)
     checks = {} if plain else _form_checks(problem, share, seed)
     total = sum(m.count for m in problem.motions.values())
     stacked = np.concatenate(rows) if rows else np.zeros((0, total))

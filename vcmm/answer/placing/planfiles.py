@@ -38,7 +38,7 @@ def plan_files(plan: Plan, qualifications: Mapping[str, Qualification] | None = 
     return {"plan.toml": "\n".join(lines) + "\n", **texts}
 
 
-def _stylus(plan: Plan, name: str, known: Qualification | None) -> list[str]:
+def _stylus(plan: Plan, name: str, qualification: Qualification | None) -> list[str]:
     s = plan.styli[name]
     offset = " ".join(repr(float(v)) for v in s.offset)
     out = [
@@ -48,8 +48,8 @@ def _stylus(plan: Plan, name: str, known: Qualification | None) -> list[str]:
     ]
     out += [f'length = "{float(s.length)!r} mm"'] if s.length > 0.0 else []
     out += [f"event = {quote(s.event)}"] if s.event else []
-    if known is not None:
-        sizes = (known.diameter, known.u_diameter, known.form)
+    if qualification is not None:
+        sizes = (qualification.diameter, qualification.u_diameter, qualification.form)
         named = zip(("sphere_diameter", "u_diameter", "form"), sizes)
         out.append("qualification = { " + ", ".join(f'{k} = "{float(v)!r} mm"' for k, v in named) + " }")
     return out

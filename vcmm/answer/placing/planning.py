@@ -109,12 +109,12 @@ def optimise_plan(
     UsageError, ModelLimit
         Unknown names, places out of reach, or a budget in which the features cannot be measured at all.
     """
-    known = _forms(scenario, forms)
+    known_forms = _forms(scenario, forms)
     _check(scenario, budget_s, weights, criterion)
     extra = standard_spots(scenario)
     progress("choosing styli", 0.05)
-    styli = _styli(scenario, known, weights, criterion, change_s)
-    problem = problem_of(scenario, styli, spots(scenario, styli, extra), known, drift)
+    styli = _styli(scenario, known_forms, weights, criterion, change_s)
+    problem = problem_of(scenario, styli, spots(scenario, styli, extra), known_forms, drift)
     goal = goal_of(problem, weights, criterion, seed)
     present = _present(problem, goal, scenario, change_s)
     progress("adding points", 0.2)
@@ -130,7 +130,7 @@ def optimise_plan(
     chosen = min(inside, key=lambda p: p[0].objective)
     pareto, plans = zip(*((p, r.plan) for p, r in front))
     return PlanResult(
-        pareto, chosen[0], present, chosen[1].plan, plans, styli=styli, forms=known, budget_s=budget_s
+        pareto, chosen[0], present, chosen[1].plan, plans, styli=styli, forms=known_forms, budget_s=budget_s
     )
 
 
@@ -241,8 +241,8 @@ def _present(problem: TouchProblem, goal: PlanGoal, scenario: Scenario, change_s
     """Evaluate the plan as given, by the same model."""
     counts = np.zeros(len(problem.candidates.feature), dtype=np.intp)
     for step in scenario.plan.steps:
-        known = nearest(problem.candidates, step.feature, step.points)
-        np.add.at(counts, known[known >= 0], 1)
+        numbers = nearest(problem.candidates, step.feature, step.points)
+        np.add.at(counts, numbers[numbers >= 0], 1)
     try:
         design = Design(problem.candidates, goal.target, counts)
     except ModelLimit:  # the present plan cannot be carried out here

@@ -197,11 +197,11 @@ class Feasibility:
 
     def part_back(self, rotation: Array, which: Ints) -> Array:
         """Return the missing clearance (n,) mm from the part while the tool draws back from `which`; inf at touches that are not in `which`."""
-        known = self._backs.setdefault(self.tooling.key(rotation), np.full(self.rows.n, np.inf))
-        new = which[np.isinf(known[which])]
+        back = self._backs.setdefault(self.tooling.key(rotation), np.full(self.rows.n, np.inf))
+        new = which[np.isinf(back[which])]
         if len(new):
-            known[new] = back_lacking(self.tooling, self.solid, self.reach, self.rows, new, rotation.T)
-        return known
+            back[new] = back_lacking(self.tooling, self.solid, self.reach, self.rows, new, rotation.T)
+        return back
 
     def table_room(self, pose: Pose) -> TableRoom | None:
         """Return the room against clamps on the table and the table itself, in workpiece axes; None without any."""

@@ -105,11 +105,11 @@ def no_reachable_pose(
 ) -> ModelLimit:
     """Return the error for a search space without a feasible pose. nearest (6,): the pose with the smallest violation."""
     if openings:
-        one = openings[0]
+        opening = openings[0]
         also = ", ".join(f"{r.constraint} by {r.amount:.4g} mm" for r in openings[1:3])
         text = (
-            f"no reachable pose: the smallest relaxation that opens one is {one.constraint} by {one.amount:.4g} mm; "
-            f"{ADVICE[one.constraint]}" + (f" (or relax {also})" if also else "")
+            f"no reachable pose: the smallest relaxation that opens one is {opening.constraint} by {opening.amount:.4g} mm; "
+            f"{ADVICE[opening.constraint]}" + (f" (or relax {also})" if also else "")
         )
     else:
         text = "no reachable pose, and no single constraint opens one"

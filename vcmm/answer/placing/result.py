@@ -141,11 +141,11 @@ def _spread(placed: PlacementResult, at: At) -> list[dict[str, Any]]:
     for i, c in enumerate(placed.objective.characteristics):
         if not placed.objective.weights[c.name]:
             continue
-        word, seen = unit(c), (float(at.u[i]), float(at.expanded[i]))
-        u, expanded = (full[c.name].u, full[c.name].expanded) if c.name in full else seen
+        word, figures = unit(c), (float(at.u[i]), float(at.expanded[i]))
+        u, expanded = (full[c.name].u, full[c.name].expanded) if c.name in full else figures
         out.append({
             "name": c.name, f"u_{word}": u, f"U_{word}": expanded, "evaluation": "full" if c.name in full else "search",
-            f"u_search_{word}": seen[0], f"U_search_{word}": seen[1],
+            f"u_search_{word}": figures[0], f"U_search_{word}": figures[1],
         })  # fmt: skip
     return out
 

@@ -85,20 +85,20 @@ def search(
     report = progress or (lambda text, share: None)
     asked = [CountedObjective(box, objective) for box in boxes]
     sample = int(np.clip(0.25 * evaluations / len(asked), 16, 1024))
-    for k, one in enumerate(asked):
-        one(_sobol(one.box.d, sample, seed))
+    for k, counted in enumerate(asked):
+        counted(_sobol(counted.box.d, sample, seed))
         report("sampling the fixture", 0.6 * (k + 1) / len(asked))
     every, asked = asked, sorted((a for a in asked if a.best(1)), key=lambda a: a.best(1)[0][0])
     if not asked:
         raise _nothing(every)
     minima = _polish_minima(asked, evaluations, report)
-    value, unit, one = min(minima, key=lambda item: item[0])
-    six, _ = one.box.poses(unit[None])
+    value, unit, counted = min(minima, key=lambda item: item[0])
+    six, _ = counted.box.poses(unit[None])
     others = tuple(
         (v, other.box.poses(u[None])[0][0])
         for v, u, other in sorted(minima, key=lambda m: m[0])[:MOST_MINIMA]
     )
-    return SearchOutcome(one.box, unit, six[0], value, sum(a.count for a in asked), others)
+    return SearchOutcome(counted.box, unit, six[0], value, sum(a.count for a in asked), others)
 
 
 def _nothing(asked: Sequence[CountedObjective]) -> ModelLimit:
@@ -129,21 +129,23 @@ def _polish_minima(
     The remaining evaluations are divided anew before every descent, so that starts that end early leave theirs to
     the others.
     """
-    starts = [(v, u, one) for one in asked[:MOST_BOXES] for v, u in one.best(STARTS)]
+    starts = [(v, u, counted) for counted in asked[:MOST_BOXES] for v, u in counted.best(STARTS)]
     kept = sorted(starts, key=lambda item: item[0])[:STARTS]
-    for k, (value, unit, one) in enumerate(kept):
-        most = min(SHORT * (one.box.d + 1), _evaluations_left(asked, evaluations) // (2 * (len(kept) - k)))
-        kept[k] = (*_descend(one, unit, value, most), one)
+    for k, (value, unit, counted) in enumerate(kept):
+        most = min(
+            SHORT * (counted.box.d + 1), _evaluations_left(asked, evaluations) // (2 * (len(kept) - k))
+        )
+        kept[k] = (*_descend(counted, unit, value, most), counted)
         report("descending", 0.6 + 0.2 * (k + 1) / len(kept))
     kept = _different(kept)
-    for k, (value, unit, one) in enumerate(kept[:FULL]):
+    for k, (value, unit, counted) in enumerate(kept[:FULL]):
         most = _evaluations_left(asked, evaluations) * 2 // (3 * (min(FULL, len(kept)) - k))
-        kept[k] = (*_descend(one, unit, value, most), one)
+        kept[k] = (*_descend(counted, unit, value, most), counted)
         report("descending", 0.8 + 0.15 * (k + 1) / FULL)
     kept.sort(key=lambda item: item[0])
-    for k, (value, unit, one) in enumerate(kept[:3]):
+    for k, (value, unit, counted) in enumerate(kept[:3]):
         most = _evaluations_left(asked, evaluations) // (2 if k < 2 else 1)
-        kept[k] = (*_compass(one, unit, value, most), one)
+        kept[k] = (*_compass(counted, unit, value, most), counted)
     return kept
 
 
@@ -156,9 +158,9 @@ def _different(
 ) -> list[tuple[float, Array, CountedObjective]]:
     """Return the minima from the lowest up, without those that came to the same place."""
     kept: list[tuple[float, Array, CountedObjective]] = []
-    for value, unit, one in sorted(minima, key=lambda item: item[0]):
-        if all(one is not other or np.abs(unit - at).max(initial=0.0) > 0.01 for _, at, other in kept):
-            kept.append((value, unit, one))
+    for value, unit, counted in sorted(minima, key=lambda item: item[0]):
+        if all(counted is not other or np.abs(unit - at).max(initial=0.0) > 0.01 for _, at, other in kept):
+            kept.append((value, unit, counted))
     return kept
 
 
@@ -183,34 +185,34 @@ def _forward(ask: Callable[[Array], Array], unit: Array, step: float = DIFFERENC
     return float(value[0]), np.where(np.isfinite(slope), slope, 0.0)
 
 
-def _descend(one: CountedObjective, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
+def _descend(counted: CountedObjective, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
     from scipy.optimize import minimize
 
-    if not one.box.d or evaluations < 2 * (one.box.d + 1):
+    if not counted.box.d or evaluations < 2 * (counted.box.d + 1):
         return value, unit
     scale = max(abs(value), 1e-300)
 
     def asked(at: Array) -> tuple[float, Array]:
-        here, slope = _forward(one, at)
+        here, slope = _forward(counted, at)
         return (here / scale if np.isfinite(here) else 10.0), slope / scale
 
-    most = evaluations // (one.box.d + 1)
+    most = evaluations // (counted.box.d + 1)
     options: Any = {"maxfun": most, "maxiter": most, "ftol": 1e-9, "gtol": 1e-7}
     done = minimize(
-        asked, unit, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * one.box.d, options=options
+        asked, unit, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * counted.box.d, options=options
     )
     return (float(done.fun) * scale, np.asarray(done.x)) if done.fun * scale < value else (value, unit)
 
 
-def _compass(one: CountedObjective, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
-    d, step = one.box.d, STEPS[0]
+def _compass(counted: CountedObjective, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
+    d, step = counted.box.d, STEPS[0]
     if not d:
         return value, unit
     last = np.zeros(d)
     while step > STEPS[1] and evaluations >= 2 * d + 1:
         around = np.concatenate([unit + step * np.eye(d), unit - step * np.eye(d), (unit + last)[None]])
         around = np.clip(around, 0.0, 1.0)
-        values = one(around)
+        values = counted(around)
         evaluations -= len(around)
         k = int(values.argmin())
         if values[k] < value - 1e-12 * abs(value):
@@ -224,12 +226,12 @@ def polished_from(
     objective: Objective, box: PoseBox, unit: Array, before: SearchOutcome, evaluations: int = 1000
 ) -> SearchOutcome:
     """Run descent and compass from one more start; return the better of its end and the previous outcome."""
-    one = CountedObjective(box, objective)
-    value = float(one(unit[None])[0])
+    counted = CountedObjective(box, objective)
+    value = float(counted(unit[None])[0])
     if box.d:
-        value, unit = _descend(one, unit, value, evaluations // 2)
-        value, unit = _compass(one, unit, value, evaluations // 2)
-    count = before.evaluations + one.count
+        value, unit = _descend(counted, unit, value, evaluations // 2)
+        value, unit = _compass(counted, unit, value, evaluations // 2)
+    count = before.evaluations + counted.count
     if value >= before.value:
         return replace(before, evaluations=count)
     pose = box.poses(unit[None])[0][0]

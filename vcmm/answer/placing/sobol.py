@@ -47,7 +47,7 @@ def _numbers(k: int) -> Bits:
         for power, a in enumerate(polynomial, 1):
             new ^= a * (m[-power] << power)
         m.append(new)
-    return np.array([one << (BITS - 1 - j) for j, one in enumerate(m)], dtype=np.uint32)
+    return np.array([number << (BITS - 1 - j) for j, number in enumerate(m)], dtype=np.uint32)
 
 
 def _scramble(numbers: Bits, rng: np.random.Generator) -> tuple[Bits, Bits]:

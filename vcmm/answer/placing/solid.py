@@ -174,9 +174,9 @@ class MeshSolid:
         if len(flat) * len(self.mesh.faces) > VTK_FROM and has_pyvista() and self._is_closed:
             import pyvista
 
-            found: Any = pyvista.PolyData(flat).compute_implicit_distance(surface_of(self.mesh))
-            found = found["implicit_distance"]
-            return np.asarray(found, dtype=np.float64).reshape(points.shape[:-1])
+            distance: Any = pyvista.PolyData(flat).compute_implicit_distance(surface_of(self.mesh))
+            distance = distance["implicit_distance"]
+            return np.asarray(distance, dtype=np.float64).reshape(points.shape[:-1])
         from vcmm.answer.placing._mesh_kernels import mesh_distance
 
         gap, winding = mesh_distance(flat, np.ascontiguousarray(self.mesh.triangles()))

@@ -57,13 +57,13 @@ def _bar(centre: Array, axes: Sequence[Array], sizes: Sequence[float]) -> Bodies
 
 def at_touches(tool: Bodies, body: int, tips: Array, rotation: Array) -> Bodies:
     """Return one body of the tool at n tips (n, 3), turned from machine to another frame by `rotation`."""
-    one = tool.take(np.array([body]))
+    body_tool = tool.take(np.array([body]))
     n = len(tips)
     return Bodies(
-        tips + one.centre @ rotation.T,
-        np.broadcast_to(one.edges @ rotation.T, (n, EDGES, 3)),
-        np.broadcast_to(one.radius, (n,)),
-        np.broadcast_to(one.round, (n,)),
+        tips + body_tool.centre @ rotation.T,
+        np.broadcast_to(body_tool.edges @ rotation.T, (n, EDGES, 3)),
+        np.broadcast_to(body_tool.radius, (n,)),
+        np.broadcast_to(body_tool.round, (n,)),
     )
 
 
@@ -138,8 +138,8 @@ class Tooling:
 
     def keys(self, rotations: Array) -> list[tuple[float, ...]]:
         """Return `key` of each of (m, 3, 3); m may be 0."""
-        seen = np.round(self.looks @ rotations, 9) + 0.0
-        return list(map(tuple, seen.reshape(len(seen), self.looks.size).tolist()))
+        looks = np.round(self.looks @ rotations, 9) + 0.0
+        return list(map(tuple, looks.reshape(len(looks), self.looks.size).tolist()))
 
     @cached_property
     def looks(self) -> Array:

@@ -67,7 +67,7 @@ def calibrated_part(
             f"{n} repeat of the calibrated part shows no scatter; ISO 15530-3 asks for {ENOUGH}, and {LEAST} are the least"
         )
     u_p, heat = float(np.std(repeats, ddof=1)), (warmth or Warmth()).u
-    found = (
+    contributions = (
         Contribution("calibration of the calibrated part", calibration.u),
         Contribution(READING, u_p, n - 1),
         Contribution("systematic error, mean of the repeats", u_p / math.sqrt(n), n - 1),
@@ -75,7 +75,7 @@ def calibrated_part(
         Contribution(PART_EXPANSION, heat),
         Contribution("form and roughness from part to part", calibration.from_part),
     )
-    kept = tuple(c for c in found if c.u > 0 or c.name == READING)
+    kept = tuple(c for c in contributions if c.u > 0 or c.name == READING)
     systematic = float(np.mean(repeats)) - calibration.value
     k, remarks = 2.0, []
     if n < ENOUGH:

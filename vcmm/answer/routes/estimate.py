@@ -78,9 +78,9 @@ class RouteAgreement:
 
 def effective_dof(contributions: Iterable[Contribution]) -> float:
     """Return nu_eff = u^4 / sum(u_i^4 / nu_i) of Welch and Satterthwaite (JCGM 100:2008, G.2b); infinite where all are."""
-    found = list(contributions)
-    rest = sum(c.u**4 / c.dof for c in found if math.isfinite(c.dof) and c.dof > 0)
-    whole = sum(c.u**2 for c in found)
+    terms = list(contributions)
+    rest = sum(c.u**4 / c.dof for c in terms if math.isfinite(c.dof) and c.dof > 0)
+    whole = sum(c.u**2 for c in terms)
     return math.inf if rest == 0 or not math.isfinite(whole) else whole**2 / rest
 
 

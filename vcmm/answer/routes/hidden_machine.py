@@ -76,9 +76,9 @@ def _trial(quantity: Input, part: int) -> int | None:
     return None if quantity.is_channel or quantity.redraw not in SAME_EACH_TIME else 0
 
 
-def anew(one: Input) -> bool:
+def anew(quantity: Input) -> bool:
     """Return whether repeats over several days show an Input as scatter."""
-    return _trial(one, OWN) is None
+    return _trial(quantity, OWN) is None
 
 
 def hidden_part(task: Task, seed: int, name: str) -> Task:
@@ -123,7 +123,7 @@ def usable_positions(scenario: Scenario, count: int = USUAL) -> dict[str, Pose]:
 
     Places that the scenario names come first. Fewer than `count` where the machine has no room for more.
     """
-    found = {"as it lies": scenario.pose}
+    positions = {"as it lies": scenario.pose}
     candidates: dict[str, Pose] = dict(scenario.places)
     reach = np.array(
         [float(np.ptp(scenario.machine.axes[a].travel)) if a in scenario.machine.axes else 0.0 for a in "XYZ"]
@@ -139,9 +139,9 @@ def usable_positions(scenario: Scenario, count: int = USUAL) -> dict[str, Pose]:
             )
             candidates[name] = Pose(turned.rotation, scenario.pose.shift + shift)
     for name, pose in candidates.items():
-        if len(found) < count and _within_reach(scenario.at(pose)):
-            found[name] = pose
-    return found
+        if len(positions) < count and _within_reach(scenario.at(pose)):
+            positions[name] = pose
+    return positions
 
 
 def _within_reach(scenario: Scenario) -> bool:

@@ -123,23 +123,23 @@ def routes(
     else:
         given = data
     nominal = np.asarray(hidden_machine.indicated_values(task))
-    known, seen = corrections(given.standards), hidden_machine.shows(task)
-    found = []
+    known_errors, shown = corrections(given.standards), hidden_machine.shows(task)
+    compared = []
     for i, c in enumerate(task.part.characteristics):
         question = _Question(
             c.name,
             gps.unit(c),
             float(nominal[i]),
-            (float(seen[i, 0]), float(seen[i, 1])),
+            (float(shown[i, 0]), float(shown[i, 1])),
             modelled.get(c.name),
         )
-        found.append(_ask_routes(scenario, question, given, known, truth.get(c.name)))
-    found = [c for c in found if c.routes]
-    if not any(r.route != MODEL for c in found for r in c.routes):
+        compared.append(_ask_routes(scenario, question, given, known_errors, truth.get(c.name)))
+    compared = [c for c in compared if c.routes]
+    if not any(r.route != MODEL for c in compared for r in c.routes):
         raise UsageError(
             "there is no second route here: give --calibrated with --repeats, or --positions, for a characteristic of the part"
         )
-    return RoutesResult(tuple(found), data is None, chosen.seed, tuple(remarks))
+    return RoutesResult(tuple(compared), data is None, chosen.seed, tuple(remarks))
 
 
 def _evaluate_models(

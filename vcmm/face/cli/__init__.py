@@ -278,14 +278,12 @@ def _dispatch(words: list[str]) -> int:
 def _refusal(error: Exception, words: list[str]) -> str:
     """What the parser of the command line does not take, and what to do."""
     if unused := getattr(error, "unused_tokens", None):
-        known = (
+        options = (
             f"; vcmm new {unused[0]} --from {words[1]} copies {words[1]} under that name"
             if words[0] == "new" and not words[1].startswith("-")
             else ""
         )
-        return (
-            f'"{" ".join(unused)}" is one argument too many{known}; vcmm {words[0]} --help says what it takes'
-        )
+        return f'"{" ".join(unused)}" is one argument too many{options}; vcmm {words[0]} --help says what it takes'
     if str(error).endswith("into int."):
         return str(error).removesuffix(".") + "; write it out, for example 1000000"
     return str(error)

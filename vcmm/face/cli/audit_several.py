@@ -84,7 +84,7 @@ class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
 
 
 def _rows(result: list[dict[str, Any]]) -> list[OfTask]:
-    return [OfTask(r["file"], AuditResult(**one)) for r in result for one in r["rows"]]
+    return [OfTask(r["file"], AuditResult(**row)) for r in result for row in r["rows"]]
 
 
 def _refusals(result: list[dict[str, Any]]) -> dict[str, str]:
@@ -100,12 +100,12 @@ def scenarios_in(named: Sequence[Path]) -> list[Path]:
 
 
 def _below(folder: Path) -> list[Path]:
-    found = [p for p in sorted(folder.rglob("*.toml")) if p.is_file() and b"scenario/" in _head(p)]
-    if not found:
+    files = [p for p in sorted(folder.rglob("*.toml")) if p.is_file() and b"scenario/" in _head(p)]
+    if not files:
         raise UsageError(
             f'{folder} holds no scenario: no .toml file there says vcmm = "scenario/1"; name another folder, or the file itself'
         )
-    return found
+    return files
 
 
 def _head(path: Path) -> bytes:
@@ -129,20 +129,20 @@ def _load(file: Path) -> Task:
 def record_of(options: Mapping[str, Any], item: Task) -> dict[str, Any]:
     """One task as plain values: the rows of its audit, or `problem`, why there are none."""
     file, scenario = item
-    known = {"file": file, "rows": [], "ours": False}
+    body = {"file": file, "rows": [], "ours": False}
     if isinstance(scenario, str):
-        return {**known, "problem": scenario}
+        return {**body, "problem": scenario}
     try:
         rows = audit(scenario, parts=options["parts"], settings=with_seed(scenario.settings, options["seed"]))
     except VcmmError as error:
-        return {**known, "problem": first_of(error)}
+        return {**body, "problem": first_of(error)}
     except Exception as error:  # a fault of ours in one of hundreds is told and does not end the others
         return {
-            **known,
+            **body,
             "problem": f"internal error ({type(error).__name__}: {error}); please report it",
             "ours": True,
         }
-    return {**known, "problem": None, "rows": [asdict(r) for r in rows]}
+    return {**body, "problem": None, "rows": [asdict(r) for r in rows]}
 
 
 def with_seed(settings: Settings, seed: int | None) -> Settings:

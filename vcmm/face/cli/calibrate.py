@@ -194,7 +194,7 @@ class CalibrateJob(Job[CalibrationInput, Calibrated]):
         return self.request.load()
 
     def run(self, loaded: CalibrationInput, report: Progress) -> Calibrated:
-        found = calibrate(
+        calibration = calibrate(
             loaded.recordings,
             loaded.machine,
             loaded.certificates,
@@ -204,17 +204,23 @@ class CalibrateJob(Job[CalibrationInput, Calibrated]):
             growth=self.options.growth,
             correlated=loaded.correlated,
         )
-        self._write(found)
-        return Calibrated(found, self.request.tests())
+        self._write(calibration)
+        return Calibrated(calibration, self.request.tests())
 
-    def _write(self, found: Calibration) -> None:
-        out, known, files = self.request.out, self.request.machine, [f.name for f in self.request.files]
+    def _write(self, calibration: Calibration) -> None:
+        out, machine_file, files = (
+            self.request.out,
+            self.request.machine,
+            [f.name for f in self.request.files],
+        )
         texts = {}
         if out is not None:
-            texts[out] = machine_texts(found, out, files, known)
+            texts[out] = machine_texts(calibration, out, files, machine_file)
         if self.residual is not None:
             switched_on = f"{out.stem}_errors.csv" if out is not None else "this calibration"
-            texts[self.residual] = residual_texts(found, self.residual, files, known, switched_on)
+            texts[self.residual] = residual_texts(
+                calibration, self.residual, files, machine_file, switched_on
+            )
         for target, written in texts.items():
             write_files(target.parent, written)
             say(f"wrote {target}, {target.stem}_errors.csv, {target.stem}_covariance.csv")
@@ -242,7 +248,7 @@ class CalibrateJob(Job[CalibrationInput, Calibrated]):
             show_table(independent_tests(result.tests))
 
 
-def _calibrated_machine(found: Calibration, wanted: CalibrationFiles) -> Machine | None:
+def _calibrated_machine(calibration: Calibration, wanted: CalibrationFiles) -> Machine | None:
     """The machine with what was found, as it is written and read again; None where the file cannot stand by itself."""
     if wanted.out is not None:
         return load_machine(wanted.out)
@@ -250,21 +256,24 @@ def _calibrated_machine(found: Calibration, wanted: CalibrationFiles) -> Machine
         target = Path(folder) / "calibrated.toml"
         try:
             write_files(
-                target.parent, machine_texts(found, target, [f.name for f in wanted.files], wanted.machine)
+                target.parent,
+                machine_texts(calibration, target, [f.name for f in wanted.files], wanted.machine),
             )
             return load_machine(target)
         except VcmmError:
             return None
 
 
-def _show(found: Calibration) -> None:
-    show_answers(calibration_answers(found))
-    show_table(errors(found))
-    print(f"residuals: {rms(found.residual) * 1e3:.3f} µm rms; condition {found.identified.condition:.3g}")
-    for one in found.probe_radii():
+def _show(calibration: Calibration) -> None:
+    show_answers(calibration_answers(calibration))
+    show_table(errors(calibration))
+    print(
+        f"residuals: {rms(calibration.residual) * 1e3:.3f} µm rms; condition {calibration.identified.condition:.3g}"
+    )
+    for radius in calibration.probe_radii():
         print(
-            f"{one['input']}: surfaces read {one['value_um']:+.2f} ± {2 * one['u_um']:.2g} µm further out (k = 2): ball and size less pre-travel"
+            f"{radius['input']}: surfaces read {radius['value_um']:+.2f} ± {2 * radius['u_um']:.2g} µm further out (k = 2): ball and size less pre-travel"
         )
-    for c in found.identified.combinations:
+    for c in calibration.identified.combinations:
         print(f"not identified: {c.text}")
-    say_warnings(found.warnings)
+    say_warnings(calibration.warnings)

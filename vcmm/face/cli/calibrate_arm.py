@@ -137,8 +137,8 @@ class ArmJob(Job[ArmInput, ArmFound]):
             show_table(further_table(more))
         if result.tests:
             show_table(pose_tests(result.tests))
-        for one in fit.redundant:
-            print(f"not told apart: {one.text}")
+        for combination in fit.redundant:
+            print(f"not told apart: {combination.text}")
         say_warnings(remarks(fit))
 
 

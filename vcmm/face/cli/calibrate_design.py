@@ -30,7 +30,7 @@ from vcmm.show.tables.table import records
 def design_job(path: Path) -> Job[Any, Any]:
     """The job of a plan: of set-ups, or of the rotary positions of a touch probe."""
     made, machine, budget = load_design(path)
-    planned = [PlannedSetup(*one) for one in made]
+    planned = [PlannedSetup(*setup) for setup in made]
     if is_pose_design(planned):
         return PosesJob(path, planned, machine, budget)
     return DesignJob(path, planned, budget, plan_machine=machine)
@@ -98,12 +98,12 @@ class DesignJob(Job[list[PlannedSetup], Proposals]):
             ("cheapest that is complete", cheapest),
         )
         show_answers(design_answers(everything, best, cheapest))
-        show_table(setups([(what, one) for what, one in chosen if one is not None]))
+        show_table(setups([(what, proposal) for what, proposal in chosen if proposal is not None]))
         for c in everything.identified.combinations:
             print(f"not identified, even by all: {c.text}")
 
 
-def _only(one: Proposal) -> dict[str, Any]:
+def _only(proposal: Proposal) -> dict[str, Any]:
     """The record of one proposal."""
-    (record,) = records(PROPOSALS, [one])
+    (record,) = records(PROPOSALS, [proposal])
     return record

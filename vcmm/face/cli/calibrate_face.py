@@ -67,13 +67,13 @@ class FaceJob(Job[ScannedFace, MappedFace]):
 
     def run(self, loaded: ScannedFace, report: Progress) -> MappedFace:
         """Raises UsageError where the corrected program has no place to go, or would lie over the program."""
-        found = map_face(loaded.scan, loaded.machine)
-        better = _correction(found, self.program)
+        face = map_face(loaded.scan, loaded.machine)
+        better = _correction(face, self.program)
         if better is not None:
             if self.folder is None:
                 raise UsageError("--program writes a corrected program: name a folder for it with --out")
             self.refuse_taken(self.folder)
-        return MappedFace(found, better)
+        return MappedFace(face, better)
 
     def target(self, folder: Path) -> Path:
         """Of the corrected program."""
@@ -96,9 +96,9 @@ class FaceJob(Job[ScannedFace, MappedFace]):
         return Record(body, files, warnings=result.notes)
 
     def texts(self, loaded: ScannedFace, result: MappedFace, content: str, folder: Path) -> dict[str, str]:
-        found = result.face
-        texts = {"face.json": content, "face.html": face_page(found), "map.csv": tables.map_csv(found)}
-        return texts | ({"profile.csv": tables.profile_csv(found)} if found.r is not None else {})
+        face = result.face
+        texts = {"face.json": content, "face.html": face_page(face), "map.csv": tables.map_csv(face)}
+        return texts | ({"profile.csv": tables.profile_csv(face)} if face.r is not None else {})
 
     def write_binaries(self, loaded: ScannedFace, result: MappedFace, folder: Path) -> list[str]:
         """The corrected program, byte by byte as it was but for what is corrected."""

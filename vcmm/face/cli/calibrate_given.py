@@ -96,16 +96,18 @@ class CalibrationFiles:
 
     def load(self) -> CalibrationInput:
         """The recordings, read. Raises UsageError where a test holds the same readings as one of them."""
-        known = load_machine(self.machine) if self.machine is not None else bare_machine(str(self.structure))
+        machine = (
+            load_machine(self.machine) if self.machine is not None else bare_machine(str(self.structure))
+        )
         turned = self.reversals()
         others = [path for path in self.files if path not in turned]
-        loaded = [load_recording(path, known)[0] for path in others]
+        loaded = [load_recording(path, machine)[0] for path in others]
         for path in self.test:
-            check_independent(load_recording(path, known)[0], loaded)
+            check_independent(load_recording(path, machine)[0], loaded)
         stated = {r.name: load_certificate(path, r) for path, r in zip(others, loaded)}
-        separated, correlated = reversed_recordings([load_reversal(path) for path in turned], known)
-        certificates = {name: one for name, one in stated.items() if one is not None}
-        return CalibrationInput([*loaded, *separated], known, certificates, correlated)
+        separated, correlated = reversed_recordings([load_reversal(path) for path in turned], machine)
+        certificates = {name: certificate for name, certificate in stated.items() if certificate is not None}
+        return CalibrationInput([*loaded, *separated], machine, certificates, correlated)
 
     def read(self) -> list[Path]:
         """All files that were read."""

@@ -44,10 +44,10 @@ class NodesJob(Job[CalibrationInput, Nodes]):
         return self.request.load()
 
     def run(self, loaded: CalibrationInput, report: Progress) -> Nodes:
-        found = node_scatter(loaded.recordings[0], loaded.machine)
+        scatter = node_scatter(loaded.recordings[0], loaded.machine)
         if self.request.out is not None:
-            check_nodes(found, loaded.machine)
-        return Nodes(found, fit_process(found))
+            check_nodes(scatter, loaded.machine)
+        return Nodes(scatter, fit_process(scatter))
 
     def record(self, loaded: CalibrationInput, result: Nodes) -> Record:
         return Record(node_body(result.scatter, result.fit, self.request.out), self.request.read())
@@ -72,18 +72,19 @@ class NodesJob(Job[CalibrationInput, Nodes]):
             print(sentence)
 
 
-def node_body(found: NodeScatter, fit: ProcessFit, out: Path | None) -> dict[str, Any]:
+def node_body(scatter: NodeScatter, fit: ProcessFit, out: Path | None) -> dict[str, Any]:
     """The JSON document without its frame."""
-    one = found.located
+    located = scatter.located
     return {
         "machine": None if out is None else str(out),
-        "residual_um": found.u * 1e3,
-        "degrees_of_freedom": one.left,
-        "condition": one.condition,
+        "residual_um": scatter.u * 1e3,
+        "degrees_of_freedom": located.left,
+        "condition": located.condition,
         "stations": [
-            {"place_mm": s.tolist(), "dead_path_mm": float(p)} for s, p in zip(one.stations, one.dead_paths)
+            {"place_mm": s.tolist(), "dead_path_mm": float(p)}
+            for s, p in zip(located.stations, located.dead_paths)
         ],
-        "process": process_json(fit, int(found.dof.min())),
-        "rejected_share": found.rejection_share(),
-        "nodes": records(NODE_COLUMNS, nodes_table(found).rows),
+        "process": process_json(fit, int(scatter.dof.min())),
+        "rejected_share": scatter.rejection_share(),
+        "nodes": records(NODE_COLUMNS, nodes_table(scatter).rows),
     }

@@ -82,16 +82,16 @@ def in_order_of_angles(plan: PosePlan, chosen: list[int]) -> list[int]:
 
 
 def _record(plan: PosePlan, chosen: list[int]) -> dict[str, Any]:
-    found = plan.identified(chosen)
+    identified = plan.identified(chosen)
     return {
         "setups": list(dict.fromkeys(plan.candidates[i].setup for i in chosen)),
         "poses": len(chosen),
         "touches": sum(plan.candidates[i].touches for i in chosen),
         "minutes": plan.minutes(chosen),
         "volume_um": plan.volume(chosen) * 1e3,
-        "identified": list(found.names),
-        "not_identified": found.document(),
-        "condition": found.condition,
+        "identified": list(identified.names),
+        "not_identified": identified.document(),
+        "condition": identified.condition,
     }
 
 
@@ -122,18 +122,18 @@ def _show(plan: PosePlan, chosen: list[int], everything: list[int], body: dict[s
     ]
     show_table(listing("poses", ("", "poses", "touches", "minutes", "left over the volume / um"), rows))
     angles = [k for k in body["poses"][0] if k.endswith("_deg")]
-    steps = [(str(k + 1), *(f"{one[a]:g}" for a in angles)) for k, one in enumerate(body["poses"])]
+    steps = [(str(k + 1), *(f"{pose[a]:g}" for a in angles)) for k, pose in enumerate(body["poses"])]
     show_table(
         listing(
             "rotary positions, in this order", ("", *(a.replace("_deg", " / deg") for a in angles)), steps
         )
     )
-    said = [
+    table_rows = [
         (e["error"], f"{e['u']:.2g} {e['unit']}", f"{e['u_all_poses']:.2g} {e['unit']}")
         for e in body["expected"]
     ]
-    show_table(listing("u expected", ("error", "chosen", "all of the plan"), said))
+    show_table(listing("u expected", ("error", "chosen", "all of the plan"), table_rows))
     for c in plan.identified(everything).combinations:
         print(f"not identified, even by all: {c.text}")
-    for one in body["correlated"]:
-        print(f"{' and '.join(one['errors'])} depend on one another: correlation {one['correlation']:.2f}")
+    for pair in body["correlated"]:
+        print(f"{' and '.join(pair['errors'])} depend on one another: correlation {pair['correlation']:.2f}")

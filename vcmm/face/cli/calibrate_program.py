@@ -112,11 +112,11 @@ def _read_back(job: ProbingJob, texts: dict[str, str], control: str) -> float:
             f"the program reads back with {len(read.touches)} touches of {len(job.touches)}; nothing is written"
         )
     farthest = 0.0
-    for one, met in zip(job.touches, read.touches):
+    for touch, met in zip(job.touches, read.touches):
         middle = np.array(met.tip) + [0.0, 0.0, job.ball]
-        surface = middle + job.ball * np.array(one.way)
-        turned = [float(np.radians(one.rotary.get(a, 0.0))) for a in "ABC"]
-        beside = float(np.abs(surface - one.surface).max())
-        arm = float(np.linalg.norm(one.surface)) * float(np.abs(np.array(met.rotary) - turned).max())
-        farthest = max(farthest, beside, arm, 1e3 * float(np.abs(np.array(met.along) - one.way).max()))
+        surface = middle + job.ball * np.array(touch.way)
+        turned = [float(np.radians(touch.rotary.get(a, 0.0))) for a in "ABC"]
+        beside = float(np.abs(surface - touch.surface).max())
+        arm = float(np.linalg.norm(touch.surface)) * float(np.abs(np.array(met.rotary) - turned).max())
+        farthest = max(farthest, beside, arm, 1e3 * float(np.abs(np.array(met.along) - touch.way).max()))
     return farthest

@@ -40,16 +40,16 @@ class ReversalJob(Job[list[ReversalFile], list[ReversalResult]]):
 
     def run(self, loaded: list[ReversalFile], report: Progress) -> list[ReversalResult]:
         """Raises UsageError where the machine file that is asked for cannot be written."""
-        found = separate_all(loaded)
+        results = separate_all(loaded)
         chain = None if self.structure is None else parse_structure(self.structure)
         if self.out is not None and chain is None:
             raise UsageError(
                 "a machine file needs the structure of the machine; write for example --structure \"w C' X' b Z t\""
             )
-        return found
+        return results
 
     def record(self, loaded: list[ReversalFile], result: list[ReversalResult]) -> Record:
-        return Record(_body(result, self.out), [one for path in self.files for one in sources(path)])
+        return Record(_body(result, self.out), [source for path in self.files for source in sources(path)])
 
     def export(
         self, loaded: list[ReversalFile], result: list[ReversalResult], content: dict[str, Any]
@@ -65,22 +65,22 @@ class ReversalJob(Job[list[ReversalFile], list[ReversalResult]]):
 
     def show(self, loaded: list[ReversalFile], result: list[ReversalResult]) -> None:
         show_table(reversals(result))
-        for one in result:
-            for c in one.combinations:
+        for reversal in result:
+            for c in reversal.combinations:
                 print(f"not identified: {c.text}")
 
 
-def _body(found: Sequence[ReversalResult], out: Path | None) -> dict[str, Any]:
+def _body(results: Sequence[ReversalResult], out: Path | None) -> dict[str, Any]:
     """The keys of a calibration; `reversals` holds every curve. residual_um, condition: of the worst file."""
     return {
         "machine": None if out is None else str(out),
-        "identified": [row for one in found for row in one.rows()],
+        "identified": [row for result in results for row in result.rows()],
         "not_identified": [
-            {"combination": list(c.names), "text": c.text} for one in found for c in one.combinations
+            {"combination": list(c.names), "text": c.text} for result in results for c in result.combinations
         ],
-        "condition": max(one.condition for one in found),
-        "residual_um": max(one.scatter for one in found if one.file.kind != "half-turn") * 1e3
-        if any(one.file.kind != "half-turn" for one in found)
+        "condition": max(result.condition for result in results),
+        "residual_um": max(one.scatter for one in results if one.file.kind != "half-turn") * 1e3
+        if any(result.file.kind != "half-turn" for result in results)
         else None,
-        "reversals": [one.document() for one in found],
+        "reversals": [result.document() for result in results],
     }

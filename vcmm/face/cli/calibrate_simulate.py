@@ -121,7 +121,7 @@ def _all_or_nothing(survey: Survey, out: Path, seed: int) -> list[Row]:
 def _write_recordings(survey: Survey, out: Path, seed: int) -> list[Row]:
     """One row per recording. What the instruments read follows from the file as it was written: order of the rows and all."""
     setups, planned, truth = survey
-    rng, rows, seen = np.random.default_rng(seed), [], set()
+    rng, rows, names = np.random.default_rng(seed), [], set()
     drawn: dict[str, Any] = {}
     output = out / BARE
     output.parent.mkdir(parents=True, exist_ok=True)
@@ -129,9 +129,9 @@ def _write_recordings(survey: Survey, out: Path, seed: int) -> list[Row]:
     for name, recordings, _, certificate in setups:
         for recording in recordings:
             stem = re.sub(r"[^\w-]+", "_", recording.name).strip("_")
-            if stem in seen:
+            if stem in names:
                 raise UsageError(f'two set-ups would be written as {stem}.toml; give "{name}" another name')
-            seen.add(stem)
+            names.add(stem)
             path = out / f"{stem}.toml"
             save_recording(recording, path, BARE)
             meant, _ = load_recording(path, truth)

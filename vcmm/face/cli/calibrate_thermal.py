@@ -56,44 +56,44 @@ class ThermalJob(Job[ThermalInput, ThermalTerms]):
             if file is not None:
                 output_folder(file.parent)
         asked = [load_recording(path, given.machine)[0] for path in self.request.test]
-        for one in asked:
-            warm_readings(one, given.machine)  # refused before anything is written
+        for recording in asked:
+            warm_readings(recording, given.machine)  # refused before anything is written
         return ThermalInput(given, asked)
 
     def run(self, loaded: ThermalInput, report: Progress) -> ThermalTerms:
         given, wanted = loaded.calibration, self.request
         if wanted.machine is None:
             raise UsageError("--thermal adds to a machine file; name it with --machine machine.toml")
-        found = thermal_model(given.recordings, given.machine, self.sensors)
-        written_terms(found)  # refused before anything is written
+        model = thermal_model(given.recordings, given.machine, self.sensors)
+        written_terms(model)  # refused before anything is written
         if wanted.out is not None:
             files = [f.name for f in wanted.files]
-            write_text(wanted.out, thermal_text(found, given.machine, wanted.machine, wanted.out, files))
+            write_text(wanted.out, thermal_text(model, given.machine, wanted.machine, wanted.out, files))
             say(f"wrote {wanted.out}")
         if self.report is not None:
             write_text(
-                self.report, thermal_page(found, given.machine, term_rows(found, written_terms(found)))
+                self.report, thermal_page(model, given.machine, term_rows(model, written_terms(model)))
             )
             say(f"wrote {self.report}")
-        return ThermalTerms(found, wanted.tests(), _nets(loaded.tests, given, list(found.trained)))
+        return ThermalTerms(model, wanted.tests(), _nets(loaded.tests, given, list(model.trained)))
 
     def record(self, loaded: ThermalInput, result: ThermalTerms) -> Record:
-        found, tests, nets = result
-        rows, out = term_rows(found, written_terms(found)), self.request.out
+        model, tests, nets = result
+        rows, out = term_rows(model, written_terms(model)), self.request.out
         body = {
             "machine": None if out is None else str(out),
             "terms": records(TERMS, rows),
-            **_figures(found),
+            **_figures(model),
         }
         body |= {"tests": [t | {"net_rms": n} for t, n in zip(records(TESTS, tests), nets)]}
         return Record(body, self.request.read())
 
     def show(self, loaded: ThermalInput, result: ThermalTerms) -> None:
-        found, tests, nets = result
-        rows = term_rows(found, written_terms(found))
-        show_answers(thermal_answers(found, len(rows)))
+        model, tests, nets = result
+        rows = term_rows(model, written_terms(model))
+        show_answers(thermal_answers(model, len(rows)))
         show_table(terms(rows))
-        _show(found)
+        _show(model)
         if tests:
             show_table(independent_tests(tests))
         for test, left in zip(tests, nets):
@@ -102,26 +102,26 @@ class ThermalJob(Job[ThermalInput, ThermalTerms]):
 
 def _nets(asked: Sequence[Recording], given: CalibrationInput, sensors: list[str]) -> list[float]:
     """um that a net from the same sensors leaves of every test."""
-    return [net_left(given.recordings, one, given.machine, sensors) * 1e3 for one in asked]
+    return [net_left(given.recordings, recording, given.machine, sensors) * 1e3 for recording in asked]
 
 
-def _figures(found: ThermalModel) -> dict[str, Any]:
-    before, after = found.held_out
+def _figures(model: ThermalModel) -> dict[str, Any]:
+    before, after = model.held_out
     return {
-        "rms_before_um": found.before * 1e3,
-        "rms_after_um": found.after * 1e3,
+        "rms_before_um": model.before * 1e3,
+        "rms_after_um": model.after * 1e3,
         "held_out": {"rms_before_um": before * 1e3, "rms_after_um": after * 1e3},
-        "outliers": found.outliers,
-        "trained_degC": {s: list(r) for s, r in found.trained.items()},
-        "not_used": found.unused,
+        "outliers": model.outliers,
+        "trained_degC": {s: list(r) for s, r in model.trained.items()},
+        "not_used": model.unused,
     }
 
 
-def _show(found: ThermalModel) -> None:
-    before, after = found.held_out
-    print(f"all readings: {found.before * 1e3:.2f} -> {found.after * 1e3:.2f} µm rms")
+def _show(model: ThermalModel) -> None:
+    before, after = model.held_out
+    print(f"all readings: {model.before * 1e3:.2f} -> {model.after * 1e3:.2f} µm rms")
     print(f"blocks of time predicted from the others: {before * 1e3:.2f} -> {after * 1e3:.2f} µm rms")
-    if found.outliers:
-        print(f"{found.outliers} single readings stand out from their neighbours and were left out")
-    for sensor, why in found.unused.items():
+    if model.outliers:
+        print(f"{model.outliers} single readings stand out from their neighbours and were left out")
+    for sensor, why in model.unused.items():
         print(f"not used: {sensor}: {why}")

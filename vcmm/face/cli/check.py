@@ -115,8 +115,8 @@ def spoils(remark: str) -> bool:
 
 def _machine_rows(file: Path) -> list[Row]:
     machine = load_machine(file)
-    said = [[f"remark {i}", text] for i, text in enumerate(machine.remarks, 1)]
-    return _describe_machine(machine) + _certificate_rows(file, machine) + said
+    lines = [[f"remark {i}", text] for i, text in enumerate(machine.remarks, 1)]
+    return _describe_machine(machine) + _certificate_rows(file, machine) + lines
 
 
 def _certificate_rows(file: Path, machine: Machine) -> list[Row]:
@@ -289,8 +289,8 @@ def _known_rows(scenario: Scenario | CutScenario, task: Task) -> list[Row]:
     """Features, characteristics, and the inputs that are not the machine's."""
     rows = [[f"feature {n}", f.kind] for n, f in scenario.part.features.items()]
     rows += [[f"characteristic {c.name}", c.type] for c in scenario.part.characteristics]
-    own = scenario.machine.inputs
-    return rows + [[f"input {i.id}", f"{_law(i)}, redraw {i.redraw}"] for i in task.inputs if i not in own]
+    inputs = scenario.machine.inputs
+    return rows + [[f"input {i.id}", f"{_law(i)}, redraw {i.redraw}"] for i in task.inputs if i not in inputs]
 
 
 def _measuring_rows(file: Path) -> list[Row]:
@@ -305,8 +305,8 @@ def _measuring_rows(file: Path) -> list[Row]:
     rows += _certificate_rows(file, load_machine_of(file))
     touches = f"{task.touches.run.n} touches in {len(scenario.plan.steps)} steps, all within the travels"
     rows += [["plan", touches], *_known_rows(scenario, task)]
-    said = (*remarks(scenario), *refused)
-    rows += [[f"remark {i}", text] for i, text in enumerate(said, 1)]
+    warnings = (*remarks(scenario), *refused)
+    rows += [[f"remark {i}", text] for i, text in enumerate(warnings, 1)]
     return rows
 
 

@@ -62,9 +62,9 @@ class PointsJob(Job[Indicated, CorrectedPoints]):
         print(f"{count} points of {name}: errors up to {largest(result) * 1e3:.2f} µm taken off")
 
 
-def largest(found: CorrectedPoints) -> float:
+def largest(corrected: CorrectedPoints) -> float:
     """mm: of the errors of all points; 0 without points."""
-    return max((float((e**2).sum() ** 0.5) for e in found.error), default=0.0)
+    return max((float((e**2).sum() ** 0.5) for e in corrected.error), default=0.0)
 
 
 @dataclass(frozen=True)

@@ -77,8 +77,8 @@ def machine_file(scenario: Path) -> tuple[Path | None, str]:
     if isinstance(named, str):
         return (scenario.parent / named).resolve(), ""
     if named is None:
-        own = load_setup(scenario.parent / data["cut"]["setup"]).machine
-        return (None if own is None else own.resolve()), "no machine is named"
+        machine = load_setup(scenario.parent / data["cut"]["setup"]).machine
+        return (None if machine is None else machine.resolve()), "no machine is named"
     return None, "the machine stands inside the scenario: no recording is written; give it a file of its own"
 
 

@@ -125,24 +125,24 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
 
     def load(self) -> tuple[Recording, Machine]:
         machine = load_machine(self.machine) if self.machine else None
-        found, known = load_recording(self.recording, machine, gaps=True)
-        return few_enough(found), known  # the rest need not be kept
+        recording, machine_of_file = load_recording(self.recording, machine, gaps=True)
+        return few_enough(recording), machine_of_file  # the rest need not be kept
 
     def run(self, loaded: tuple[Recording, Machine], report: Progress) -> Diagnosed:
         """What fails after the names are found is named in the answer, which is given all the same."""
-        recording, known = loaded
-        diagnosis = diagnose(recording, known, seed=self.seed, extra_effects=self.effects, progress=report)
-        diagnosis = _fitted_before(diagnosis, known, self.recording.name)
+        recording, machine = loaded
+        diagnosis = diagnose(recording, machine, seed=self.seed, extra_effects=self.effects, progress=report)
+        diagnosis = _fitted_before(diagnosis, machine, self.recording.name)
         attempt = Attempt.none()
         improved: dict[str, str] = {}
         if folder := self.folder:
             improved = attempt(
-                WRITTEN, lambda: improved_files(folder, self.recording, self.machine, known, diagnosis), {}
+                WRITTEN, lambda: improved_files(folder, self.recording, self.machine, machine, diagnosis), {}
             )
             diagnosis, improved = read_back(folder, improved, [self.recording], diagnosis, attempt)
         page = ""
         if folder or self.report:
-            page = attempt("draw the report", lambda: _page(recording, known, diagnosis), "")
+            page = attempt("draw the report", lambda: _page(recording, machine, diagnosis), "")
         diagnosis = replace(diagnosis, failed=(*diagnosis.failed, *attempt.failures))
         return Diagnosed(diagnosis, improved, page, attempt)
 
@@ -171,26 +171,26 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
         result.attempt.raise_bugs()
 
 
-def _page(found: Recording, known: Machine, diagnosis: Diagnosis) -> str:
+def _page(recording: Recording, machine: Machine, diagnosis: Diagnosis) -> str:
     """The report; where a picture cannot be drawn, a page that says so: numbers and files do not depend on it."""
     from vcmm.show.pages.diagnosis import diagnosis_page, without_pictures
 
     try:
-        return diagnosis_page(found, known, diagnosis)
+        return diagnosis_page(recording, machine, diagnosis)
     except VcmmError as error:
         say(f"note: the report has no pictures: {error}")
-        return without_pictures(found, diagnosis, str(error))
+        return without_pictures(recording, diagnosis, str(error))
 
 
-def _fitted_before(diagnosis: Diagnosis, known: Machine, recording: str) -> Diagnosis:
+def _fitted_before(diagnosis: Diagnosis, machine: Machine, recording: str) -> Diagnosis:
     """The diagnosis with a warning where the machine was made from this very recording."""
-    if not any(i.evidence.startswith(f"diagnosed from {recording}") for i in known.inputs):
+    if not any(i.evidence.startswith(f"diagnosed from {recording}") for i in machine.inputs):
         return diagnosis
-    said = (
+    remark = (
         f"the machine holds what an earlier diagnosis of {recording} found: what is found now is fitted to the same rows a"
         " second time, and a verdict is worth less than the first one; judge the machine on another recording"
     )
-    return replace(diagnosis, warnings=(*diagnosis.warnings, said))
+    return replace(diagnosis, warnings=(*diagnosis.warnings, remark))
 
 
 def _own_class(word: str) -> type[Effect]:
@@ -198,13 +198,13 @@ def _own_class(word: str) -> type[Effect]:
     module, _, name = word.partition(":")
     sys.path.insert(0, str(Path.cwd()))
     try:
-        found = getattr(importlib.import_module(module), name)
+        own_class = getattr(importlib.import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
         raise UsageError(
             f'--effect "{word}" cannot be imported ({error}); write module:Class, for example my_effects:Wobble'
         ) from None
     finally:
         sys.path.pop(0)
-    if not (isinstance(found, type) and issubclass(found, Effect)):
+    if not (isinstance(own_class, type) and issubclass(own_class, Effect)):
         raise UsageError(f'--effect "{word}" is no vcmm.Effect class')
-    return found
+    return own_class

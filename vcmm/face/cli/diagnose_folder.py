@@ -49,9 +49,9 @@ class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
     def inputs(self) -> list[Path]:
         return self.files_of(recordings_in(self.scenario))
 
-    def files_of(self, found: Sequence[Path]) -> list[Path]:
+    def files_of(self, paths: Sequence[Path]) -> list[Path]:
         """Every file once."""
-        named = [*found, *([self.machine] if self.machine else [])]
+        named = [*paths, *([self.machine] if self.machine else [])]
         return list(dict.fromkeys(f for p in named for f in sources(p)))
 
     @classmethod

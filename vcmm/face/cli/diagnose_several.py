@@ -71,28 +71,28 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
         return read_all(self.recordings, self.machine)
 
     def run(self, loaded: Recordings, report: Progress) -> DiagnosedTogether:
-        known, original = loaded.machine, loaded.file
-        found = diagnose_several(
-            loaded.recordings, known, seed=self.seed, extra_effects=self.effects, progress=report
+        machine, original = loaded.machine, loaded.file
+        several = diagnose_several(
+            loaded.recordings, machine, seed=self.seed, extra_effects=self.effects, progress=report
         )
         attempt = Attempt.none()
         improved: dict[str, str] = {}
         if folder := self.folder:
-            improved = attempt(WRITTEN, lambda: _common(found, known, original, folder), {})
-            together, improved = read_back(folder, improved, self.recordings, found.together, attempt)
-            found = replace(found, together=together)
+            improved = attempt(WRITTEN, lambda: _common(several, machine, original, folder), {})
+            together, improved = read_back(folder, improved, self.recordings, several.together, attempt)
+            several = replace(several, together=together)
         page = ""
         if self.folder or self.report:
-            page = attempt("draw the report", lambda: _page(found, known), "")
-        failed = (*found.together.failed, *attempt.failures)
-        found = replace(found, together=replace(found.together, failed=failed))
-        return DiagnosedTogether(found, improved, page, attempt)
+            page = attempt("draw the report", lambda: _page(several, machine), "")
+        failed = (*several.together.failed, *attempt.failures)
+        several = replace(several, together=replace(several.together, failed=failed))
+        return DiagnosedTogether(several, improved, page, attempt)
 
     def record(self, loaded: Recordings, result: DiagnosedTogether) -> Record:
-        found = result.findings
+        several = result.findings
         inputs = [p for f in self.recordings for p in sources(f)] + ([self.machine] if self.machine else [])
-        body = _body(found, self.folder if result.improved else None)
-        warnings = (*found.together.warnings, *left_out(found))
+        body = _body(several, self.folder if result.improved else None)
+        warnings = (*several.together.warnings, *left_out(several))
         return Record(body, list(dict.fromkeys(inputs)), self.seed, warnings)
 
     def texts(
@@ -123,49 +123,51 @@ def read_all(files: Sequence[Path], machine: Path | None) -> Recordings:
             raise UsageError(
                 f"the recordings name machines that differ ({who}); one machine is diagnosed at a time: say which with --machine"
             )
-    first, known = load_recording(files[0], load_machine(machine) if machine else None, gaps=True)
+    first, machine_of_file = load_recording(files[0], load_machine(machine) if machine else None, gaps=True)
     recordings = [few_enough(first)]
     del first
-    recordings += [few_enough(load_recording(f, known, gaps=True)[0]) for f in files[1:]]
+    recordings += [few_enough(load_recording(f, machine_of_file, gaps=True)[0]) for f in files[1:]]
     if len({r.name for r in recordings}) < len(recordings):
         recordings = [replace(r, name=str(f)) for r, f in zip(recordings, files)]
-    return Recordings(recordings, known, machine or machine_of(files[0])[0])
+    return Recordings(recordings, machine_of_file, machine or machine_of(files[0])[0])
 
 
-def left_out(found: Several) -> list[str]:
+def left_out(several: Several) -> list[str]:
     """Columns that not all recordings have, in words."""
     return [
         f"the column {column} is missing in {', '.join(who)}, so all recordings are looked at without it"
-        for column, who in found.left_out.items()
+        for column, who in several.left_out.items()
     ]
 
 
-def _body(found: Several, folder: Path | None) -> dict[str, Any]:
-    body = {k: v for k, v in diagnosis_json(found.together).items() if k != "schema"}
-    return body | several_json(found) | {"improved_machine": str(folder / "machine.toml") if folder else None}
+def _body(several: Several, folder: Path | None) -> dict[str, Any]:
+    body = {k: v for k, v in diagnosis_json(several.together).items() if k != "schema"}
+    return (
+        body | several_json(several) | {"improved_machine": str(folder / "machine.toml") if folder else None}
+    )
 
 
-def _common(found: Several, known: Machine, original: Path | None, out: Path) -> dict[str, str]:
+def _common(several: Several, machine: Machine, original: Path | None, out: Path) -> dict[str, str]:
     """machine.toml with what is common; empty where there is nothing to write."""
-    answers, source = found.together.answer, found.recording.name
+    answers, source = several.together.answer, several.recording.name
     new = anew(answers)
     if original is None or (new is None and not answers_to_write(answers)):
         return {}
-    text = improved_machine(original, out / "machine.toml", known, answers, source)
+    text = improved_machine(original, out / "machine.toml", machine, answers, source)
     if new is None:
         return {"machine.toml": text}
-    return {"machine.toml": name_tables(text, source), **renewed_files(original, known, new, source)}
+    return {"machine.toml": name_tables(text, source), **renewed_files(original, machine, new, source)}
 
 
-def _page(found: Several, known: Machine) -> str:
+def _page(several: Several, machine: Machine) -> str:
     from vcmm.show.pages.diagnosis import diagnosis_page
 
-    return diagnosis_page(found.recording, known, found.together, found)
+    return diagnosis_page(several.recording, machine, several.together, several)
 
 
-def _show_each(found: Several) -> None:
-    if found.shared:
-        show_table(sizes(found))
-    show_table(by_itself(found))
-    for text in left_out(found):
+def _show_each(several: Several) -> None:
+    if several.shared:
+        show_table(sizes(several))
+    show_table(by_itself(several))
+    for text in left_out(several):
         say(f"note: {text}")

@@ -76,7 +76,7 @@ def read_back(
 
 
 def improved_files(
-    folder: Path, recording: Path, machine: Path | None, known: Machine, diagnosis: Diagnosis
+    folder: Path, recording: Path, machine: Path | None, stated: Machine, diagnosis: Diagnosis
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
     named = read_toml(recording).data.get("machine")
@@ -84,14 +84,14 @@ def improved_files(
     if original is None:
         return {}
     mistake = diagnosis.mistake
-    tables = repaired_table(original, known, mistake, recording.name) if mistake is not None else {}
+    tables = repaired_table(original, stated, mistake, recording.name) if mistake is not None else {}
     new = anew(diagnosis.answer)
-    edits = repaired_in_place(known, mistake, recording.name) if mistake is not None and not tables else ""
+    edits = repaired_in_place(stated, mistake, recording.name) if mistake is not None and not tables else ""
     if not tables and not edits and new is None and not answers_to_write(diagnosis.answer):
         return {}
-    text = improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
+    text = improved_machine(original, folder / "machine.toml", stated, diagnosis.answer, recording.name)
     if new is not None:
-        files = renewed_files(original, known, new, recording.name)
+        files = renewed_files(original, stated, new, recording.name)
         return {"machine.toml": name_tables(text, recording.name), **files}
     return {"machine.toml": with_table(text) if tables else text + edits, **tables}
 

@@ -93,9 +93,9 @@ def _missing(rows: list[Check]) -> list[Check]:
 
 def _extra(name: str, extra: str, what: str) -> list[str]:
     """A package of an extra, which most jobs do without."""
-    found = _package(name)
-    state = found[2] if found[2] == "ok" else f'not needed but for {what}: pip install "vcmm[{extra}]"'
-    return [name, found[1], state]
+    package = _package(name)
+    state = package[2] if package[2] == "ok" else f'not needed but for {what}: pip install "vcmm[{extra}]"'
+    return [name, package[1], state]
 
 
 def _package(name: str) -> list[str]:

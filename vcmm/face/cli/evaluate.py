@@ -142,8 +142,8 @@ class EvaluateJob(Job[Scenario, tuple[EvaluatedPart, ...]]):
         texts = {"evaluation.json": content, "values.csv": values_csv(result)}
         if len(result) == 1:
             (part,) = result
-            found = tuple(e.result for e in part.characteristics)
-            whole = replace(part.uncertainty, characteristics=found, warnings=part.warnings)
+            results = tuple(e.result for e in part.characteristics)
+            whole = replace(part.uncertainty, characteristics=results, warnings=part.warnings)
             texts["report.html"] = uncertainty_page(loaded, whole, self.files(), MEASURED)
             texts["budget.csv"] = budget_csv(whole)
         for p in result:

@@ -24,13 +24,13 @@ def show_parts(parts: Sequence[EvaluatedPart], warnings: Collection[str]) -> Non
     results = [(p.part, [e.result for e in p.characteristics]) for p in parts]
     show_answers(parts_answers(parts))
     show_table(batch(parts) if several else part_table(parts[0]))
-    said = told_once(
+    sentences = told_once(
         [
-            (n, [*stated_with(found), *undecided_because(found), *not_covered(found), *how_well_known(found)])
-            for n, found in results
+            (n, [*stated_with(part), *undecided_because(part), *not_covered(part), *how_well_known(part)])
+            for n, part in results
         ]
     )
-    for sentence in (*said, *(wholes(parts) if several else joint_words(parts[0].joint))):
+    for sentence in (*sentences, *(wholes(parts) if several else joint_words(parts[0].joint))):
         say(sentence)
     if not several:
         show_table(largest(results[0][1]))

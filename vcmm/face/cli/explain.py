@@ -87,10 +87,10 @@ class FigureWords:
         return {"figure": self.word, "meanings": [f._asdict() for f in self.figures]}
 
     def show(self) -> None:
-        for one in self.figures:
-            former = ", ".join(one.former)
+        for figure in self.figures:
+            former = ", ".join(figure.former)
             print(
-                f"{one.symbol}\n\n{one.words}\n\nsource    {one.source}"
+                f"{figure.symbol}\n\n{figure.words}\n\nsource    {figure.source}"
                 + (f"\nalso      {former}" if former else "")
                 + "\n"
             )

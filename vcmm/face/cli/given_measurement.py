@@ -18,9 +18,9 @@ class GivenMeasurement:
 
     @property
     def file(self) -> Path:
-        found = self.points or self.values
-        assert found is not None  # check_inputs refuses it
-        return found
+        file = self.points or self.values
+        assert file is not None  # check_inputs refuses it
+        return file
 
     def options(self) -> dict[str, Any]:
         """By the names of the options."""

@@ -167,8 +167,10 @@ class LoopJob(Job[Points, Loop]):
         return measured_points(self.measured.file, self.measured.u_point)
 
     def run(self, loaded: Points, report: Progress) -> Loop:
-        found = diagnose_cut(self.scenario, loaded, self.measured.in_machine, self.seed, self.folder, report)
-        return _next(found, self.scenario, self.folder, self.wanted, is_stated=loaded[1] is not None)
+        findings = diagnose_cut(
+            self.scenario, loaded, self.measured.in_machine, self.seed, self.folder, report
+        )
+        return _next(findings, self.scenario, self.folder, self.wanted, is_stated=loaded[1] is not None)
 
     def record(self, loaded: Points, result: Loop) -> Record:
         files = [*sources(self.scenario), self.measured.file]
@@ -190,10 +192,12 @@ class LoopJob(Job[Points, Loop]):
         say_warnings(result.warnings)
 
 
-def _next(found: LoopFindings, scenario: Path, folder: Path, wanted: _LoopRequest, is_stated: bool) -> Loop:
+def _next(
+    findings: LoopFindings, scenario: Path, folder: Path, wanted: _LoopRequest, is_stated: bool
+) -> Loop:
     """The program of the next part: compensated, cut on the machine with what was found, and written where it is no worse."""
-    written = found.written
-    given = rewritable(folder / "next.toml" if found.improved else scenario)
+    written = findings.written
+    given = rewritable(folder / "next.toml" if findings.improved else scenario)
     cut = given.scenario
     assert cut is not None  # `rewritable` has read one
     allowed = quantity(wanted.tolerance, "length", "--tolerance", "1 um")
@@ -214,9 +218,9 @@ def _next(found: LoopFindings, scenario: Path, folder: Path, wanted: _LoopReques
         written = (*written, program.name)
         after = measure_cut(replace(cut, program=program))
     return Loop(
-        cut=found.cut.cut, diagnosis=found.diagnosis, machine=found.machine if found.improved else None,
+        cut=findings.cut.cut, diagnosis=findings.diagnosis, machine=findings.machine if findings.improved else None,
         program=None if refused else program, proof=proof, after=after, refused=refused,
-        warnings=tuple(dict.fromkeys((*found.cut.warnings, *notes, *made.warnings))), written=written, stated=is_stated, rest=left_of(found.cut.cut, found.rest), held_out=found.held_out,
+        warnings=tuple(dict.fromkeys((*findings.cut.warnings, *notes, *made.warnings))), written=written, stated=is_stated, rest=left_of(findings.cut.cut, findings.rest), held_out=findings.held_out,
     )  # fmt: skip
 
 

@@ -68,21 +68,21 @@ def diagnose_cut(
     )
     written = back.recording
     assert written is not None
-    recording, known = load_recording(written, None)
+    recording, machine = load_recording(written, None)
     with about(written):
-        diagnosis = diagnose(recording, known, seed=seed, progress=report)
+        diagnosis = diagnose(recording, machine, seed=seed, progress=report)
     part = _Part(scenario, given, in_machine, seed, folder)
-    return _what_holds(part, back, written, diagnosis, known)
+    return _what_holds(part, back, written, diagnosis, machine)
 
 
 def _what_holds(
-    part: _Part, back: CameBack, recording: Path, diagnosis: Diagnosis, known: Machine
+    part: _Part, back: CameBack, recording: Path, diagnosis: Diagnosis, machine: Machine
 ) -> LoopFindings:
     """Of what was found as much as holds in passes held out: all of it, else without the last name, and so on, else nothing."""
     proof = None
     diagnosis = _with_open_names(diagnosis)
     while True:
-        tried, improved = _write_and_read_again(part, recording, diagnosis, known)
+        tried, improved = _write_and_read_again(part, recording, diagnosis, machine)
         if not improved:
             named = machine_of(recording)[0]
             assert named is not None
@@ -105,17 +105,17 @@ def _what_holds(
 
 
 def _write_and_read_again(
-    part: _Part, recording: Path, diagnosis: Diagnosis, known: Machine
+    part: _Part, recording: Path, diagnosis: Diagnosis, machine: Machine
 ) -> tuple[Diagnosis, dict[str, str]]:
     """The machine file and the scenario of the next part, read again; no texts where there is nothing to write."""
     attempt = Attempt.none()
-    improved = improved_files(part.folder, recording, None, known, diagnosis)
-    found, improved = read_back(part.folder, improved, [recording], diagnosis, attempt)
-    found = replace(found, failed=(*found.failed, *attempt.failures))
+    improved = improved_files(part.folder, recording, None, machine, diagnosis)
+    again, improved = read_back(part.folder, improved, [recording], diagnosis, attempt)
+    again = replace(again, failed=(*again.failed, *attempt.failures))
     if improved:
         text = _next_scenario(part.scenario, part.folder)
         (part.folder / "next.toml").write_text(text, encoding="utf-8")
-    return found, improved
+    return again, improved
 
 
 def _proof(part: _Part, cut: MeasuredCut) -> tuple[Array, HeldOutProof]:

@@ -37,7 +37,7 @@ def merge_command(*files: InputFile, json: Json = False, out: Path | None = None
         )
     shards = [(file, _read(file)) for file in files]
     first = _complete(shards)
-    blocks = {(b["first"], b["trials"]): b["tallies"] for _, one in shards for b in one["blocks"]}
+    blocks = {(b["first"], b["trials"]): b["tallies"] for _, block in shards for b in block["blocks"]}
     sharing = Sharing(store=Shards(first["key"], blocks))
     return _job(first["verb"], first["options"], sharing, json, out)
 
@@ -70,17 +70,17 @@ def _job(verb: str, options: dict[str, Any], sharing: Sharing, json: bool, out: 
 def _read(file: Path) -> dict[str, Any]:
     """The document of a shard. Raises DataError."""
     try:
-        found = json_module.loads(read_text(file))
+        content = json_module.loads(read_text(file))
     except (json_module.JSONDecodeError, RecursionError) as error:
         raise DataError(
             f"{file}:{getattr(error, 'lineno', 1)}: no JSON document ({error}); name the file of a shard"
         ) from None
     due = {*COMMON, "shard", "blocks"}
-    if not isinstance(found, dict) or found.get("schema") != "vcmm.shard/1" or not due <= set(found):
+    if not isinstance(content, dict) or content.get("schema") != "vcmm.shard/1" or not due <= set(content):
         raise DataError(f'{file}:1: no shard: "schema" must be "vcmm.shard/1", as --shard writes it')
-    if found["version"] == __version__ and found.get("sha256") != fingerprint(found):
+    if content["version"] == __version__ and content.get("sha256") != fingerprint(content):
         raise DataError(f"{file}:1: this shard is not as it was written (SHA-256 differs); run it again")
-    return found
+    return content
 
 
 def _complete(shards: list[tuple[Path, dict[str, Any]]]) -> dict[str, Any]:
@@ -88,13 +88,13 @@ def _complete(shards: list[tuple[Path, dict[str, Any]]]) -> dict[str, Any]:
     file, first = shards[0]
     if first["version"] != __version__:
         raise DataError(f"{file}:1: made by vcmm {first['version']}, this is {__version__}; use one version")
-    for other, one in shards[1:]:
-        different = [key for key in COMMON if one[key] != first[key]]
-        if different or one["shard"][1] != first["shard"][1]:
+    for other, shard in shards[1:]:
+        different = [key for key in COMMON if shard[key] != first[key]]
+        if different or shard["shard"][1] != first["shard"][1]:
             raise DataError(
                 f"{other}:1: a shard of another job than {file} ({', '.join(different) or 'number of shards'} differ)"
             )
-    numbers = [one["shard"][0] for _, one in shards]
+    numbers = [shard["shard"][0] for _, shard in shards]
     missing = sorted(set(range(1, first["shard"][1] + 1)) - set(numbers))
     twice = sorted({n for n in numbers if numbers.count(n) > 1})
     if missing or twice:

@@ -67,12 +67,12 @@ class NcFolderJob(Job[list[Path], list[FolderRow]]):
 def programs_in(folder: Path) -> list[Path]:
     """Files whose name ends as those of programs do, in this folder and below it. Raises UsageError where there is none."""
     endings = {*ENDINGS, *FURTHER} - {""}
-    found = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in endings)
-    if not found:
+    programs = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in endings)
+    if not programs:
         raise UsageError(
             f"{folder} holds no NC program: no file ends in {', '.join(sorted(endings))}; name another folder, or the file itself"
         )
-    return found
+    return programs
 
 
 def row_of(path: Path, folder: Path, dialect: str | None, setup: Setup) -> FolderRow:

@@ -36,7 +36,7 @@ def new_command(
     stem = name.removesuffix(".toml")
     target = output_folder(out) / f"{stem}.toml"
     texts = _texts(example(original), stem)
-    taken = [file for file in (out / one for one in texts) if file.exists()]
+    taken = [file for file in (out / name for name in texts) if file.exists()]
     if taken:
         raise UsageError(
             f"{taken[0]} exists already and is not overwritten; choose another name, for example vcmm new {name}2 --from {original}"
@@ -62,7 +62,7 @@ def _texts(original: Path, stem: str) -> dict[str, str]:
 
 def _names(folder: Path, texts: dict[str, str]) -> str:
     """What was written, each file; of many the first, and how many lie in its folder."""
-    first, *beside = (folder / one for one in texts)
+    first, *beside = (folder / name for name in texts)
     if len(beside) < MANY:
         return ", ".join(map(str, (first, *beside)))
     return f"{first} and {len(beside)} files in {first.with_suffix('')}"
@@ -86,8 +86,8 @@ def _next_steps(target: Path) -> str:
             f"vcmm test {target} --iso 230-7"
         )
     if instrument_read(target):
-        known = target.parent / target.stem / "machine.toml"
-        return f"vcmm calibrate {target} --machine {known} --out {target.stem}-machine.toml"
+        machine_file = target.parent / target.stem / "machine.toml"
+        return f"vcmm calibrate {target} --machine {machine_file} --out {target.stem}-machine.toml"
     if is_poses(target):
         return f"vcmm calibrate {target} --machine {folder / 'machine.toml'} --out {target.stem}-machine.toml --test {folder / 'others.toml'}"
     if records(target):

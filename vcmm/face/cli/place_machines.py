@@ -90,12 +90,14 @@ class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
         rows: list[Row] = self.sharing.all_of(
             key, placed_on, self.search, loaded.tasks, lambda s: report(f"{round(s * count)} of {count} machines", s)
         )  # fmt: skip
-        found = {str(m): row for m, row in zip(loaded.files, rows)}
+        by_machine = {str(m): row for m, row in zip(loaded.files, rows)}
         if all(row["refused"] for row in rows):
-            why = "; ".join(f"{m}: {row['refused']}" for m, row in found.items())
+            why = "; ".join(f"{m}: {row['refused']}" for m, row in by_machine.items())
             raise UsageError(f"none of the machines can take the part: {why}")
-        order = sorted((m for m in found if not found[m]["refused"]), key=lambda m: found[m]["value"])
-        return Ranked(found, order)
+        order = sorted(
+            (m for m in by_machine if not by_machine[m]["refused"]), key=lambda m: by_machine[m]["value"]
+        )
+        return Ranked(by_machine, order)
 
     def record(self, loaded: CandidateMachines, result: Ranked) -> Record:
         table, best = result.table(), result.best
@@ -153,7 +155,7 @@ def _load_tasks(scenario: Path, machines: list[Path]) -> list[Scenario | str]:
             out.append(load_scenario(scenario, machine))
         except VcmmError as error:
             out.append(first_of(error))
-            if number == len(machines) and all(isinstance(one, str) for one in out):
+            if number == len(machines) and all(isinstance(task, str) for task in out):
                 raise
     return out
 

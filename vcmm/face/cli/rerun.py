@@ -86,19 +86,19 @@ class RerunJob(Job[Path, Rerun]):
 
     def run(self, loaded: Path, report: Progress) -> Rerun:
         with TemporaryDirectory() as folder:
-            said = unpack_evidence(loaded, Path(folder))
-            found = _run_again(said, Path(folder), self.most_trials)
-        return Rerun(said, list(differences(said["document"], found)))
+            record = unpack_evidence(loaded, Path(folder))
+            now = _run_again(record, Path(folder), self.most_trials)
+        return Rerun(record, list(differences(record["document"], now)))
 
     def record(self, loaded: Path, result: Rerun) -> Record:
-        said = result.record
+        record = result.record
         body = {
-            "command": said["command"], "same": result.is_same, "identical": not result.differences,
+            "command": record["command"], "same": result.is_same, "identical": not result.differences,
             "largest_relative_difference": result.largest,
-            "version_then": said["version"], "libraries_then": said["libraries"],
+            "version_then": record["version"], "libraries_then": record["libraries"],
             "differences": [{"key": c.key, "was": c.was, "found": c.now} for c in result.differences[:100]],
         }  # fmt: skip
-        return Record(body, [loaded], said.get("seed"))
+        return Record(body, [loaded], record.get("seed"))
 
     def texts(self, loaded: Path, result: Rerun, content: str, folder: Path) -> dict[str, str]:
         return {"rerun.json": content}
@@ -108,10 +108,10 @@ class RerunJob(Job[Path, Rerun]):
 
     def show(self, loaded: Path, result: Rerun) -> None:
         """What the pack says of itself is somebody else's text: control characters are spelled out."""
-        said = result.record
-        print(f"vcmm {visible_text(_command_of(said))}")
+        record = result.record
+        print(f"vcmm {visible_text(_command_of(record))}")
         print(
-            f"made with vcmm {visible_text(brief(said['version']))}, run again with {__version__}; {len(said['files'])} files, all unchanged"
+            f"made with vcmm {visible_text(brief(record['version']))}, run again with {__version__}; {len(record['files'])} files, all unchanged"
         )
         if not result.differences:
             print("every number is the same, to the last bit")
@@ -119,24 +119,29 @@ class RerunJob(Job[Path, Rerun]):
             print(f"every number is the same within {result.largest:.1e}")
         else:
             print("the numbers are not the same:")
-            for one in result.differences[:10]:
-                was, found = (visible_text(brief(str(v))) for v in (one.was, one.now))
-                print(f"  {visible_text(brief(one.key, 200))}: {was} then, {found} now")
-        covered = [str(i["influence"]) for i in said["influences"] if i["status"] != "not covered"]
+            for difference in result.differences[:10]:
+                was, now = (visible_text(brief(str(v))) for v in (difference.was, difference.now))
+                print(f"  {visible_text(brief(difference.key, 200))}: {was} then, {now} now")
+        covered = [str(i["influence"]) for i in record["influences"] if i["status"] != "not covered"]
         print(f"influences covered: {visible_text(brief(', '.join(covered), 2000))}")
 
 
-def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str, Any]:
+def _run_again(record: dict[str, Any], folder: Path, most_trials: int) -> dict[str, Any]:
     """The document of the command of a pack, run on its files in `folder`, and on no others. DataError: it does not run."""
     from vcmm.face.cli import run
 
-    files = {one["file"] for one in said["files"]}
-    words = [str(folder / w) if w in files else w for w in said["command"]]
-    if words[:1] in JOBS and words[1:2] and not words[1].startswith("-") and said["command"][1] not in files:
+    files = {entry["file"] for entry in record["files"]}
+    words = [str(folder / w) if w in files else w for w in record["command"]]
+    if (
+        words[:1] in JOBS
+        and words[1:2]
+        and not words[1].startswith("-")
+        and record["command"][1] not in files
+    ):
         raise DataError("the command of the pack names a scenario outside the given files; nothing was run")
-    if not _is_written_here(said["command"], files):
+    if not _is_written_here(record["command"], files):
         raise DataError(
-            f"the command of the pack is no job that --evidence writes ({_command_of(said)}); nothing was run"
+            f"the command of the pack is no job that --evidence writes ({_command_of(record)}); nothing was run"
         )
     caught = io.StringIO()
     with confine(folder):
@@ -144,10 +149,10 @@ def _run_again(said: dict[str, Any], folder: Path, most_trials: int) -> dict[str
         with contextlib.redirect_stdout(caught):
             code = run([*words, "--json"])
     if code not in (0, 1):
-        raise DataError(f"the command of the pack ended with exit code {code}: vcmm {_command_of(said)}")
-    found = json_module.loads(caught.getvalue())
-    assert isinstance(found, dict)
-    return found
+        raise DataError(f"the command of the pack ended with exit code {code}: vcmm {_command_of(record)}")
+    document = json_module.loads(caught.getvalue())
+    assert isinstance(document, dict)
+    return document
 
 
 def _is_written_here(command: list[str], files: set[str]) -> bool:
@@ -163,9 +168,9 @@ def _is_written_here(command: list[str], files: set[str]) -> bool:
     )
 
 
-def _command_of(said: dict[str, Any]) -> str:
+def _command_of(record: dict[str, Any]) -> str:
     """The command of a pack for a message: short."""
-    return brief(" ".join(said["command"]), MOST_SHOWN)
+    return brief(" ".join(record["command"]), MOST_SHOWN)
 
 
 def _check_cost(words: list[str], most: int) -> None:

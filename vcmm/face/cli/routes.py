@@ -130,7 +130,7 @@ class RoutesJob(Job[RoutedTask, RoutesResult]):
         show_answers(routes_answers(result))
         show_table(routes_table(result))
         show_table(agreements_table(result))
-        said = [
+        sentences = [
             f"{c.name}, {e.route}: {t}" for c in result.characteristics for e in c.routes for t in e.remarks
         ]
-        say_warnings(dict.fromkeys((*result.remarks, *said)))
+        say_warnings(dict.fromkeys((*result.remarks, *sentences)))

@@ -105,7 +105,7 @@ class AcceptanceJob(Job[tuple[Path, ...], Figures]):
 
     def record(self, loaded: tuple[Path, ...], result: Figures) -> Record:
         body = {"test": f"ISO {self.iso}", "figures": records(figure_columns(self.iso), result.figures)}
-        return Record(body, [f for one in loaded for f in sources(one)], self.seed, result.warnings)
+        return Record(body, [f for test in loaded for f in sources(test)], self.seed, result.warnings)
 
     def texts(self, loaded: tuple[Path, ...], result: Figures, content: str, folder: Path) -> dict[str, str]:
         return {"test.json": content}

@@ -124,12 +124,12 @@ class TrackJob(Job[Path, TrackAnswers]):
 
     def run(self, loaded: Path, report: Progress) -> TrackAnswers:
         """The state lies in the folder --out after it, whatever else is asked."""
-        found = track(self.machine, loaded, state=self.target, progress=report, **self.following._asdict())
-        doubtful = self._doubtful(found)
-        planned = self._planned(found)
-        return TrackAnswers(found, planned, self._rest() if self.asked.rest else None, doubtful)
+        followed = track(self.machine, loaded, state=self.target, progress=report, **self.following._asdict())
+        doubtful = self._doubtful(followed)
+        planned = self._planned(followed)
+        return TrackAnswers(followed, planned, self._rest() if self.asked.rest else None, doubtful)
 
-    def _planned(self, found: Track) -> tables.Planned | None:
+    def _planned(self, followed: Track) -> tables.Planned | None:
         """Which check next; None where it was not asked."""
         _, limits, checks, days, parts, _ = self.asked
         task = None if parts and not limits else self.asked.task
@@ -139,9 +139,9 @@ class TrackJob(Job[Path, TrackAnswers]):
             raise UsageError(
                 'which check next takes --task SCENARIO, --limit "CHARACTERISTIC = U" and --checks LIST; one of them is missing'
             )
-        return found.next_checks(task, limits, checks, days or DAYS)
+        return followed.next_checks(task, limits, checks, days or DAYS)
 
-    def _doubtful(self, found: Track) -> Sequence[DoubtfulParts]:
+    def _doubtful(self, followed: Track) -> Sequence[DoubtfulParts]:
         """Parts between a good check and an alarm; nothing where no list was given."""
         if self.asked.parts is None:
             return ()
@@ -149,39 +149,39 @@ class TrackJob(Job[Path, TrackAnswers]):
             raise UsageError(
                 "--parts takes --task SCENARIO as well: the characteristics whose shift is asked"
             )
-        return found.doubtful_parts(self.asked.task, self.asked.parts)
+        return followed.doubtful_parts(self.asked.task, self.asked.parts)
 
     def _rest(self) -> LearnedRest:
         """The learned residual of all recordings against the machine file."""
         from vcmm.learn.tracking.learned_rest import learn_rest
 
-        known = load_machine(self.machine)
-        return learn_rest(known, recordings_by_date(self.folder, known))
+        machine = load_machine(self.machine)
+        return learn_rest(machine, recordings_by_date(self.folder, machine))
 
     def record(self, loaded: Path, result: TrackAnswers) -> Record:
-        found, planned, rest, doubtful = result
+        followed, planned, rest, doubtful = result
         named = (self.machine, self.asked.task, self.asked.checks, self.asked.parts)
         given = [*(p for p in named if p is not None), *recordings_in(loaded)]
-        own = found.to_dict()
-        body = {**own, "machine": str(self.target / "machine.toml"), "name": own["machine"]}
+        track_body = followed.to_dict()
+        body = {**track_body, "machine": str(self.target / "machine.toml"), "name": track_body["machine"]}
         if planned is not None:
-            body |= tables.plan_document(planned, found)
+            body |= tables.plan_document(planned, followed)
         if doubtful:
             body |= {"doubtful": [d.to_dict() for d in doubtful]}
         if rest is not None:
             body |= {"learned": rest.to_dict()}
         files = sources_of_all(given)
-        return Record(body, files, self.following.seed, found.warnings)
+        return Record(body, files, self.following.seed, followed.warnings)
 
     def texts(self, loaded: Path, result: TrackAnswers, content: str, folder: Path) -> dict[str, str]:
-        found, planned, rest, doubtful = result
+        followed, planned, rest, doubtful = result
         return {
-            **found.files(folder / "machine.toml"),
+            **followed.files(folder / "machine.toml"),
             **(self._learned(rest, folder) if rest is not None else {}),
             "track.json": content,
-            "report.html": track_page(found, planned, doubtful),
-            "checks.csv": csv_text(tables.checks(found)),
-            "numbers.csv": csv_text(tables.numbers(found, most=len(found.courses))),
+            "report.html": track_page(followed, planned, doubtful),
+            "checks.csv": csv_text(tables.checks(followed)),
+            "numbers.csv": csv_text(tables.numbers(followed, most=len(followed.courses))),
         }
 
     def _learned(self, rest: LearnedRest, folder: Path) -> dict[str, str]:
@@ -190,31 +190,31 @@ class TrackJob(Job[Path, TrackAnswers]):
         return learned_files(rest, self.machine, folder)
 
     def files_sentence(self, loaded: Path, result: TrackAnswers, folder: Path, names: Sequence[str]) -> str:
-        found = result.track
+        followed = result.track
         return (
-            f"{found.added} recordings taken in, {len(found.checks)} in the state; wrote {folder}/"
+            f"{followed.added} recordings taken in, {len(followed.checks)} in the state; wrote {folder}/"
             + ", ".join(names)
         )
 
     def notes(self, loaded: Path, result: TrackAnswers) -> Iterator[str]:
-        found, rest = result.track, result.rest
+        followed, rest = result.track, result.rest
         if rest is not None:
             yield f"learned residual: {rest.sentence}"
-        for warning in found.warnings:
+        for warning in followed.warnings:
             yield f"note: {warning}"
 
     def exit_code(self, loaded: Path, result: TrackAnswers) -> int:
         return 1 if result.track.checks[-1].alarm else 0
 
     def show(self, loaded: Path, result: TrackAnswers) -> None:
-        found, planned, _, doubtful = result
-        show_answers(track_answers(found, planned))
-        if found.alarms:
-            show_table(tables.alarms(found))
+        followed, planned, _, doubtful = result
+        show_answers(track_answers(followed, planned))
+        if followed.alarms:
+            show_table(tables.alarms(followed))
         if doubtful:
             show_table(tables.doubtful(doubtful))
-        show_table(tables.numbers(found))
-        show_table(tables.checks(found))
+        show_table(tables.numbers(followed))
+        show_table(tables.checks(followed))
         if planned is not None:
-            show_table(tables.next_checks(planned, found))
-            show_table(tables.plan(planned, found))
+            show_table(tables.next_checks(planned, followed))
+            show_table(tables.plan(planned, followed))

@@ -66,14 +66,16 @@ def _jobs(path: Path) -> Iterator[tuple[str, str]]:
 def options_of(tree: ast.Module, name: str) -> list[HelpOption]:
     """The parameters of a verb. StopIteration: there is no function of this name."""
     command = _function(tree, name)
-    known = _aliases(tree) | _aliases(ast.parse((HERE / "options.py").read_text(encoding="utf-8")))
-    own = command.args
-    first = [*own.posonlyargs, *own.args]
-    defaults = [None] * (len(first) - len(own.defaults)) + list(own.defaults)
-    out = [_option(a, d, known, is_word=True) for a, d in zip(first, defaults, strict=True)]
-    if own.vararg is not None:
-        out.append(_option(own.vararg, ast.Constant(None), known, is_word=True, is_many=True))
-    return out + [_option(a, d, known) for a, d in zip(own.kwonlyargs, own.kw_defaults, strict=True)]
+    aliases = _aliases(tree) | _aliases(ast.parse((HERE / "options.py").read_text(encoding="utf-8")))
+    arguments = command.args
+    first = [*arguments.posonlyargs, *arguments.args]
+    defaults = [None] * (len(first) - len(arguments.defaults)) + list(arguments.defaults)
+    out = [_option(a, d, aliases, is_word=True) for a, d in zip(first, defaults, strict=True)]
+    if arguments.vararg is not None:
+        out.append(_option(arguments.vararg, ast.Constant(None), aliases, is_word=True, is_many=True))
+    return out + [
+        _option(a, d, aliases) for a, d in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
+    ]
 
 
 def _function(tree: ast.Module, name: str) -> ast.FunctionDef:
@@ -92,11 +94,11 @@ def _aliases(tree: ast.Module) -> dict[str, ast.expr]:
 def _option(
     argument: ast.arg,
     default: ast.expr | None,
-    known: dict[str, ast.expr],
+    aliases: dict[str, ast.expr],
     is_word: bool = False,
     is_many: bool = False,
 ) -> HelpOption:
-    nodes = list(_parts(argument.annotation, known))
+    nodes = list(_parts(argument.annotation, aliases))
     given = {k.arg: k.value for n in nodes if isinstance(n, ast.Call) for k in n.keywords}
     name = _text(given["name"]) if "name" in given else "--" + argument.arg.replace("_", "-")
     names = [n.id for n in nodes if isinstance(n, ast.Name)]
@@ -117,12 +119,12 @@ def _option(
     )
 
 
-def _parts(node: ast.expr | None, known: dict[str, ast.expr]) -> Iterator[ast.AST]:
+def _parts(node: ast.expr | None, aliases: dict[str, ast.expr]) -> Iterator[ast.AST]:
     """All of a type, with what its names stand for."""
     for part in ast.walk(node) if node is not None else ():
         yield part
-        if isinstance(part, ast.Name) and part.id in known:
-            yield from _parts(known[part.id], known)
+        if isinstance(part, ast.Name) and part.id in aliases:
+            yield from _parts(aliases[part.id], aliases)
 
 
 def _choices(node: ast.AST) -> list[str]:
@@ -145,19 +147,19 @@ def _text(node: ast.expr) -> str:
 def _describe(text: str) -> tuple[str, dict[str, str]]:
     """What stands before the parameters, and the words of each (numpydoc)."""
     before, _, after = text.partition("Parameters\n----------\n")
-    said: dict[str, str] = {}
+    words: dict[str, str] = {}
     name = ""
     for line in after.splitlines():
         if line and not line[0].isspace():
             name = line.strip()
         elif name and line.strip():
-            said[name] = f"{said.get(name, '')} {line.strip()}".strip()
-    return before.strip(), said
+            words[name] = f"{words.get(name, '')} {line.strip()}".strip()
+    return before.strip(), words
 
 
 def _page(words: list[str], tree: ast.Module, name: str, jobs: list[tuple[str, str]], codes: str) -> str:
     width = min(shutil.get_terminal_size().columns, WIDEST)
-    about, said = _describe(ast.get_docstring(_function(tree, name)) or "")
+    about, of_options = _describe(ast.get_docstring(_function(tree, name)) or "")
     options = options_of(tree, name)
     typed = [_type_of(o) for o in options if o.is_word]
     usage = " ".join(["Usage: vcmm", *words, *(["[JOB]"] if jobs else []), *typed, "[OPTIONS]"])
@@ -168,7 +170,7 @@ def _page(words: list[str], tree: ast.Module, name: str, jobs: list[tuple[str, s
         lines += ["", "Jobs (each with the options it has: --help)", *_rows(jobs, width)]
     for title, some in (("Arguments", [o for o in options if o.is_word]), ("Options", [o for o in options if not o.is_word])):  # fmt: skip
         if some:
-            rows = [(_label_of(o), _words(o, said)) for o in some]
+            rows = [(_label_of(o), _words(o, of_options)) for o in some]
             lines += ["", title, *_rows(rows, width)]
     return "\n".join([*lines, "", *textwrap.wrap(codes, width)])
 
@@ -185,9 +187,9 @@ def _label_of(o: HelpOption) -> str:
     return " ".join(filter(None, (o.name, o.off, "CHOICE" if o.choices else o.kind))) + many
 
 
-def _words(o: HelpOption, said: dict[str, str]) -> str:
+def _words(o: HelpOption, words: dict[str, str]) -> str:
     """Description, choices and default."""
-    text = said.get(o.parameter, "").replace("`", "")
+    text = words.get(o.parameter, "").replace("`", "")
     choices = f" [choices: {', '.join(o.choices)}]" if o.choices else ""
     default = f" [default: {o.default}]" if o.default else ""
     return f"{text}{choices}{default}".strip()

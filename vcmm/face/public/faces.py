@@ -43,7 +43,7 @@ __all__ = [
 
 
 def correct_face(
-    program: str | Path, setup: str | Path, found: FaceMap, *, lines: tuple[int, int] | None = None,
+    program: str | Path, setup: str | Path, face: FaceMap, *, lines: tuple[int, int] | None = None,
     dialect: str | None = None, tolerance: float = 1e-3, decimals: int | None = None,
 ) -> CompensatedProgram:  # fmt: skip
     """The program that cut the face, with what the map shows too high taken off along Z.
@@ -52,7 +52,7 @@ def correct_face(
     ----------
     program, setup
         NC program and set-up file (setup/1) with which the face was cut.
-    found
+    face
         Map of the face.
     lines
         First and last line of the program that cut it; default: every feed move that passes over the scanned area.
@@ -71,14 +71,14 @@ def correct_face(
     given = {"dialect": dialect, "decimals": decimals, "set_here": False}
     work = prepare(program, *setup_and_machine(setup, None), constants=None, **given)  # type: ignore[arg-type]
     machine = replace(work.machine, effects=(), inputs=())
-    if work.dialect.lathe != found.scan.spiral:
-        what = "spiral of a turned face" if found.scan.spiral else "raster of a milled face"
+    if work.dialect.lathe != face.scan.spiral:
+        what = "spiral of a turned face" if face.scan.spiral else "raster of a milled face"
         raise UsageError(
             f"the scan is a {what}, and {program} is a program of a {'lathe' if work.dialect.lathe else 'mill'}"
         )
-    extent = _extent(found)
+    extent = _extent(face)
     moves = work.program.moves
-    surface = face_errors(moves, work.setup, found.at, extent=extent, lathe=work.dialect.lathe, lines=lines)
+    surface = face_errors(moves, work.setup, face.at, extent=extent, lathe=work.dialect.lathe, lines=lines)
     return compensate(program, work.setup, machine, surface=surface, tolerance=tolerance, **given)  # type: ignore[arg-type]
 
 

@@ -50,9 +50,9 @@ def run_open(job: str, scenario: Scenario, progress: Progress) -> Answer:
     if job == "measure":
         from vcmm.answer.evaluation.one_line import value_text
 
-        found = api.measure(scenario)
-        said = [f"{v.name}: {value_text(v.value, v.unit)}, with all errors at their estimates" for v in found.values]  # fmt: skip
-        return {"job": job, "said": [*said, *found.warnings], "report": ""}
+        measurement = api.measure(scenario)
+        lines = [f"{v.name}: {value_text(v.value, v.unit)}, with all errors at their estimates" for v in measurement.values]  # fmt: skip
+        return {"job": job, "said": [*lines, *measurement.warnings], "report": ""}
     from vcmm.show.pages.place import place_page
 
     placed = api.place(scenario, evaluations=EVALUATIONS, scanned=SCANNED, trials=TRIALS, progress=progress)
@@ -110,10 +110,10 @@ def _of_kind(files: Mapping[str, bytes], word: bytes) -> list[str]:
 
 
 def _only(files: Mapping[str, bytes], word: bytes, what: str) -> str:
-    found = _of_kind(files, word)
-    if len(found) != 1:
-        raise UsageError(f"drop {what}; {len(found)} are among the files")
-    return found[0]
+    matching = _of_kind(files, word)
+    if len(matching) != 1:
+        raise UsageError(f"drop {what}; {len(matching)} are among the files")
+    return matching[0]
 
 
 def _diagnose(files: Mapping[str, bytes], folder: Path, _: Scenario | None, progress: Progress) -> Answer:
@@ -143,17 +143,17 @@ def _calibrate(files: Mapping[str, bytes], folder: Path, _: Scenario | None, pro
     from vcmm.learn.calibration.job import calibrate
     from vcmm.show.pages.calibration import calibration_page
 
-    known = load_machine(folder / _only(files, b"machine/", "one machine file with the recordings"))
+    machine = load_machine(folder / _only(files, b"machine/", "one machine file with the recordings"))
     heads = [folder / n for n in _of_kind(files, b"recording/")]
-    recordings = [load_recording(path, known)[0] for path in heads]
+    recordings = [load_recording(path, machine)[0] for path in heads]
     stated = {r.name: load_certificate(path, r) for path, r in zip(heads, recordings)}
-    calibration = calibrate(recordings, known, {n: c for n, c in stated.items() if c is not None}, progress=progress)  # fmt: skip
+    calibration = calibrate(recordings, machine, {n: c for n, c in stated.items() if c is not None}, progress=progress)  # fmt: skip
     missing = [c.text for c in calibration.identified.combinations]
-    said = [
+    lines = [
         f"{len(calibration.identified.names)} errors identified from {len(recordings)} recordings.",
         *missing,
     ]
-    return {"said": [*said, *calibration.warnings], "report": calibration_page(calibration)}
+    return {"said": [*lines, *calibration.warnings], "report": calibration_page(calibration)}
 
 
 def _evaluate(
@@ -168,14 +168,14 @@ def _evaluate(
     columns = first_cells(folder / name)
     given: dict[str, Any] = {"values" if "characteristic" in columns else "points": folder / name}
     parts = api.evaluate(scenario, **given, progress=progress)
-    said = [f"{p.part + ', ' if p.part else ''}{e.result.name}: {answer(e.result)}" for p in parts for e in p.characteristics]  # fmt: skip
+    lines = [f"{p.part + ', ' if p.part else ''}{e.result.name}: {answer(e.result)}" for p in parts for e in p.characteristics]  # fmt: skip
     warnings = list(dict.fromkeys(w for p in parts for w in p.warnings))
     first = parts[0]
     whole = replace(
         first.uncertainty, characteristics=tuple(e.result for e in first.characteristics), warnings=first.warnings
     )  # fmt: skip
     report = uncertainty_page(scenario, whole) if len(parts) == 1 else ""
-    return {"said": [*said, *warnings], "report": report}
+    return {"said": [*lines, *warnings], "report": report}
 
 
 def _cut(files: Mapping[str, bytes], folder: Path, _: Scenario | None, progress: Progress) -> Answer:
@@ -188,8 +188,8 @@ def _cut(files: Mapping[str, bytes], folder: Path, _: Scenario | None, progress:
         raise UsageError(f"drop one scenario with [cut] and all its files; {len(heads)} are among them")
     scenario = load_cut(folder / heads[0])
     cut_result = cut(scenario, progress=progress)
-    said = [f"{c.name}: {answer(c)}" for c in cut_result.characteristics]
-    return {"said": [*said, *cut_result.warnings], "report": cut_page(scenario, cut_result)}
+    lines = [f"{c.name}: {answer(c)}" for c in cut_result.characteristics]
+    return {"said": [*lines, *cut_result.warnings], "report": cut_page(scenario, cut_result)}
 
 
 _JOBS: dict[str, Any] = {"diagnose": _diagnose, "calibrate": _calibrate, "evaluate": _evaluate, "cut": _cut}
@@ -289,9 +289,9 @@ class Bench:
             self._done[page] = (f"sweep, {done} of {total}", done / total)
 
         try:
-            found = sweep(self.scenario, values, knob, step)
+            swept = sweep(self.scenario, values, knob, step)
             with self._working:
-                return found | {"pictures": pictures(self.scenario, found)}
+                return swept | {"pictures": pictures(self.scenario, swept)}
         finally:
             self._done.pop(page, None)
 

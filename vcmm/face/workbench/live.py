@@ -31,19 +31,19 @@ OWNERS = 4  # lines of a budget
 def preview(scenario: Scenario, seed: int = 0) -> dict[str, Any]:
     """Every characteristic with value, U and its largest owners; lengths in um, angles in urad. Raises what a task raises."""
     task = scenario.task()
-    found = at_once(task, scenario.settings)
+    results = at_once(task, scenario.settings)
     model = build(task)
-    spread = _preview_spread(model, model.terms(), seed) if None in found else np.zeros(len(found))
+    spread = _preview_spread(model, model.terms(), seed) if None in results else np.zeros(len(results))
     rows = []
     for i, c in enumerate(model.characteristics):
-        one, unit = found[i], gps.unit(c)
+        result, unit = results[i], gps.unit(c)
         scale = 1e3 if unit == "mm" else 1e6
-        value = float(model.at_estimates[i]) if one is None else _value(one)
-        half = COVERAGE * float(spread[i]) if one is None else one.expanded
-        lines = sorted(() if one is None else one.budget, key=lambda line: -line.u)[:OWNERS]
+        value = float(model.at_estimates[i]) if result is None else _value(result)
+        half = COVERAGE * float(spread[i]) if result is None else result.expanded
+        lines = sorted(() if result is None else result.budget, key=lambda line: -line.u)[:OWNERS]
         rows.append({
             "name": c.name, "type": c.type, "unit": "um" if unit == "mm" else "urad", "value": value,
-            "u": scale * (float(spread[i]) if one is None else one.u), "U": scale * half,
+            "u": scale * (float(spread[i]) if result is None else result.u), "U": scale * half,
             "budget": [{"input": b.input, "what": b.what, "share": b.share} for b in lines if b.share > 0],
         })  # fmt: skip
     return {"preview": True, "characteristics": rows}

@@ -231,8 +231,12 @@ class Handler(BaseHTTPRequestHandler):
 
     def _diagnose(self, body: Mapping[str, Any]) -> dict[str, Any]:
         with tempfile.TemporaryDirectory(prefix="vcmm-") as folder:
-            found = diagnose_files(_files(body["files"]), Path(folder))
-        return {"verdict": found["verdict"], "sentences": found["said"], "answer": found["answer"]}
+            diagnosis = diagnose_files(_files(body["files"]), Path(folder))
+        return {
+            "verdict": diagnosis["verdict"],
+            "sentences": diagnosis["said"],
+            "answer": diagnosis["answer"],
+        }
 
     def _job(self, body: Mapping[str, Any]) -> dict[str, Any]:
         files = _files(body["files"]) if body.get("files") else {}

@@ -31,34 +31,34 @@ def sweep(
     `at` (n,), `U` by characteristic (n,) with None where the knob allows no evaluation, `reasons` of these.
     UsageError: no such knob, or no value of it allows an evaluation.
     """
-    known = {k.name: k for k in knobs_of(scenario)}
-    if name not in known:
-        raise UsageError(f'there is no knob "{name[:40]}".{choose_from(name, known)}')
-    knob, now = known[name], float(values.get(name, known[name].start))
+    knobs = {k.name: k for k in knobs_of(scenario)}
+    if name not in knobs:
+        raise UsageError(f'there is no knob "{name[:40]}".{choose_from(name, knobs)}')
+    knob, now = knobs[name], float(values.get(name, knobs[name].start))
     at = places_of(knob, now)
-    found: list[dict[str, Any] | None] = []
+    results: list[dict[str, Any] | None] = []
     reasons: list[str] = []
     for i, value in enumerate(at):
         step(i, len(at))
         try:
             chosen = with_knobs(scenario, {**values, name: value})
-            found.append(preview(chosen, chosen.settings.seed))
+            results.append(preview(chosen, chosen.settings.seed))
         except VcmmError as error:
-            found.append(None)
+            results.append(None)
             reasons.append(f"{value:g} {knob.unit}: {error}".replace(" :", ":"))
-    lines = _lines(found)
+    lines = _lines(results)
     if not lines:
         raise UsageError(f"no value of this knob allows an evaluation: {reasons[0]}")
     units, us = ({n: both[i] for n, both in lines.items()} for i in (0, 1))
     return {"knob": name, "at": at, "now": now, "unit": units, "U": us, "reasons": reasons}
 
 
-def pictures(scenario: Scenario, found: Mapping[str, Any]) -> list[str]:
+def pictures(scenario: Scenario, results: Mapping[str, Any]) -> list[str]:
     """What `sweep` found, one chart per unit."""
-    knob = next(k for k in knobs_of(scenario) if k.name == found["knob"])
-    units = found["unit"]
+    knob = next(k for k in knobs_of(scenario) if k.name == results["knob"])
+    units = results["unit"]
     return [
-        on_page(sweep_chart, knob, found["at"], {n: u for n, u in found["U"].items() if units[n] == unit}, unit, found["now"])
+        on_page(sweep_chart, knob, results["at"], {n: u for n, u in results["U"].items() if units[n] == unit}, unit, results["now"])
         for unit in dict.fromkeys(units.values())
     ]  # fmt: skip
 
@@ -71,12 +71,12 @@ def places_of(knob: Knob, now: float) -> list[float]:
     return sorted({*(float(v) for v in np.linspace(low, high, PLACES)), now})
 
 
-def _lines(found: list[dict[str, Any] | None]) -> dict[str, tuple[str, list[float | None]]]:
+def _lines(results: list[dict[str, Any] | None]) -> dict[str, tuple[str, list[float | None]]]:
     """name -> (unit, U along the knob)."""
     out: dict[str, tuple[str, list[float | None]]] = {}
-    first = next((f for f in found if f is not None), None)
+    first = next((f for f in results if f is not None), None)
     for i, c in enumerate(first["characteristics"] if first else ()):
-        us = [None if f is None else float(f["characteristics"][i]["U"]) for f in found]
+        us = [None if f is None else float(f["characteristics"][i]["U"]) for f in results]
         out[c["name"]] = (c["unit"], [u if u is None or math.isfinite(u) else None for u in us])
     return out
 

@@ -63,11 +63,11 @@ def component_errors(machine: Machine, letter: str, q: Array) -> tuple[Array, li
     for effect in machine.effects:
         if effect.link != letter or effect.place != "motion":
             continue
-        found = _alone(machine, effect, letter, q)
-        if found is None:
+        motion = _alone(machine, effect, letter, q)
+        if motion is None:
             left.append(effect.id)
         else:
-            total += found
+            total += motion
     return total, left
 
 
@@ -75,19 +75,19 @@ def _alone(machine: Machine, effect: Effect, letter: str, q: Array) -> Array | N
     """Motion of an effect over one axis; None where it depends on anything else."""
     if required(effect):
         return None
-    seen = []
+    motions = []
     for other in (0.25, 0.75):
         position = {a: np.full(len(q), low + other * (high - low)) for a, (low, high) in _travels(machine)}
         position[letter] = q
         try:
-            seen.append(effect.error_motion(Run(position, np.zeros((len(q), 3)))))
+            motions.append(effect.error_motion(Run(position, np.zeros((len(q), 3)))))
         except ModelLimit:
             return None
-    if np.abs(seen[0] - seen[1]).max(initial=0.0) > TINY:
+    if np.abs(motions[0] - motions[1]).max(initial=0.0) > TINY:
         return None
     # a motion that is stated for the tip of an axis on the workpiece side is the axis's own with the other sign
     sign = 1.0 if effect.own or letter not in machine.chain.work else -1.0
-    return np.asarray(sign * seen[0])
+    return np.asarray(sign * motions[0])
 
 
 def _travels(machine: Machine) -> list[tuple[str, tuple[float, float]]]:

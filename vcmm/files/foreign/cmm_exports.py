@@ -96,8 +96,8 @@ class ExportRow:
         """Where nominal and deviation contradict its value or the scenario, with the line. Of rows whose `value` can be told."""
         words = ("MEAS", "NOMINAL", "DEV") if self.column == "MEAS" else ("actual", "nominal", "deviation")
         cells = StatedCells(self.cell, self.nominal, self.deviation, words)
-        found = contradictions(cells, UNIT_WORDS[self.unit.strip().lower()], drawing)
-        return [f"{self.where}: {name}: {text}" for text in found]
+        remarks = contradictions(cells, UNIT_WORDS[self.unit.strip().lower()], drawing)
+        return [f"{self.where}: {name}: {text}" for text in remarks]
 
 
 @dataclass(frozen=True)
@@ -148,13 +148,13 @@ def exported_values(
         )
     _check_once(rows)
     parts = tuple(tuple(v for v in rows if v.part == p) for p in dict.fromkeys(v.part for v in rows))
-    said = (
+    note = (
         [f"{path}: {len(others)} characteristics are not asked for and left out: {_some(others)}"]
         if others
         else []
     )
     remarks = [text for row, name in asked for text in row.remarks(name, (nominals or {}).get(name))]
-    return parts, "; ".join([*remarks, *said, *export.notes])
+    return parts, "; ".join([*remarks, *note, *export.notes])
 
 
 def _requested_name(row: ExportRow, wanted: Collection[str]) -> str:
@@ -189,9 +189,9 @@ def _is_dimension(lines: Sequence[str], at: int) -> bool:
 
 
 def _check_once(rows: Sequence[GivenValue]) -> None:
-    seen: dict[tuple[str, str], str] = {}
+    lines_of: dict[tuple[str, str], str] = {}
     for v in rows:
-        first = seen.setdefault((v.part, v.name), v.where)
+        first = lines_of.setdefault((v.part, v.name), v.where)
         if first != v.where:
             of = f' of part "{v.part}"' if v.part else ""
             raise DataError(f'{v.where}: "{v.name}"{of} stands in {first} already; keep one')

@@ -36,26 +36,26 @@ from vcmm.files.foreign.pitch_tables import fanuc_tables, sinumerik_tables
 from vcmm.physics.structure.squareness import Squareness
 
 
-def of_the_axes(machine: Machine, own: dict[str, tuple[Array, Array]]) -> list[str]:
-    """Lines for a table that holds the errors of each axis's own motion. own: letter -> positions (n,) mm, error along itself (n,) mm."""
-    tables = [a for a in own if carries_part(machine, a)]
+def of_the_axes(machine: Machine, of_axes: dict[str, tuple[Array, Array]]) -> list[str]:
+    """Lines for a table that holds the errors of each axis's own motion. of_axes: letter -> positions (n,) mm, error along itself (n,) mm."""
+    tables = [a for a in of_axes if carries_part(machine, a)]
     whose = "the motion of each axis itself, in the directions of the machine (ISO 230-1)"
     if tables:
         whose += f"; {' and '.join(tables)} carr{'ies' if len(tables) == 1 else 'y'} the part: the motion of the table, against which the tool moves the other way"
     lines = [f"whose motion: {whose}", "sign: error = actual - nominal"]
-    for letter, (q, error) in own.items():
+    for letter, (q, error) in of_axes.items():
         k = int(np.argmax(np.abs(error)))
         if not error[k]:
             continue
         sense = "+" if error[k] > 0 else "-"
         body = "the table" if letter in tables else "the axis"
-        seen = ""
+        effect = ""
         if letter in tables:
             back = "-" if sense == "+" else "+"
-            seen = f", so that the tool is seen {abs(error[k]) * 1e3:.1f} um too far towards {back}{letter} of the part"
+            effect = f", so that the tool is seen {abs(error[k]) * 1e3:.1f} um too far towards {back}{letter} of the part"
         lines.append(
             f"example: with {letter} commanded to {q[k]:.3f}, E{letter}{letter} = {error[k]:+.6f} mm: {body} stands {abs(error[k]) * 1e3:.1f} um too far "
-            f"towards {sense}{letter} of the machine{seen}"
+            f"towards {sense}{letter} of the machine{effect}"
         )
     return lines
 
@@ -79,22 +79,25 @@ def control_tables(machine: Machine, form: str, nodes: int = NODES) -> Tables:
 
 def isg_tables(machine: Machine, nodes: int) -> Tables:
     """One file with all axes and the squareness errors."""
-    tables, held, own = [], set(), {}
+    tables, held, of_axes = [], set(), {}
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         values, left = component_errors(machine, letter, q)
-        own[letter] = q, values[:, "XYZ".index(letter)]
+        of_axes[letter] = q, values[:, "XYZ".index(letter)]
         held |= {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
         columns = {f"E{n}{letter}": values[:, i] for i, n in enumerate(NAMES)}
         tables.append(ErrorTable((letter,), (q,), columns, 0))
     square = [e for e in machine.effects if isinstance(e, Squareness)]
     angles = {e.where: float(e.angle) for e in square}
     held |= {e.id for e in square}
-    lines = [f"{machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)", *of_the_axes(machine, own)]
-    said = "\n// ".join(lines)
+    lines = [
+        f"{machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)",
+        *of_the_axes(machine, of_axes),
+    ]
+    remark = "\n// ".join(lines)
     why = "depends on more than the position of its axis; a table cannot hold it"
     return Tables(
-        {"errors.csv": isg_text(ErrorFile(tuple(tables), angles), said)}, tuple(rest_of(machine, held, why))
+        {"errors.csv": isg_text(ErrorFile(tuple(tables), angles), remark)}, tuple(rest_of(machine, held, why))
     )
 
 
@@ -105,11 +108,11 @@ def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
     left = []
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
-        up, down, own = errors_both_ways(machine, letter, q)
-        held |= own
+        up, down, by_axes = errors_both_ways(machine, letter, q)
+        held |= by_axes
         rows = [f"{x:.6f} {x + a:.6f} {x + b:.6f}" for x, a, b in zip(q, up, down)]
-        said = [f"; {line}" for line in of_the_tool(machine, letter, q, up)]
-        files[f"comp_{letter.lower()}.txt"] = "\n".join([*rows, *said]) + "\n"
+        remarks = [f"; {line}" for line in of_the_tool(machine, letter, q, up)]
+        files[f"comp_{letter.lower()}.txt"] = "\n".join([*rows, *remarks]) + "\n"
         left += cross_errors(machine, letter, q, "a COMP_FILE corrects an axis along itself only")
     left += rest_of(machine, held, "not a positioning error of one axis along itself")
     left.append("write COMP_FILE_TYPE = 0 in [JOINT_n]; BACKLASH is ignored there, it is in the tables")
@@ -118,13 +121,13 @@ def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
 
 def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
     """COM tables, one for each axis: AXISPOS, BACKLASH, C1 to C3 in mm."""
-    files, held, left, own = {}, set(), [], {}
+    files, held, left, of_axes = {}, set(), [], {}
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         values, _ = component_errors(machine, letter, q)
         up, down, held_here = errors_both_ways(machine, letter, q)
         held |= held_here
-        own[letter] = q, values[:, "XYZ".index(letter)]
+        of_axes[letter] = q, values[:, "XYZ".index(letter)]
         lines = [f"BEGIN {letter}.COM MM", "NR AXISPOS BACKLASH C1 C2 C3"]
         for i, x in enumerate(q):
             numbers = (x, down[i] - up[i], *values[i, :3])
@@ -137,7 +140,7 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
             )
     left += rest_of(machine, held, "not a component error over one axis")
     files["signs.txt"] = "\n".join(
-        [f"{machine.name}: C1 C2 C3 of the tables", *of_the_axes(machine, own), ""]
+        [f"{machine.name}: C1 C2 C3 of the tables", *of_the_axes(machine, of_axes), ""]
     )
     left.append(
         "signs.txt says whose motion the values are and gives an example: check the sign with one axis before all are switched on"

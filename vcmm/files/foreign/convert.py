@@ -57,9 +57,9 @@ def convert(path: str | Path, around: Beside = Beside()) -> ConvertedFiles:
     """
     kind = KINDS.get(Path(path).suffix.lower())
     if kind is None:
-        known = "STEP (.step, .stp), QIF (.qif), DMIS (.dmi, .dmis, .dms), DCC (.xml), exports of measuring software (.txt, .asc, .xyz)"
+        formats = "STEP (.step, .stp), QIF (.qif), DMIS (.dmi, .dmis, .dms), DCC (.xml), exports of measuring software (.txt, .asc, .xyz)"
         raise DataError(
-            f'{path}: files named "{Path(path).suffix or "without ending"}" are not converted; {known} are'
+            f'{path}: files named "{Path(path).suffix or "without ending"}" are not converted; {formats} are'
         )
     if kind == "DCC":
         return _certificate(path)
@@ -111,9 +111,11 @@ def _part(kind: str, whole: DrawnPart, around: Beside) -> ConvertedFiles:
     notes = list(drawn.notes)
     if drawn.points:
         texts["points.csv"] = _points_csv(drawn)
-        said = "points.csv holds what was measured: vcmm evaluate scenario.toml --points points.csv"
+        advice = "points.csv holds what was measured: vcmm evaluate scenario.toml --points points.csv"
         notes.append(
-            said if drawn.tip_radius is None else f"{said} --tip-centres (tip of {mm(2 * drawn.tip_radius)})"
+            advice
+            if drawn.tip_radius is None
+            else f"{advice} --tip-centres (tip of {mm(2 * drawn.tip_radius)})"
         )
     counts = {
         "features": len(drawn.features), "characteristics": len(drawn.characteristics),
@@ -126,8 +128,8 @@ def _without_points(
     drawn: DrawnPart, characteristics: Sequence[dict[str, Any]]
 ) -> list[tuple[dict[str, Any], str]]:
     """Characteristics of features without points, and which: `evaluate` could not tell them. Where no points are known, none."""
-    found = [(c, next((n for n in features_of(c) if n not in drawn.points), "")) for c in characteristics]
-    return [(c, f"{bare} has no measured points") for c, bare in found if bare and drawn.points]
+    pairs = [(c, next((n for n in features_of(c) if n not in drawn.points), "")) for c in characteristics]
+    return [(c, f"{bare} has no measured points") for c, bare in pairs if bare and drawn.points]
 
 
 def _points_csv(drawn: DrawnPart) -> str:
@@ -138,8 +140,10 @@ def _points_csv(drawn: DrawnPart) -> str:
 def _certificate(path: str | Path) -> ConvertedFiles:
     from vcmm.files.foreign.dcc import quantities_csv, read_dcc
 
-    found = read_dcc(path)
-    return ConvertedFiles("DCC", {"quantities.csv": quantities_csv(found)}, (), {"quantities": len(found)})
+    certificate = read_dcc(path)
+    return ConvertedFiles(
+        "DCC", {"quantities.csv": quantities_csv(certificate)}, (), {"quantities": len(certificate)}
+    )
 
 
 def _export(path: str | Path) -> ConvertedFiles:
@@ -150,13 +154,13 @@ def _export(path: str | Path) -> ConvertedFiles:
     export = read_export(path)
     if export is not None:
         return _values(export)
-    found = read_point_list(path)
-    if found is None:
+    points = read_point_list(path)
+    if points is None:
         raise DataError(
             f"{path}:1: neither a table of CALYPSO (planid, partnb, id ...), nor a report of PC-DMIS (DIM LOC1= ... UNITS=MM), nor a list of "
             "points (x y z); docs/from_cmm_software.md shows what each looks like"
         )
-    given = found.points
+    given = points.points
     head = [*(["feature"] if given.features else []), "x_mm", "y_mm", "z_mm"]
     head += ["nx", "ny", "nz"] if given.normals is not None else []
     rows = []
@@ -165,7 +169,9 @@ def _export(path: str | Path) -> ConvertedFiles:
         rows.append([*([given.features[i]] if given.features else []), *(f"{v:.12g}" for v in (*p, *beside))])
     text = csv_of([head, *rows])
     told = "vcmm evaluate SCENARIO --points points.csv (--tip-centres where these are centres of the tip)"
-    return ConvertedFiles("list of points", {"points.csv": text}, (*found.notes, told), {"points": len(rows)})
+    return ConvertedFiles(
+        "list of points", {"points.csv": text}, (*points.notes, told), {"points": len(rows)}
+    )
 
 
 def _values(export: Export) -> ConvertedFiles:

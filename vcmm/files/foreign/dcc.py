@@ -75,7 +75,7 @@ def read_dcc(path: str | Path) -> tuple[Quantity, ...]:
     return tuple(out)
 
 
-def quantities_csv(found: Sequence[Quantity]) -> str:
+def quantities_csv(quantities: Sequence[Quantity]) -> str:
     """Quantities as a table: section, name, value, unit, U, k, u, ends of the interval where one is stated, p."""
     rows = [
         [
@@ -85,7 +85,7 @@ def quantities_csv(found: Sequence[Quantity]) -> str:
             q.unit,
             *("" if v is None else f"{v:.12g}" for v in (q.U, q.k, q.u, *(q.interval or (None, None)), q.p)),
         ]
-        for q in found
+        for q in quantities
     ]
     return csv_of(
         [["section", "name", "value", "unit", "U", "k", "u", "interval_min", "interval_max", "p"], *rows]
@@ -150,26 +150,26 @@ def _spread(held: Node, name: str, count: int) -> list[float] | None:
     )
     if node is None:
         return None
-    found = [float(v) for v in series(node)[:, 0]]
-    if len(found) not in (1, count):
-        raise DataError(f"{node.at}: {len(found)} numbers for {count} values")
-    return found * count if len(found) == 1 else found
+    numbers = [float(v) for v in series(node)[:, 0]]
+    if len(numbers) not in (1, count):
+        raise DataError(f"{node.at}: {len(numbers)} numbers for {count} values")
+    return numbers * count if len(numbers) == 1 else numbers
 
 
 def _uncertainty(held: Node, factor: float) -> dict[str, Any]:
     """Keys of a Quantity: an expanded uncertainty with its factor (of a standard uncertainty alone 1), or an interval with its ends; p."""
     nodes = {n.name: n for n in held.below()}
-    found = {name: float(series(n)[0, 0]) for name, n in nodes.items() if name in STATED}
-    p = found.get("coverageProbability")
+    by_name = {name: float(series(n)[0, 0]) for name, n in nodes.items() if name in STATED}
+    p = by_name.get("coverageProbability")
     for name in ("uncertainty", "valueExpandedMU"):
-        if name in found:
-            if "coverageFactor" not in found:
+        if name in by_name:
+            if "coverageFactor" not in by_name:
                 raise DataError(f"{nodes[name].at}: an expanded uncertainty without its coverage factor")
-            return {"U": factor * found[name], "k": found["coverageFactor"], "p": p}
-    standard = found.get("valueStandardMU", found.get("standardUnc"))
+            return {"U": factor * by_name[name], "k": by_name["coverageFactor"], "p": p}
+    standard = by_name.get("valueStandardMU", by_name.get("standardUnc"))
     standard = None if standard is None else factor * standard
-    if "intervalMin" in found and "intervalMax" in found:
-        ends = factor * found["intervalMin"], factor * found["intervalMax"]
+    if "intervalMin" in by_name and "intervalMax" in by_name:
+        ends = factor * by_name["intervalMin"], factor * by_name["intervalMax"]
         return {"U": None, "k": None, "p": p, "standard": standard, "interval": ends}
     return {"U": standard, "k": None if standard is None else 1.0}
 

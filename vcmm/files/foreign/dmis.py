@@ -71,8 +71,8 @@ def read_dmis(path: str | Path) -> DrawnPart:
             f"{path}:1: no F(name)=FEAT/... statement is in this file; DMIS programs with nominals are read"
         )
     if program.others:
-        said = ", ".join(f"{k} ({n})" for k, n in sorted(program.others.items()))
-        program.part.notes.append(f"statements that say nothing of the part: {said}")
+        listed = ", ".join(f"{k} ({n})" for k, n in sorted(program.others.items()))
+        program.part.notes.append(f"statements that say nothing of the part: {listed}")
     for name, rows in program.touches.items():
         program.part.targets[name] = np.array(rows)
         if name not in program.features_with_extent:
@@ -97,9 +97,11 @@ def _note_assumptions(program: _Program) -> None:
 
 def _note_unused(program: _Program) -> None:
     used = {t for _, _, tolerances in program.requests for t in tolerances}
-    for name, one in program.tolerances.items():
+    for name, tolerance in program.tolerances.items():
         if name not in used:
-            program.part.notes.append(f"{one.at}: T({name}) is not asked for by OUTPUT or EVAL: left out")
+            program.part.notes.append(
+                f"{tolerance.at}: T({name}) is not asked for by OUTPUT or EVAL: left out"
+            )
 
 
 def _statements(path: Path) -> list[DmisStatement]:
@@ -122,10 +124,10 @@ def _statements(path: Path) -> list[DmisStatement]:
 
 
 def _statement(at: str, text: str) -> DmisStatement:
-    found = _LABEL.match(text)
-    if not found:
+    match = _LABEL.match(text)
+    if not match:
         return DmisStatement(at, ("", ""), "?", (text.strip(),))
-    label, name, kind, rest = found.groups()
+    label, name, kind, rest = match.groups()
     words = _split(rest or "")
     return DmisStatement(at, ((label or "").upper(), (name or "").strip()), kind.upper(), tuple(words))
 
@@ -324,18 +326,18 @@ def _end(program: _Program, _s: DmisStatement) -> None:
 
 def _output(program: _Program, s: DmisStatement) -> None:
     features, tolerances = _names("FA|F", s), _names("TA|T", s)
-    known = [t for t in tolerances if t in program.tolerances]
+    named = [t for t in tolerances if t in program.tolerances]
     unknown = [t for t in tolerances if t not in program.tolerances]
     if unknown:
         raise DataError(f"{s.at}: the tolerance T({unknown[0]}) is not defined before")
-    if known:
-        program.requests.append((s.at, features, known))
+    if named:
+        program.requests.append((s.at, features, named))
 
 
 def _names(kinds: str, s: DmisStatement) -> list[str]:
     """Names in words such as FA(C1) of the kinds given."""
-    found = (re.fullmatch(rf"(?:{kinds})\(([^)]*)\)", w, re.IGNORECASE) for w in s.words)
-    return [f[1].strip() for f in found if f]
+    matches = (re.fullmatch(rf"(?:{kinds})\(([^)]*)\)", w, re.IGNORECASE) for w in s.words)
+    return [f[1].strip() for f in matches if f]
 
 
 def _span_feature(drawn: DrawnPart, name: str, rows: Any) -> None:

@@ -99,8 +99,8 @@ def _zone(t: ToleranceStatement, feature: str, datums: Mapping[str, str]) -> dic
             return f"a zone from {low:g} to {high:g} that is not disposed equally"
         width, kind = high - low, PROFILES[t.kind]
     else:
-        found = _numbers(t, 2 if t.kind == "ANGLR" else 1)
-        width, kind = found[1 if t.kind == "ANGLR" else 0], ZONES[t.kind]
+        numbers = _numbers(t, 2 if t.kind == "ANGLR" else 1)
+        width, kind = numbers[1 if t.kind == "ANGLR" else 0], ZONES[t.kind]
     if width <= 0.0:
         raise DataError(f"{t.at}: T({t.name}): a zone of {width:g}")
     out: dict[str, Any] = {"type": kind, "of": feature, "zone": mm(t.mm * width)}

@@ -31,20 +31,23 @@ DECIMALS = 7  # 0.1 nm, where U is not stated
 def dfq_text(part: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
     """The text of a file. values: by part, each with the same characteristics; angles in degrees. UsageError otherwise."""
     first = next(iter(values.values()))
-    for name, one in values.items():
-        if [v.name for v in one] != [v.name for v in first]:
+    for name, part_values in values.items():
+        if [v.name for v in part_values] != [v.name for v in first]:
             raise UsageError(
                 f'the part "{name}" has other characteristics than the first one; export them apart'
             )
     lines = [f"K0100 {len(first)}", f"K1001 {_plain(part)}", f"K1002 {_plain(part)}"]
     decimals = [
-        max([_places(one[i]) for one in values.values() if one[i].interval] or [DECIMALS])
+        max(
+            [_places(part_values[i]) for part_values in values.values() if part_values[i].interval]
+            or [DECIMALS]
+        )
         for i in range(len(first))
     ]
     for i, v in enumerate(first, 1):
         lines += _characteristic(i, v, decimals[i - 1])
-    for name, one in values.items():
-        for i, v in enumerate(one, 1):
+    for name, part_values in values.items():
+        for i, v in enumerate(part_values, 1):
             lines += [f"K0014/{i} {_plain(name)}"] if name else []
             lines += [f"K0001/{i} {_number(v.measured, v.unit, decimals[i - 1])}", f"K0002/{i} 0"]
     return "\r\n".join(lines) + "\r\n"
@@ -52,8 +55,8 @@ def dfq_text(part: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
 
 def _places(v: HandedValue) -> int:
     """Decimals of the value in the unit of the file, by its U."""
-    found = v.places(1.0 if v.unit == "mm" else math.degrees(1.0))
-    return DECIMALS if found is None else found
+    places = v.places(1.0 if v.unit == "mm" else math.degrees(1.0))
+    return DECIMALS if places is None else places
 
 
 def _characteristic(i: int, v: HandedValue, decimals: int) -> list[str]:

@@ -39,15 +39,15 @@ def contradictions(cells: StatedCells, unit: str, drawing: float | None) -> list
                 "scenario; correct the one that is not on the drawing"
             )
     if actual is not None and nominal is not None and deviation is not None:
-        found = actual - nominal
+        difference = actual - nominal
         allowed = (1.5 + ROUNDING) * max(_digit(c) for c in (cells.actual, cells.nominal, cells.deviation))
         if (
-            min(abs(found - deviation), abs(found + deviation)) > allowed
+            min(abs(difference - deviation), abs(difference + deviation)) > allowed
         ):  # either sign: of a place below zero some count outwards
             places = max(_places(c) for c in (cells.actual, cells.nominal))
             out.append(
                 f"{d} {cells.deviation.strip()} is not {a} - {n} = {cells.actual.strip()} - {cells.nominal.strip()} = "
-                f"{found:.{places}f} {unit}; {a} is taken"
+                f"{difference:.{places}f} {unit}; {a} is taken"
             )
     return out
 

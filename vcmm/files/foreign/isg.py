@@ -62,10 +62,10 @@ def read_isg(path: str | Path) -> ErrorFile:
     tables: list[ErrorTable] = []
     constants: dict[str, float] = {}
     problems: list[str] = []
-    seen: dict[str, int] = {}
+    occurrences: dict[str, int] = {}
     for rows in _blocks(read_text(path)):
         try:
-            block = _block(path, rows, seen)
+            block = _block(path, rows, occurrences)
             if block.arguments:
                 tables.append(_table(path, block))
             else:
@@ -92,7 +92,7 @@ def _blocks(text: str) -> list[list[tuple[int, list[str]]]]:
     return [block for block in blocks if block]
 
 
-def _block(path: Path, rows: list[tuple[int, list[str]]], seen: dict[str, int]) -> _Block:
+def _block(path: Path, rows: list[tuple[int, list[str]]], occurrences: dict[str, int]) -> _Block:
     line, words = rows[0]
     count = next((i for i, word in enumerate(words) if not is_axis(word)), len(words))
     problems: list[str] = []
@@ -106,10 +106,10 @@ def _block(path: Path, rows: list[tuple[int, list[str]]], seen: dict[str, int]) 
                 "or A0Z B0Z C0Y X0C (without)"
             )
     for name in names[count:]:
-        if name in seen or names.count(name) > 1:
-            first = f" first in line {seen[name]}" if name in seen else ""
+        if name in occurrences or names.count(name) > 1:
+            first = f" first in line {occurrences[name]}" if name in occurrences else ""
             problems.append(f"{path}:{line}: {name} is given twice,{first} here again; keep one")
-        seen.setdefault(name, line)
+        occurrences.setdefault(name, line)
     if not problems:  # an unknown name says nothing of what it would need
         problems += _kind_problems(path, line, names, count)
     numbers = _numbers(path, rows[1:], words, problems)

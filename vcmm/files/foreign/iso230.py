@@ -128,17 +128,17 @@ def _directions(sheet: Sheet, problems: list[str]) -> Array:
 
 def _other_columns(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
     """Conditions and labels beside target, deviation and direction."""
-    own = [*TARGET.headings, *OBSERVED.headings, "direction"]
-    known = [
+    own_headings = [*TARGET.headings, *OBSERVED.headings, "direction"]
+    headings = [
         c
         for c in file_columns()
         if c == "time_s" or c.startswith(("temp_", "pressure", "humidity", "dead_path"))
     ]
     return conditions_of(
         sheet,
-        own,
-        lambda name: known_column(name, known),
-        lambda name: f" of positioning runs.{did_you_mean(name, [*own, *known, *LABELS])}",
+        own_headings,
+        lambda name: known_column(name, headings),
+        lambda name: f" of positioning runs.{did_you_mean(name, [*own_headings, *headings, *LABELS])}",
         problems,
     )
 

@@ -97,28 +97,28 @@ def _reads(cell: str, clock: str) -> bool:
 
 
 def recording_of_homings(
-    found: Homings, machine: Machine, at: Mapping[str, float], offset: Array
+    homings: Homings, machine: Machine, at: Mapping[str, float], offset: Array
 ) -> Recording:
     """Homings as displacements along their axis, indicated - true; the axis stands at `at`, or at zero."""
-    if found.axis not in machine.chain.letters:
+    if homings.axis not in machine.chain.letters:
         raise UsageError(
-            f"the machine {machine.chain.structure} has no axis {found.axis}; correct it, or the log"
+            f"the machine {machine.chain.structure} has no axis {homings.axis}; correct it, or the log"
         )
-    n = len(found.time)
+    n = len(homings.time)
     position = {a: np.full(n, at.get(a, 0.0)) for a in machine.chain.letters}
     run = Run(position, np.tile(np.asarray(offset, dtype=float), (n, 1)))
-    direction = axis_direction(machine, run, found.axis)
-    columns = {"time_s": found.time, **found.temperatures} | {
+    direction = axis_direction(machine, run, homings.axis)
+    columns = {"time_s": homings.time, **homings.temperatures} | {
         f"n{c}": direction[:, i] for i, c in enumerate("xyz")
     }
     return Recording(
         "",
         "displacement",
         run.with_columns(columns),
-        value=found.height,
+        value=homings.height,
         measuring=True,
         row=np.arange(n),
         direction=direction,
         other=np.full(n, -1, dtype=np.intp),
-        lines=found.lines.astype(np.intp),
+        lines=homings.lines.astype(np.intp),
     )

@@ -98,23 +98,23 @@ class Part21:
 
     def measure(self, number: int) -> float:
         """A measure with its unit, in mm or rad. DataError: no measure, a unit that is neither length nor angle."""
-        one = self[number]
-        value, unit = (one.values("MEASURE_WITH_UNIT", "LENGTH_MEASURE_WITH_UNIT", "PLANE_ANGLE_MEASURE_WITH_UNIT") + [None, None])[:2]  # fmt: skip
+        entity = self[number]
+        value, unit = (entity.values("MEASURE_WITH_UNIT", "LENGTH_MEASURE_WITH_UNIT", "PLANE_ANGLE_MEASURE_WITH_UNIT") + [None, None])[:2]  # fmt: skip
         if not isinstance(value, float) or not isinstance(unit, Ref):
-            raise DataError(f"{one.at}: a measure with unit is due")
+            raise DataError(f"{entity.at}: a measure with unit is due")
         return value * self._factor(unit, 0)
 
     def _factor(self, number: int, depth: int) -> float:
-        one = self[number]
-        if si := one.values("SI_UNIT"):
+        entity = self[number]
+        if si := entity.values("SI_UNIT"):
             prefix, name = si[-2:]
             if name in UNITS and (prefix is None or prefix in PREFIX):
                 return UNITS[name] * PREFIX.get(prefix, 1.0)
-        if (own := one.values("CONVERSION_BASED_UNIT")) and depth < DEEPEST:
-            inner = self[own[1]].values("MEASURE_WITH_UNIT", "LENGTH_MEASURE_WITH_UNIT", "PLANE_ANGLE_MEASURE_WITH_UNIT")  # fmt: skip
+        if (factor := entity.values("CONVERSION_BASED_UNIT")) and depth < DEEPEST:
+            inner = self[factor[1]].values("MEASURE_WITH_UNIT", "LENGTH_MEASURE_WITH_UNIT", "PLANE_ANGLE_MEASURE_WITH_UNIT")  # fmt: skip
             if len(inner) == 2 and isinstance(inner[0], float):
                 return inner[0] * self._factor(inner[1], depth + 1)
-        raise DataError(f"{one.at}: a unit of length or angle is due, in SI or converted to it")
+        raise DataError(f"{entity.at}: a unit of length or angle is due, in SI or converted to it")
 
 
 class _Reader:
@@ -193,11 +193,11 @@ def read_part21(path: str | Path) -> Part21:
         raise DataError(f"{file}: cannot be read ({error.strerror})") from None
     if not text.lstrip("\ufeff \r\n\t").startswith("ISO-10303-21"):
         raise DataError(f"{file}:1: this is no STEP file: ISO-10303-21 stands not at its head")
-    found = Part21(file, re.sub(r"/\*.*?\*/", lambda m: "\n" * m[0].count("\n"), text, flags=re.S))
-    if not found.numbers:
+    part21 = Part21(file, re.sub(r"/\*.*?\*/", lambda m: "\n" * m[0].count("\n"), text, flags=re.S))
+    if not part21.numbers:
         raise DataError(f"{file}:1: this STEP file holds no entity")
     _check_depth(file, text)
-    return found
+    return part21
 
 
 def _check_depth(file: Path, text: str) -> None:

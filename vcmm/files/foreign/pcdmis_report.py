@@ -138,8 +138,8 @@ def row_of(table: ReportTable, line: str, where: str) -> TableRow:
 
 def _by_place(cells: Sequence[tuple[str, int]], header: Sequence[tuple[str, int]]) -> dict[str, str] | None:
     """Cells of a short row by the heading near whose end they end; None where two stand under one."""
-    found = {min(header, key=lambda h: abs(h[1] - end))[0]: cell for cell, end in cells}
-    return found if len(found) == len(cells) else None
+    by_heading = {min(header, key=lambda h: abs(h[1] - end))[0]: cell for cell, end in cells}
+    return by_heading if len(by_heading) == len(cells) else None
 
 
 def _agrees(placed: Mapping[str, str], words: Sequence[str]) -> bool:

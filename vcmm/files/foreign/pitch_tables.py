@@ -36,8 +36,8 @@ def sinumerik_tables(machine: Machine, nodes: int) -> Tables:
     lines, held, left = ["%_N_AX_EEC_INI", "CHANDATA(1)"], set(), []
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
-        up, down, own = errors_both_ways(machine, letter, q)
-        held |= own
+        up, down, by_axes = errors_both_ways(machine, letter, q)
+        held |= by_axes
         name, gap = f"{letter}1", float(np.mean(down - up))
         lines += [f"; {line}" for line in of_the_tool(machine, letter, q, up)]
         lines += [
@@ -60,7 +60,7 @@ def sinumerik_tables(machine: Machine, nodes: int) -> Tables:
 
 def fanuc_tables(machine: Machine, nodes: int) -> Tables:
     """One tape: N10000 + number of the point, P the value in detection units; `parameters.txt` holds 3620 to 3624 and 1851."""
-    tape, said, held, left = ["%"], [], set(), []
+    tape, remarks, held, left = ["%"], [], set(), []
     for letter, axis in linear(machine).items():
         low, high = axis.travel
         if not low <= 0.0 <= high:
@@ -71,13 +71,13 @@ def fanuc_tables(machine: Machine, nodes: int) -> Tables:
         interval = float(np.ceil((high - low) / (nodes - 1) / UNIT - 1e-9) * UNIT)
         first, last = -int(np.ceil(-low / interval - 1e-9)), int(np.ceil(high / interval - 1e-9))
         q: Array = np.array([interval * k for k in range(first, last + 1)])
-        up, down, own = errors_both_ways(machine, letter, np.clip(q, low, high))
-        held |= own
+        up, down, by_axes = errors_both_ways(machine, letter, np.clip(q, low, high))
+        held |= by_axes
         steps, factor = pulses(up, -first)
         base = 256 * ROW[letter] - first
         tape += [f"N{10000 + base + k} P{v // factor}" for k, v in zip(range(first + 1, last + 1), steps)]
         gap = round(float(np.mean(down - up)) / UNIT)
-        said += [
+        remarks += [
             f"{letter}: 3620 = {base} (reference point, machine zero), 3621 = {base + first + 1}, 3622 = {base + last}, 3623 = {factor}, "
             f"3624 = {interval:.3f} mm, 1851 = {gap} (backlash, detection units of {UNIT} mm)",
             *of_the_tool(machine, letter, q, up),
@@ -93,7 +93,7 @@ def fanuc_tables(machine: Machine, nodes: int) -> Tables:
     left.append(
         "what is left between the points is up to half a detection unit (0.5 um), and up to one step between two of them: the control adds whole pulses"
     )
-    text = "\n".join([f"{machine.name}: stored pitch error compensation", *said])
+    text = "\n".join([f"{machine.name}: stored pitch error compensation", *remarks])
     return Tables({"pitch.txt": "\n".join([*tape, "%", ""]), "parameters.txt": text}, tuple(left))
 
 

@@ -124,9 +124,9 @@ def read_points(
     n = len(sheet.rows)
     nominal = np.stack([table.get(c, np.zeros(n)) for c in "xyz"], axis=1)
     normal = _unit_normals(sheet, table)
-    seen = [i for i, c in enumerate("xyz") if f"m{c}" in table or f"d{c}" in table]
+    coordinates = [i for i, c in enumerate("xyz") if f"m{c}" in table or f"d{c}" in table]
     error = np.zeros((n, 3))
-    for i in seen:
+    for i in coordinates:
         c = "xyz"[i]
         error[:, i] = table[f"d{c}"] if f"d{c}" in table else table[f"m{c}"] - nominal[:, i]
     run = _run(machine, pose, nominal, normal, offset, tip_radius)
@@ -134,8 +134,8 @@ def read_points(
     if normal is not None:
         value, row, direction = (error * normal).sum(axis=1), np.arange(n), pose.turn(normal)
     else:
-        value, row = error[:, seen].ravel(), np.repeat(np.arange(n), len(seen))
-        direction = np.tile(pose.turn(np.eye(3)[seen]), (n, 1))
+        value, row = error[:, coordinates].ravel(), np.repeat(np.arange(n), len(coordinates))
+        direction = np.tile(pose.turn(np.eye(3)[coordinates]), (n, 1))
     return Recording(
         "",
         kind,
@@ -154,7 +154,7 @@ def _columns(
 ) -> tuple[dict[str, Array], dict[str, Array], dict[str, np.ndarray]]:
     """Coordinates by canonical name, conditions, labels."""
     table: dict[str, Array] = {}
-    known = [c for c in file_columns() if c == "time_s" or c.startswith("temp_")]
+    allowed = [c for c in file_columns() if c == "time_s" or c.startswith("temp_")]
     for name in [n for n in sheet.header if n.lower() not in LABELS and canonical(n)]:
         short = canonical(name)
         if short in table:
@@ -170,9 +170,9 @@ def _columns(
     columns, labels = conditions_of(
         replace(sheet, header=headings),
         used,
-        known.__contains__,
+        allowed.__contains__,
         lambda name: (
-            f" of a point table.{did_you_mean(name, ['feature', 'mx', 'my', 'mz', *known, *LABELS])}"
+            f" of a point table.{did_you_mean(name, ['feature', 'mx', 'my', 'mz', *allowed, *LABELS])}"
             " Columns: feature x y z i j k mx my mz"
         ),
         problems,
@@ -183,18 +183,18 @@ def _columns(
 def _check_complete(sheet: Sheet, table: dict[str, Array], problems: list[str]) -> None:
     at = sheet.head
     have_normal = [c for c in "ijk" if c in table]
-    seen = [c for c in "xyz" if f"m{c}" in table or f"d{c}" in table]
+    coordinates = [c for c in "xyz" if f"m{c}" in table or f"d{c}" in table]
     for c in "xyz":
-        if c in seen and c not in table:
+        if c in coordinates and c not in table:
             problems.append(f"{at}: {c} is measured, but its nominal column {c} is missing")
-    if not seen:
+    if not coordinates:
         problems.append(
             f"{at}: there are no measured columns; add mx my mz (or dx dy dz, measured - nominal)"
         )
     if have_normal and len(have_normal) < 3:
         problems.append(f"{at}: the normal i j k is complete or absent; found {' '.join(have_normal)}")
-    if have_normal and 0 < len(seen) < 3:
-        problems.append(f"{at}: along a normal all of x y z must be measured; found {' '.join(seen)}")
+    if have_normal and 0 < len(coordinates) < 3:
+        problems.append(f"{at}: along a normal all of x y z must be measured; found {' '.join(coordinates)}")
 
 
 def _unit_normals(sheet: Sheet, table: dict[str, Array]) -> Array | None:

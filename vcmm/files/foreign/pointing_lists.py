@@ -56,7 +56,7 @@ class Pointings:
     lines: Array
 
 
-def recording_of_pointings(found: Pointings, machine: Machine, measuring: bool) -> Recording:
+def recording_of_pointings(pointings: Pointings, machine: Machine, measuring: bool) -> Recording:
     """Sightings as a recording of angles. Raises UsageError where the machine has not two rotary axes on its tool side."""
     axes = [a for a in machine.chain.tool if is_rotary(a)]
     if len(axes) != 2:
@@ -64,11 +64,17 @@ def recording_of_pointings(found: Pointings, machine: Machine, measuring: bool) 
             f'a pointing list needs a machine of two rotary axes, structure = "w b C B t"; {machine.chain.structure} has '
             f"{len(axes)} on the side of its tool"
         )
-    n = len(found.first)
-    position = {a: np.zeros(n) for a in machine.chain.letters} | {axes[0]: found.first, axes[1]: found.second}
-    columns = {**found.columns, **{name: found.directions[:, i] for i, name in enumerate(POINTING_COLUMNS)}}
+    n = len(pointings.first)
+    position = {a: np.zeros(n) for a in machine.chain.letters} | {
+        axes[0]: pointings.first,
+        axes[1]: pointings.second,
+    }
+    columns = {
+        **pointings.columns,
+        **{name: pointings.directions[:, i] for i, name in enumerate(POINTING_COLUMNS)},
+    }
     run = with_down(
-        Run(position, np.tile([LONG, 0.0, 0.0], (n, 1)), columns, found.labels), machine, found.down
+        Run(position, np.tile([LONG, 0.0, 0.0], (n, 1)), columns, pointings.labels), machine, pointings.down
     )
     value, direction = pointing_observations(run, machine, -1.0 if measuring else 1.0)
     return Recording(
@@ -80,7 +86,7 @@ def recording_of_pointings(found: Pointings, machine: Machine, measuring: bool) 
         row=np.repeat(np.arange(n), 2),
         direction=direction,
         other=np.full(2 * n, -1, dtype=np.intp),
-        lines=found.lines.astype(np.intp),
+        lines=pointings.lines.astype(np.intp),
     )
 
 
@@ -96,7 +102,9 @@ def read_tpoint(path: str | Path, equinox: str = "date") -> Pointings:
     if equinox not in EQUINOXES:
         raise UsageError(f'equinox = "{equinox}"; allowed are {", ".join(EQUINOXES)}')
     lines = lines_of(read_text(path))
-    rows = {row.line: found for row in Layout().rows(lines) if len(found := _numbers(row.text)) == ROW}
+    rows = {
+        row.line: row_numbers for row in Layout().rows(lines) if len(row_numbers := _numbers(row.text)) == ROW
+    }
     if not rows:
         raise DataError(
             f"{path}:1: there is no row of {ROW} numbers: RA h m s, Dec d m s, both as read, sidereal time h m"
@@ -182,10 +190,10 @@ def precess(ra: Array, dec: Array, year: float) -> tuple[Array, Array]:
     return np.arctan2(y, x) + second, np.arcsin(z)
 
 
-def refract(seen: Array, latitude: float, celsius: float, hectopascal: float) -> Array:
+def refract(apparent: Array, latitude: float, celsius: float, hectopascal: float) -> Array:
     """Directions (n, 3) raised by the refraction of the air; latitude rad. Raises DataError for stars below the horizon."""
     zenith = np.array([np.cos(latitude), 0.0, np.sin(latitude)])
-    sine = seen @ zenith
+    sine = apparent @ zenith
     height = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
     low = np.flatnonzero(height < 0)
     if len(low):
@@ -194,8 +202,8 @@ def refract(seen: Array, latitude: float, celsius: float, hectopascal: float) ->
         )
     lift = np.radians(1.02 / 60.0 / np.tan(np.radians(height + 10.3 / (height + 5.11))))
     lift = lift * hectopascal / 1010.0 * 283.0 / (273.0 + celsius)
-    across = (zenith - sine[:, None] * seen) / np.sqrt(1.0 - sine**2)[:, None]
-    return np.asarray(np.cos(lift)[:, None] * seen + np.sin(lift)[:, None] * across)
+    across = (zenith - sine[:, None] * apparent) / np.sqrt(1.0 - sine**2)[:, None]
+    return np.asarray(np.cos(lift)[:, None] * apparent + np.sin(lift)[:, None] * across)
 
 
 def read_altaz(path: str | Path) -> Pointings:
@@ -203,9 +211,9 @@ def read_altaz(path: str | Path) -> Pointings:
     sheet = read_csv(Path(path))
     problems = sheet.missing((AZIMUTH, ALTITUDE, *OFFSETS))
     used = [name for column in (AZIMUTH, ALTITUDE, *OFFSETS) for name in column.headings]
-    known = file_columns()
+    allowed = file_columns()
     columns, labels = conditions_of(
-        sheet, used, lambda name: known_column(name, known), lambda name: " of a pointing list", problems
+        sheet, used, lambda name: known_column(name, allowed), lambda name: " of a pointing list", problems
     )
     if problems:
         raise DataError(problems)

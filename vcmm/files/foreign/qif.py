@@ -31,10 +31,10 @@ class Qif:
         at = node.one(path)
         if at is None:
             return None
-        found = self.by_id.get(at.text.strip())
-        if found is None:
+        target = self.by_id.get(at.text.strip())
+        if target is None:
             raise DataError(f'{at.at}: the id "{brief(at.text.strip())}" belongs to nothing in this file')
-        return found
+        return target
 
     def length(self, node: Node) -> float:
         """A length in mm. Raises DataError: no number, another unit than that of the file."""
@@ -97,9 +97,9 @@ def _factor(units: Node, name: str, default: float) -> float:
 
 def _angle(units: Node) -> float:
     node = units.one("AngularUnit")
-    known = {"degree": math.pi / 180.0, "deg": math.pi / 180.0, "radian": 1.0, "rad": 1.0}
-    if node is not None and node.one("UnitConversion/Factor") is None and node.words("UnitName") in known:
-        return known[node.words("UnitName")]
+    factors = {"degree": math.pi / 180.0, "deg": math.pi / 180.0, "radian": 1.0, "rad": 1.0}
+    if node is not None and node.one("UnitConversion/Factor") is None and node.words("UnitName") in factors:
+        return factors[node.words("UnitName")]
     return 1.0 if node is None else _factor(units, "AngularUnit", 1.0)
 
 

@@ -155,13 +155,13 @@ def _curve(qif: Qif, node: Node, angle: bool) -> tuple[Array, Array]:
     return _unit(node, "DomainLinearUnit", UNITS_MM, qif.to_mm) * q, scale * v
 
 
-def _unit(node: Node, key: str, known: dict[str, float], default: float) -> float:
+def _unit(node: Node, key: str, units: dict[str, float], default: float) -> float:
     at = node.one(key)
     if at is None:
         return default
-    if at.text.strip() not in known:
-        raise DataError(f'{at.at}: the unit "{at.text.strip()}" is not one of {", ".join(known)}')
-    return known[at.text.strip()]
+    if at.text.strip() not in units:
+        raise DataError(f'{at.at}: the unit "{at.text.strip()}" is not one of {", ".join(units)}')
+    return units[at.text.strip()]
 
 
 def _mpe(qif: Qif, cmm: Node) -> tuple[float, float] | None:

@@ -153,9 +153,9 @@ def _extent(
     ends = [nominal.one(f"{end}Point") for end in ("Start", "End")]
     if kind == "line" and ends[0] is not None and ends[1] is not None:
         return {"length": mm(float(np.linalg.norm(qif.place(ends[1]) - qif.place(ends[0]))))}
-    if points is not None and len(points) > 1 and (found := _span(kind, place, np.array(axis), points)):
+    if points is not None and len(points) > 1 and (span := _span(kind, place, np.array(axis), points)):
         drawn.notes.append(f"{nominal.at}: {name}: its extent is that of its measured points")
-        return found
+        return span
     drawn.notes.append(
         f"{nominal.at}: {name}: the file states no extent; {mm(DEFAULT_EXTENT)} is assumed, correct it"
     )
@@ -194,24 +194,24 @@ def _criterion_note(drawn: DrawnPart, table: dict[str, Any], stated: float | Non
     enough = points is not None and len(points) > (6 if feature["type"] == "cylinder" else 4)
     if stated is None or points is None or not enough or FORMS[table["type"]] != feature["type"]:
         return assumed
-    found = {c: _form(feature, points, c) for c in "GC"}
-    own = f"of the file's own points G gives {mm(round(found['G'], 7))}, C {mm(round(found['C'], 7))}, and it states {mm(round(stated, 7))}"
+    radii = {c: _form(feature, points, c) for c in "GC"}
+    text = f"of the file's own points G gives {mm(round(radii['G'], 7))}, C {mm(round(radii['C'], 7))}, and it states {mm(round(stated, 7))}"
     alike = [
-        c for c, value in found.items() if abs(value - stated) <= CRITERION_TOLERANCE * stated + ROUNDING
+        c for c, value in radii.items() if abs(value - stated) <= CRITERION_TOLERANCE * stated + ROUNDING
     ]
     if alike == ["C"]:
         table["criterion"] = "C"
-        return f"criterion C (minimum zone) is taken: {own}"
-    return f"G (least squares), as its value says: {own}" if "G" in alike else f"{assumed}: {own}"
+        return f"criterion C (minimum zone) is taken: {text}"
+    return f"G (least squares), as its value says: {text}" if "G" in alike else f"{assumed}: {text}"
 
 
 def _form(feature: dict[str, Any], points: Array, criterion: str) -> float:
     """Range of the distances from the element, mm."""
     axis = np.array(feature["axis"], float) if feature["type"] == "circle" else None
-    found = gauss(feature["type"], points, fixed_axis=axis)
+    element = gauss(feature["type"], points, fixed_axis=axis)
     if criterion == "C":
-        found = associate(feature["type"], "C", points, found, fixed_axis=axis, judged=False).element
-    return float(np.ptp(found.residuals))
+        element = associate(feature["type"], "C", points, element, fixed_axis=axis, judged=False).element
+    return float(np.ptp(element.residuals))
 
 
 def _stated_values(qif: Qif) -> dict[str, float]:
@@ -219,14 +219,14 @@ def _stated_values(qif: Qif) -> dict[str, float]:
     result = next((n for n in qif.root.below() if n.name == "MeasurementResults"), None)
     listed = None if result is None else result.one("MeasuredCharacteristics/CharacteristicMeasurements")
     out: dict[str, float] = {}
-    for one in listed.children if listed else ():
-        value = one.one("Value")
-        if value is not None and one.name.removesuffix("CharacteristicMeasurement") in (
+    for node in listed.children if listed else ():
+        value = node.one("Value")
+        if value is not None and node.name.removesuffix("CharacteristicMeasurement") in (
             "Flatness",
             "Circularity",
             "Cylindricity",
         ):
-            out[one.words("CharacteristicItemId")] = qif.length(value)
+            out[node.words("CharacteristicItemId")] = qif.length(value)
     return out
 
 
@@ -235,14 +235,14 @@ def read_qif_part(path: str | Path) -> DrawnPart:
     qif = read_qif(path)
     notes: list[str] = []
     measured = _measured_sets(qif, notes)
-    radii = {one.tip_radius for one in measured.values()}
+    radii = {item_values.tip_radius for item_values in measured.values()}
     drawn = DrawnPart(
         Path(path).name, _name(qif), notes=notes, tip_radius=next(iter(radii)) if len(radii) == 1 else None
     )
     if len(radii) > 1:
         measured = {}
         notes.append(f"{qif.path}:1: points compensated in different ways are mixed; none are taken over")
-    names = add_features(qif, drawn, {item: one.points for item, one in measured.items()})
+    names = add_features(qif, drawn, {item: item_values.points for item, item_values in measured.items()})
     if not names:
         raise DataError(
             f"{qif.root.at}: this document holds no features; vcmm makes a part of features with nominals"

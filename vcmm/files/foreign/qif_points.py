@@ -45,14 +45,16 @@ def read_qif_points(path: str | Path) -> QifPoints:
     radii: dict[float | None, str] = {}
     results = [n for n in qif.root.below() if n.name == "MeasurementResults"]
     for result in results:
-        found = of_features(qif, result, notes)
+        points_of = of_features(qif, result, notes)
         names = feature_names(qif)
         features, points, where = [], [], []
-        for item, one in found.items():
-            radii.setdefault(one.tip_radius, one.at)
-            features += [names[item]] * len(one.points)
-            points.append(one.points)
-            where += [f"{one.at} ({names[item]}, point {i})" for i in range(1, len(one.points) + 1)]
+        for item, item_points in points_of.items():
+            radii.setdefault(item_points.tip_radius, item_points.at)
+            features += [names[item]] * len(item_points.points)
+            points.append(item_points.points)
+            where += [
+                f"{item_points.at} ({names[item]}, point {i})" for i in range(1, len(item_points.points) + 1)
+            ]
         if points:
             name = "" if len(results) == 1 else result.attributes.get("id", "")
             parts.append(GivenPoints(name, np.concatenate(points), tuple(where), tuple(features)))
@@ -81,13 +83,13 @@ def of_features(qif: Qif, result: Node, notes: list[str]) -> dict[str, MeasuredS
     sets = {s.attributes.get("id", ""): s for s in result.many("MeasuredPointSets/MeasuredPointSet")}
     measured = result.one("MeasuredFeatures")
     out: dict[str, MeasuredSet] = {}
-    for one in measured.children if measured else ():
-        item = one.words("FeatureItemId")
+    for node in measured.children if measured else ():
+        item = node.words("FeatureItemId")
         if item not in qif.by_id:
-            raise DataError(f'{one.at}: the feature item "{brief(item)}" is not in this file')
-        listed = one.one("PointList")
+            raise DataError(f'{node.at}: the feature item "{brief(item)}" is not in this file')
+        listed = node.one("PointList")
         if listed is None:
-            notes.append(f"{one.at}: {feature_names(qif)[item]} was constructed, without points of its own")
+            notes.append(f"{node.at}: {feature_names(qif)[item]} was constructed, without points of its own")
             continue
         lost = next((e for e in listed.children if e.text.strip() not in sets), None)
         if lost is not None:

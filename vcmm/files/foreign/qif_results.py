@@ -110,8 +110,8 @@ class _Writer:
 
     def lists(self, *sections: str) -> str:
         """Lists with their counts, as every list of QIF has one; empty ones are left out."""
-        found = [(s, self.sections.get(s, [])) for s in sections]
-        return "\n".join(f'<{s} n="{len(t)}">\n' + "\n".join(t) + f"\n</{s}>" for s, t in found if t)
+        lists = [(s, self.sections.get(s, [])) for s in sections]
+        return "\n".join(f'<{s} n="{len(t)}">\n' + "\n".join(t) + f"\n</{s}>" for s, t in lists if t)
 
 
 def qif_text(
@@ -133,7 +133,7 @@ def qif_text(
             continue
         notes += _gaps(c, v, datums)
         made[v.name] = _characteristic(writer, c, v, part.features, (items, datums.get(c.name)))
-    results = [_results(writer, name, one, made) for name, one in values.items()]
+    results = [_results(writer, name, part_values, made) for name, part_values in values.items()]
     listed = writer.lists("ActualComponentSet")
     parts = f'<ActualComponentSets n="1">\n{listed}\n</ActualComponentSets>\n' if listed else ""
     body = [

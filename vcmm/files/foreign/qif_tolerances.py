@@ -75,37 +75,39 @@ def _table(
     of = [names.get(i.text.strip()) for i in item.many("FeatureItemIds/Id")]
     if not of or None in of:
         raise NotHere("its feature is not here")
-    one = QifDefinition(kind, item, nominal, definition)
+    definition_of = QifDefinition(kind, item, nominal, definition)
     features = [str(f) for f in of]
     if kind in BETWEEN:
         if len(features) != 2:
             raise NotHere(f"between {len(features)} features, two are due")
         if nominal.words("AnalysisMode", "THREEDIMENSIONAL") != "THREEDIMENSIONAL":
             raise NotHere("along one direction or in one plane only")
-        return {"type": BETWEEN[kind], "between": drawn.reference_first(features)} | _limits(qif, one, None)
+        return {"type": BETWEEN[kind], "between": drawn.reference_first(features)} | _limits(
+            qif, definition_of, None
+        )
     if len(features) != 1 and kind != "Position":
         raise NotHere(f"of {len(features)} features")
     if kind in SIZES:
         diameter = drawn.features[features[0]].get("diameter")
         if diameter is None:
             raise NotHere("its feature has no diameter")
-        return {"type": "size", "of": features[0]} | _limits(qif, one, float(diameter.split()[0]))
+        return {"type": "size", "of": features[0]} | _limits(qif, definition_of, float(diameter.split()[0]))
     return {"type": ZONES[kind], "of": features[0] if len(features) == 1 else features} | _zone(
-        qif, one, datums
+        qif, definition_of, datums
     )
 
 
-def _zone(qif: Qif, one: QifDefinition, datums: Mapping[str, str]) -> dict[str, Any]:
-    width = one.definition.one("ToleranceValue")
+def _zone(qif: Qif, definition: QifDefinition, datums: Mapping[str, str]) -> dict[str, Any]:
+    width = definition.definition.one("ToleranceValue")
     if width is None:
         raise NotHere("no tolerance value")
-    if one.definition.one("OuterDisposition") is not None:
+    if definition.definition.one("OuterDisposition") is not None:
         raise NotHere("a zone that is not disposed equally")
     out: dict[str, Any] = {"zone": mm(qif.length(width))}
-    frame = qif.node_at(one.definition, "DatumReferenceFrameId")
-    if frame is not None and (found := _datums(qif, frame, datums)):
-        out["datums"] = found
-    condition = one.definition.words("MaterialCondition")
+    frame = qif.node_at(definition.definition, "DatumReferenceFrameId")
+    if frame is not None and (letters := _datums(qif, frame, datums)):
+        out["datums"] = letters
+    condition = definition.definition.words("MaterialCondition")
     if condition in MATERIAL:
         out["material"] = MATERIAL[condition]
     elif condition not in NO_MODIFIER:
@@ -116,7 +118,7 @@ def _zone(qif: Qif, one: QifDefinition, datums: Mapping[str, str]) -> dict[str, 
 def _datums(qif: Qif, frame: Node, datums: Mapping[str, str]) -> list[str]:
     """Features of the datums in their order. NotHere: a modifier on a datum, a datum without feature."""
     rank = {"PRIMARY": 0, "SECONDARY": 1, "TERTIARY": 2}
-    found = []
+    letters = []
     for datum in frame.many("Datums/Datum"):
         modifier = datum.words("SimpleDatum/MaterialModifier")
         if datum.one("SimpleDatum") is None:
@@ -128,8 +130,8 @@ def _datums(qif: Qif, frame: Node, datums: Mapping[str, str]) -> list[str]:
         if key not in datums:
             label = "" if definition is None else definition.words("DatumLabel")
             raise NotHere(f"the datum {label} has no feature here")
-        found.append((rank.get(datum.words("Precedence/PrecedenceEnum"), 3), datums[key]))
-    return [name for _, name in sorted(found, key=lambda f: f[0])]
+        letters.append((rank.get(datum.words("Precedence/PrecedenceEnum"), 3), datums[key]))
+    return [name for _, name in sorted(letters, key=lambda f: f[0])]
 
 
 def _datum_features(qif: Qif, names: Mapping[str, str]) -> dict[str, str]:
@@ -149,20 +151,20 @@ def _datum_features(qif: Qif, names: Mapping[str, str]) -> dict[str, str]:
     return out
 
 
-def _limits(qif: Qif, one: QifDefinition, diameter: float | None) -> dict[str, Any]:
+def _limits(qif: Qif, definition: QifDefinition, diameter: float | None) -> dict[str, Any]:
     """Limits from the nominal value of the features, or nothing where the drawing states none."""
-    tolerance = one.definition.one("Tolerance")
+    tolerance = definition.definition.one("Tolerance")
     if tolerance is None:
         return {}
     ends = [tolerance.one(f"{end}Value") for end in ("Min", "Max")]
     if ends[0] is None or ends[1] is None:
         raise NotHere("one limit only")
-    angle = one.kind == "AngleBetween"
+    angle = definition.kind == "AngleBetween"
     read = qif.angle if angle else qif.length
     low, high = read(ends[0]), read(ends[1])
-    target = one.nominal.one("TargetValue")
+    target = definition.nominal.one("TargetValue")
     nominal = None if target is None else read(target)
-    factor = SIZES.get(one.kind, 1.0)
+    factor = SIZES.get(definition.kind, 1.0)
     if diameter is not None:
         nominal = diameter / factor if nominal is None else nominal
         shift = nominal - diameter / factor

@@ -129,10 +129,10 @@ def _deviations(path: Path, sections: dict[str, Lines], k: int) -> tuple[Array, 
             continue
         rows.append((int(cells[0]), int(cells[1]) - 1, *_numbers(path, number, cells[2:])))
     stated = _value(sections.get("RUNS", []), "run-count")
-    found = len({r for r, _, _ in rows})
-    if not problems and (not rows or (stated and stated != str(found))):
+    runs = len({r for r, _, _ in rows})
+    if not problems and (not rows or (stated and stated != str(runs))):
         problems.append(
-            f"{path}:{sections['DEVIATIONS'][0].line if rows else 1}: {found} runs, where Run-count says {stated or 'none'}"
+            f"{path}:{sections['DEVIATIONS'][0].line if rows else 1}: {runs} runs, where Run-count says {stated or 'none'}"
         )
     if problems:
         raise DataError(problems)

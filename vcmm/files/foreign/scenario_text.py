@@ -98,8 +98,8 @@ def features_of(characteristic: Mapping[str, Any]) -> list[str]:
     out: list[str] = []
     for key in ("of", "between", "datums"):
         value = characteristic.get(key, [])
-        for one in [value] if isinstance(value, str) else value:
-            out += [one] if isinstance(one, str) else one
+        for name in [value] if isinstance(value, str) else value:
+            out += [name] if isinstance(name, str) else name
     return out
 
 
@@ -155,8 +155,10 @@ def _box(features: Mapping[str, Mapping[str, Any]]) -> tuple[Array, Array]:
     places, sizes = [], []
     for table in features.values():
         places.append([_number(v) for v in table["point"].removesuffix(" mm").split()])
-        own = [table[k] for k in ("size", "length", "diameter") if k in table]
-        sizes.append(max((_number(v) for text in own for v in text.removesuffix(" mm").split()), default=0.0))
+        own_sizes = [table[k] for k in ("size", "length", "diameter") if k in table]
+        sizes.append(
+            max((_number(v) for text in own_sizes for v in text.removesuffix(" mm").split()), default=0.0)
+        )
     p, s = np.array(places), np.array(sizes)[:, None]
     return (p - s / 2).min(axis=0), (p + s / 2).max(axis=0)
 

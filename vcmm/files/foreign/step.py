@@ -61,7 +61,7 @@ def _name(text: Part21) -> str:
     return words[-1].strip() if words else text.path.stem
 
 
-def _number_faces(text: Part21, found: list[SurfaceFace], kinds: list[str]) -> list[SurfaceFace]:
+def _number_faces(text: Part21, faces: list[SurfaceFace], kinds: list[str]) -> list[SurfaceFace]:
     """Faces with their numbers in the file: Open CASCADE keeps the order of the shells. Numbers below 0 where it did not.
 
     Checked by the kind of every surface, and by the radii of all round ones.
@@ -72,13 +72,13 @@ def _number_faces(text: Part21, found: list[SurfaceFace], kinds: list[str]) -> l
     surfaces = [_surface(text, n) for n in told]
     same = [KINDS.get(k, "") for k in kinds] == [SURFACES.get(name, "") for name, _ in surfaces]
     ratios = (
-        [surfaces[f.number][1] / f.sizes[0] for f in found if f.kind in ("cylinder", "sphere")]
+        [surfaces[f.number][1] / f.sizes[0] for f in faces if f.kind in ("cylinder", "sphere")]
         if same
         else []
     )
     if not same or (ratios and max(ratios) > min(ratios) * (1.0 + SAME)):
-        return [replace(f, number=-1 - f.number) for f in found]
-    return [replace(f, number=told[f.number]) for f in found]
+        return [replace(f, number=-1 - f.number) for f in faces]
+    return [replace(f, number=told[f.number]) for f in faces]
 
 
 def _surface(text: Part21, face: int) -> tuple[str, float]:

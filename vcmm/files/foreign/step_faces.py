@@ -98,11 +98,11 @@ def _by_child(path: Path, _changed: int, _size: int) -> StepFaces:
             ) from None
         if done.returncode or not store.exists():
             raise DataError(f"{path}:1: {_fault(done.returncode, done.stderr)}")
-        found = pickle.loads(store.read_bytes())  # written by our own child, a moment ago
-    if isinstance(found, str):
-        raise DataError(found)
-    assert isinstance(found, StepFaces)
-    return found
+        faces = pickle.loads(store.read_bytes())  # written by our own child, a moment ago
+    if isinstance(faces, str):
+        raise DataError(faces)
+    assert isinstance(faces, StepFaces)
+    return faces
 
 
 def _fault(code: int, told: bytes) -> str:
@@ -116,10 +116,10 @@ def _fault(code: int, told: bytes) -> str:
 def write_faces(path: str, store: str) -> None:
     """What the child does: the faces, or the message of a DataError, as a pickle."""
     try:
-        found: StepFaces | str = faces_of(Path(path))
+        faces: StepFaces | str = faces_of(Path(path))
     except DataError as error:
-        found = str(error)
-    Path(store).write_bytes(pickle.dumps(found))
+        faces = str(error)
+    Path(store).write_bytes(pickle.dumps(faces))
 
 
 def faces_of(path: Path) -> StepFaces:
@@ -135,7 +135,7 @@ def faces_of(path: Path) -> StepFaces:
     if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone or not reader.TransferRoots():
         raise DataError(f"{path}:1: Open CASCADE finds no shape in this file")
     explorer = TopExp_Explorer(reader.OneShape(), TopAbs_FACE)
-    found: list[SurfaceFace] = []
+    faces: list[SurfaceFace] = []
     left, kinds = Counter[str](), []
     while explorer.More():
         shape = TopoDS.Face(explorer.Current())
@@ -143,11 +143,11 @@ def faces_of(path: Path) -> StepFaces:
         kinds.append(surface.GetType().name)
         if kinds[-1] in KINDS:
             face = _face(len(kinds) - 1, kinds[-1], surface, shape.Orientation() == TopAbs_REVERSED)
-            found.append(replace(face, touches=_spread(shape, face.reach)) if face.kind == "plane" else face)
+            faces.append(replace(face, touches=_spread(shape, face.reach)) if face.kind == "plane" else face)
         else:
             left[kinds[-1].removeprefix("GeomAbs_")] += 1
         explorer.Next()
-    return StepFaces(found, kinds, left)
+    return StepFaces(faces, kinds, left)
 
 
 def _face(number: int, name: str, surface: Any, reversed_: bool) -> SurfaceFace:

@@ -33,33 +33,33 @@ def add_tolerances(text: Part21, drawn: DrawnPart, names: Mapping[int, str]) -> 
     """Every dimension with limits and every geometrical tolerance into `drawn`. names: of the features by number of the face."""
     aspects = _Aspects(text, names)
     bare = 0
-    for one in [*text.of(*DIMENSIONS), *text.of("GEOMETRIC_TOLERANCE", *ZONES)]:
+    for entity in [*text.of(*DIMENSIONS), *text.of("GEOMETRIC_TOLERANCE", *ZONES)]:
         try:
-            made = _dimension(aspects, drawn, one) if _is_dimension(one) else _zones(aspects, one)
+            made = _dimension(aspects, drawn, entity) if _is_dimension(entity) else _zones(aspects, entity)
         except NotHere as why:
-            drawn.notes.append(f"{one.at}: {_label(one)}: {why}; left out")
+            drawn.notes.append(f"{entity.at}: {_label(entity)}: {why}; left out")
             continue
         bare += not made
         for table in made:
-            drawn.characteristics.append({"name": drawn.free_name(_label(one)), **table})
+            drawn.characteristics.append({"name": drawn.free_name(_label(entity)), **table})
     if bare:
         drawn.notes.append(
             f"{text.path}: {bare} dimensions without limits (theoretically exact, or for information) are left out"
         )
 
 
-def _is_dimension(one: Entity) -> bool:
-    return any(n in one.parts for n in DIMENSIONS)
+def _is_dimension(entity: Entity) -> bool:
+    return any(n in entity.parts for n in DIMENSIONS)
 
 
-def _label(one: Entity) -> str:
+def _label(entity: Entity) -> str:
     """The name in the file, or the kind of entity with its number."""
-    kind = next(iter(one.parts))
-    if given := one.values("GEOMETRIC_TOLERANCE", *ZONES):
+    kind = next(iter(entity.parts))
+    if given := entity.values("GEOMETRIC_TOLERANCE", *ZONES):
         plain = kind.lower().replace("_", " ").removesuffix(" tolerance")
-        return str(given[0] or f"{plain} #{one.number}").strip()
-    words = next((v for v in one.parts[kind] if isinstance(v, str) and v), "dimension")
-    return f"{words} #{one.number}"
+        return str(given[0] or f"{plain} #{entity.number}").strip()
+    words = next((v for v in entity.parts[kind] if isinstance(v, str) and v), "dimension")
+    return f"{words} #{entity.number}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,37 +83,37 @@ class _Aspects:
     def related(self) -> dict[int, list[int]]:
         """Aspects by the aspect that they are related to (parts of a composite one; the datum of a datum feature)."""
         out: dict[int, list[int]] = {}
-        for one in self.text.of("SHAPE_ASPECT_RELATIONSHIP"):
-            whole, part = one.values("SHAPE_ASPECT_RELATIONSHIP")[2:4]
+        for relation in self.text.of("SHAPE_ASPECT_RELATIONSHIP"):
+            whole, part = relation.values("SHAPE_ASPECT_RELATIONSHIP")[2:4]
             out.setdefault(whole, []).append(part)
         return out
 
     def features(self, aspect: int) -> list[str]:
         """Features of an aspect, each once. NotHere: none, or faces that are no features."""
-        found: dict[str, None] = {}
+        names: dict[str, None] = {}
         for face in self._faces(aspect, set()):
             if face not in self.names:
                 raise NotHere(f"it is about #{face}, which is no feature here")
-            found[self.names[face]] = None
-        if not found:
+            names[self.names[face]] = None
+        if not names:
             raise NotHere("no face is tied to it")
-        return list(found)
+        return list(names)
 
-    def _faces(self, aspect: int, seen: set[int]) -> Iterator[int]:
-        seen.add(aspect)
+    def _faces(self, aspect: int, visited: set[int]) -> Iterator[int]:
+        visited.add(aspect)
         yield from self.items.get(aspect, [])
         for part in self.related.get(aspect, []):
-            if part not in seen:
-                yield from self._faces(part, seen)
+            if part not in visited:
+                yield from self._faces(part, visited)
 
     def of_datum(self, datum: int) -> str:
         """The feature of a datum: of the datum features that are related to it."""
         letter = str(self.text[datum].values("DATUM")[-1])
         bearers = [whole for whole, parts in self.related.items() if datum in parts]
-        found = {name for b in [*bearers, datum] for name in self._known_names(b)}
-        if len(found) != 1:
-            raise NotHere(f"the datum {letter} has {len(found) or 'no'} features here")
-        return found.pop()
+        names = {name for b in [*bearers, datum] for name in self._known_names(b)}
+        if len(names) != 1:
+            raise NotHere(f"the datum {letter} has {len(names) or 'no'} features here")
+        return names.pop()
 
     def _known_names(self, aspect: int) -> list[str]:
         return list(dict.fromkeys(self.names[f] for f in self._faces(aspect, set()) if f in self.names))
@@ -125,13 +125,13 @@ def _references(value: Any) -> list[int]:
     return [n for v in value for n in _references(v)] if isinstance(value, list) else []
 
 
-def _dimension(aspects: _Aspects, drawn: DrawnPart, one: Entity) -> list[dict[str, Any]]:
+def _dimension(aspects: _Aspects, drawn: DrawnPart, dimension: Entity) -> list[dict[str, Any]]:
     """The characteristic of a dimension with limits; none of a dimension without."""
-    limits = _limits(aspects.text, one.number)
+    limits = _limits(aspects.text, dimension.number)
     if limits is None:
         return []
-    kind = next(n for n in DIMENSIONS if n in one.parts)
-    values = one.parts[kind]
+    kind = next(n for n in DIMENSIONS if n in dimension.parts)
+    values = dimension.parts[kind]
     if "LOCATION" in kind:
         features = [f for a in values[2:4] for f in aspects.features(a)]
         if len(features) != 2:
@@ -216,18 +216,18 @@ def _item_name(item: Entity) -> str:
     return ""
 
 
-def _zones(aspects: _Aspects, one: Entity) -> list[dict[str, Any]]:
+def _zones(aspects: _Aspects, tolerance: Entity) -> list[dict[str, Any]]:
     """A geometrical tolerance: one characteristic for all holes of a position, else one for every feature."""
-    kind = next((n for n in ZONES if n in one.parts), None)
+    kind = next((n for n in ZONES if n in tolerance.parts), None)
     if kind is None:
         raise NotHere("no such tolerance here")
-    if UNEQUAL in one.parts:
+    if UNEQUAL in tolerance.parts:
         raise NotHere("a zone that is not disposed equally")
-    values = one.values("GEOMETRIC_TOLERANCE") or one.parts[kind]
+    values = tolerance.values("GEOMETRIC_TOLERANCE") or tolerance.parts[kind]
     if not isinstance(values[2], Ref) or not isinstance(values[3], Ref):
         raise NotHere("its width or its shape is missing")
     width = aspects.text.measure(values[2])
-    more = {"zone": mm(_clean(width))} | _material(one) | _datums(aspects, one, values)
+    more = {"zone": mm(_clean(width))} | _material(tolerance) | _datums(aspects, tolerance, values)
     features = aspects.features(_aspect(aspects.text, values[3]))
     if ZONES[kind] in ("position", "symmetry") and len(features) > 1:
         return [{"type": ZONES[kind], "of": features} | more]
@@ -240,8 +240,8 @@ def _aspect(text: Part21, number: int) -> int:
     return size[0] if size else number
 
 
-def _material(one: Entity) -> dict[str, Any]:
-    stated = one.values("GEOMETRIC_TOLERANCE_WITH_MODIFIERS", "MODIFIED_GEOMETRIC_TOLERANCE")[-1:]
+def _material(tolerance: Entity) -> dict[str, Any]:
+    stated = tolerance.values("GEOMETRIC_TOLERANCE_WITH_MODIFIERS", "MODIFIED_GEOMETRIC_TOLERANCE")[-1:]
     words = [w for v in stated for w in (v if isinstance(v, list) else [v])]
     unknown = [str(w) for w in words if w not in MATERIAL]
     if unknown:
@@ -249,9 +249,9 @@ def _material(one: Entity) -> dict[str, Any]:
     return {"material": MATERIAL[str(words[0])]} if words else {}
 
 
-def _datums(aspects: _Aspects, one: Entity, values: list[Any]) -> dict[str, Any]:
+def _datums(aspects: _Aspects, tolerance: Entity, values: list[Any]) -> dict[str, Any]:
     """Features of the datum system in its order. NotHere: common datums, modifiers on a datum, a datum without feature."""
-    given = one.values("GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE") or values[4:]
+    given = tolerance.values("GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE") or values[4:]
     out = []
     for system in _references(given):
         entity = aspects.text[system]

@@ -16,32 +16,34 @@ from vcmm.task.certified.certificate import POSITIONING, MachineCertificate, len
 
 def certificate_from(table: CertificateTable) -> MachineCertificate:
     """Raises TableProblems with every limit that is not understood, UsageError for limits that contradict one another."""
-    found: list[tuple[str, str]] = []
+    problems_found: list[tuple[str, str]] = []
 
     def limit(name: str, read: object) -> object:
         keys = stated_keys(table, name)
         if not keys:
             return None
         key = keys[0]
-        found.extend(
+        problems_found.extend(
             (other, f"{other} and {key} state the same limit; keep one of them") for other in keys[1:]
         )
         try:
             return read(getattr(table, key), key)  # type: ignore[operator]
         except UsageError as error:
-            found.append((key, str(error)))
+            problems_found.append((key, str(error)))
             return None
 
     lengths = {name: limit(name, length_limit) for name in ("E0", "E150")}
     values = lengths | {name: limit(name, short_limit) for name in ("R0", "form", "size")}
-    positioning = _positioning(table.iso230_2 or {}, found)
-    findings = findings_in(table.measured or {}, found)
-    if found:
-        raise TableProblems(found)
+    positioning = _positioning(table.iso230_2 or {}, problems_found)
+    findings = findings_in(table.measured or {}, problems_found)
+    if problems_found:
+        raise TableProblems(problems_found)
     return MachineCertificate(**values, positioning=positioning, prior=table.prior, findings=findings)  # type: ignore[arg-type]
 
 
-def _positioning(table: dict[str, str], found: list[tuple[str, str]]) -> dict[tuple[str, str], float]:
+def _positioning(
+    table: dict[str, str], problems_found: list[tuple[str, str]]
+) -> dict[tuple[str, str], float]:
     out = {}
     for key, text in table.items():
         figure, _, axis = key.partition(" ")
@@ -52,19 +54,19 @@ def _positioning(table: dict[str, str], found: list[tuple[str, str]]) -> dict[tu
                 )
             out[figure, axis] = short_limit(text, key)
         except UsageError as error:
-            found.append(("iso230_2", str(error)))
+            problems_found.append(("iso230_2", str(error)))
     return out
 
 
 def certificate_table(path: str | Path) -> dict[str, Any]:
     """[certificate] of the machine of a scenario, as it stands. UsageError where there is none."""
     _, table, _ = found_machine(path)
-    found = table.get("certificate")
-    if not isinstance(found, dict) or not found:
+    certificate = table.get("certificate")
+    if not isinstance(certificate, dict) or not certificate:
         raise UsageError(
             'the machine states no certificate; add [machine.certificate] with E0_MPE = "1.8 um + L/350" (vcmm new certificate)'
         )
-    return found
+    return certificate
 
 
 def stated_certificate(path: str | Path) -> MachineCertificate | None:

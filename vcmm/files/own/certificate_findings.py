@@ -71,12 +71,12 @@ def _share(stated: object) -> LimitShare | None:
 
 
 def _percent(text: str) -> float:
-    found = re.fullmatch(r"\s*(-?\d+(?:\.\d+)?)\s*%\s*(?:of\s+(?:the\s+)?(?:E0_)?MPE)?\s*", text)
-    if not found:
+    match = re.fullmatch(r"\s*(-?\d+(?:\.\d+)?)\s*%\s*(?:of\s+(?:the\s+)?(?:E0_)?MPE)?\s*", text)
+    if not match:
         raise UsageError(
             f'measured E0_largest = "{text}" cannot be read: write "60 %" of MPE, or the error itself, such as "0.8 um"'
         )
-    return float(found[1]) / 100.0
+    return float(match[1]) / 100.0
 
 
 def _lengths(stated: object) -> tuple[tuple[float, Finding], ...]:

@@ -122,7 +122,7 @@ def _check_document(document: Document, problems: Problems) -> CutScenario | Non
         problems.attempt(("cut", key), partial(_log, document, getattr(model.cut, key), names)) or {}
         for key, names in (("force_log", FORCES), ("load_log", (LOAD,)))
     )
-    known = _combine_knowledge(
+    knowledge = _combine_knowledge(
         document, machine, setup, cut=model.cut, part=part, environment=environment, problems=problems
     )
     inspection = _inspection(document, model.inspection, problems)
@@ -134,9 +134,9 @@ def _check_document(document: Document, problems: Problems) -> CutScenario | Non
         problems.add(
             ("cut", "program"), f"there is no file {program}; name the NC program, relative to this file"
         )
-    if problems.found or not (part and settings and environment and known and inspection):
+    if problems.found or not (part and settings and environment and knowledge and inspection):
         return None
-    machine, inputs, found = known
+    machine, inputs, causes = knowledge
     offset = model.cut.work_offset
     return CutScenario(
         name=model.name or document.path.stem, machine=machine, program=program, setup=setup, part=part.part,
@@ -147,7 +147,7 @@ def _check_document(document: Document, problems: Problems) -> CutScenario | Non
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
         u_width={int(n): t.u_width for n, t in model.cut.tools.items() if t.u_width}, work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
-        found_since=found, record={**machine.record, **model.record.entries},
+        found_since=causes, record={**machine.record, **model.record.entries},
     )  # fmt: skip
 
 
@@ -189,8 +189,8 @@ def _in_other_unit(name: str, header: Sequence[str]) -> str:
 def _machine(document: Document, setup: Setup | None, problems: Problems) -> Machine | None:
     """The machine of the scenario, else that of the set-up."""
     if "machine" in document.data:
-        found = section(document, "machine", document.data["machine"], problems, machine_from)
-        return found if isinstance(found, Machine) else None
+        machine = section(document, "machine", document.data["machine"], problems, machine_from)
+        return machine if isinstance(machine, Machine) else None
     path = setup.machine if setup else None
     if path is None:
         if setup is not None:
@@ -205,9 +205,9 @@ def _plan(part: PartData | None, ideal: bool, document: Document, data: dict[str
         steps = [{"stylus": "gauge", **s} if isinstance(s, dict) else s for s in data["steps"]]
         data = {**data, "styli": {"gauge": GAUGE}, "steps": steps}
     problems = Problems(document)
-    found = plan_from(document, data, at, part.part if part else None, problems)
+    plan = plan_from(document, data, at, part.part if part else None, problems)
     problems.raise_if_any()
-    return found
+    return plan
 
 
 def _combine_knowledge(
@@ -217,9 +217,9 @@ def _combine_knowledge(
     """The machine with the effects of setting up, of the part and of the scenario; its Inputs and theirs; those found since."""
     for name in cut.tools:
         if name not in map(str, setup.tools):
-            known = [str(n) for n in setup.tools]
+            numbers = [str(n) for n in setup.tools]
             problems.add(
-                ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"
+                ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, numbers)}"
             )
         elif cut.tools[name].u_width and setup.tools[int(name)].width is None:
             text = f'u_width needs the width of tool {name} in the set-up, for example width = "3 mm"'
@@ -234,23 +234,23 @@ def _combine_knowledge(
             problems.add(("cut", "tools", name, "compliance"), text)
     if problems.found:
         return None
-    own = machine.effects if machine else ()
+    machine_effects = machine.effects if machine else ()
     effects, inputs = setting_knowledge(
         setup, cut, _is_turned(setup, cut, document.path.parent / cut.program)
     )
     stated = [str(e.get("effect")) for e in tables_in(document.data, "effects")]
-    if not any(name == ToolDeflection.name for name in (*stated, *(e.name for e in own))):
+    if not any(name == ToolDeflection.name for name in (*stated, *(e.name for e in machine_effects))):
         bends, known_bends = bending_knowledge(setup, cut)
         effects, inputs = [*effects, *bends], [*inputs, *known_bends]
     full = None if machine is None else add_knowledge(machine, effects)
     whole = with_knowledge(document, full, part, environment, None, problems)
     if whole is None:
         return None
-    found = found_since(inputs, machine.inputs if machine else ())
-    inputs = [one for one in inputs if one.id not in found]
-    for one in inputs:
-        note_second(one, [*whole[0].inputs, *whole[1]], problems, ("cut",))
-    return whole[0], (*whole[1], *inputs), found
+    causes = found_since(inputs, machine.inputs if machine else ())
+    inputs = [quantity for quantity in inputs if quantity.id not in causes]
+    for quantity in inputs:
+        note_second(quantity, [*whole[0].inputs, *whole[1]], problems, ("cut",))
+    return whole[0], (*whole[1], *inputs), causes
 
 
 def _is_turned(setup: Setup, cut: CutTable, program: Path) -> bool:
@@ -284,15 +284,15 @@ def setting_knowledge(setup: Setup, cut: CutTable, turned: bool) -> tuple[list[E
             for d in directions
         ]
     for number in setup.tools:
-        name, said = str(number), cut.tools.get(str(number), ToolKnowledge())
+        name, stated = str(number), cut.tools.get(str(number), ToolKnowledge())
         effects += [ToolLength(name), ToolRadius(name)]
-        if said.u_length:
-            inputs.append(_of_setter(ToolLength, name, "dl", said.u_length))
-        if said.u_radius:
-            inputs.append(_of_setter(ToolRadius, name, "dr", said.u_radius))
+        if stated.u_length:
+            inputs.append(_of_setter(ToolLength, name, "dl", stated.u_length))
+        if stated.u_radius:
+            inputs.append(_of_setter(ToolRadius, name, "dr", stated.u_radius))
         if setup.tools[number].shape == "turning" or setup.tools[number].driven is not None:
             effects += [ToolOffset(name, d) for d in "xy"]
-        for d, u in (("x", said.u_offset_x), ("y", said.u_offset_y)):
+        for d, u in (("x", stated.u_offset_x), ("y", stated.u_offset_y)):
             if u:
                 inputs.append(_of_setter(ToolOffset, f"{name},{d}", "shift", u))
     return effects, inputs
@@ -309,15 +309,15 @@ def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
     if not (has_forces(setup) or cut.force_log):
         return effects, inputs
     for number, tool in setup.tools.items():
-        said = cut.tools.get(str(number), ToolKnowledge())
-        amount = said.compliance
+        stated = cut.tools.get(str(number), ToolKnowledge())
+        amount = stated.compliance
         if amount is None and tool.stick_out and tool.diameter and tool.shape in ("flat", "ball", "bull"):
             amount = bending(tool.diameter / 2, tool.stick_out)
         if amount is not None:
             yields = ToolDeflection.of_edge if tool.shape == "turning" else ToolDeflection.of_rod
             effects.append(yields(amount, str(number)))
-            if said.u_compliance:
-                law, why = Normal(said.u_compliance), "stiffness of tool and spindle"
+            if stated.u_compliance:
+                law, why = Normal(stated.u_compliance), "stiffness of tool and spindle"
                 inputs.append(Input(ToolDeflection.name, str(number), "compliance", law, "setup", why))
     return effects, inputs
 

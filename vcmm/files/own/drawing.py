@@ -62,10 +62,10 @@ def stated_limits(t: Any, features: Mapping[str, Feature]) -> Pair | None:
 def _by_name(t: Any, features: Mapping[str, Feature]) -> Pair:
     text = str(t.limits)
     if text.startswith("ISO"):
-        found = general_limits(text, t.type, _nominal(t, features))
-        if found is None:
+        limits = general_limits(text, t.type, _nominal(t, features))
+        if limits is None:
             raise UsageError(f'limits = "{text}" has no class for sizes; write for example "ISO 2768-m"')
-        return found
+        return limits
     if not is_code(text):
         raise UsageError(
             f'limits = "{text}" is neither a tolerance code such as "H7" nor two limits such as ["0 mm", "0.021 mm"]'
@@ -101,9 +101,9 @@ def general_of(
     if not _read(t, features):
         return None, None
     if t.type in ("size", "distance", "angle"):
-        own = general.angle if t.type == "angle" else general.size
-        if own is not None:
-            return (-own, own), None
+        half_width = general.angle if t.type == "angle" else general.size
+        if half_width is not None:
+            return (-half_width, half_width), None
         return (
             general_limits(general.standard, t.type, _nominal(t, features)) if general.standard else None
         ), None
@@ -130,8 +130,8 @@ def _zone(t: Any, features: Mapping[str, Feature], standard: str) -> float | Non
 def _diameter_tolerance(feature: Feature, standard: str) -> float | None:
     if feature.kind not in ("circle", "cylinder", "sphere"):
         return None
-    found = general_limits(standard, "size", 2.0 * float(feature.sizes[0]))
-    return None if found is None else found[1] - found[0]
+    limits = general_limits(standard, "size", 2.0 * float(feature.sizes[0]))
+    return None if limits is None else limits[1] - limits[0]
 
 
 def size_limits(
@@ -148,9 +148,9 @@ def size_limits(
             f'a material requirement is of a feature of size ({", ".join(OF_SIZE)}), and "{name}" is {kind_text(features[name].kind)}; leave it out'
         )
     for other in tables if name in features else ():
-        if other.type == "size" and _first(other.of) == name and (found := limits(other)) is not None:
+        if other.type == "size" and _first(other.of) == name and (stated_limits := limits(other)) is not None:
             nominal = _nominal(other, features)
-            return nominal + found[0], nominal + found[1]
+            return nominal + stated_limits[0], nominal + stated_limits[1]
     return None
 
 
@@ -189,11 +189,13 @@ def compared_with_itself(t: Any) -> list[tuple[str, str]]:
     """(role, complaint) of a feature that is named twice."""
     datums = [m for d in t.datums for m in ([d] if isinstance(d, str) else d)]
     given = {"of": [t.of] if isinstance(t.of, str) else t.of, "between": t.between, "datums": datums}
-    found: list[tuple[str, str]] = []
-    seen: set[str] = set()
+    problems: list[tuple[str, str]] = []
+    letters: set[str] = set()
     for role, names in given.items():
         for name in names:
-            if name in seen:
-                found.append((role, f'it compares "{name}" with itself; name another feature in one place'))
-            seen.add(name)
-    return found
+            if name in letters:
+                problems.append(
+                    (role, f'it compares "{name}" with itself; name another feature in one place')
+                )
+            letters.add(name)
+    return problems

@@ -34,40 +34,40 @@ KeyProblems = list[tuple[Key, str]]  # (key, what is wrong with it)
 
 
 @contextmanager
-def noting(found: KeyProblems, key: str) -> Iterator[None]:
+def noting(problems: KeyProblems, key: str) -> Iterator[None]:
     try:
         yield
     except TableProblems as error:
-        found.extend(error.found)
+        problems.extend(error.found)
     except UsageError as error:
-        found.append((key, str(error)))
+        problems.append((key, str(error)))
 
 
 def build_effect(table: dict[str, Any]) -> Effect:
     """One [[effects]] table to an Effect. Raises TableProblems naming every wrong key, unit or word."""
-    found: KeyProblems = []
-    kind = kind_of(table, found)
+    problems: KeyProblems = []
+    kind = kind_of(table, problems)
     if kind is None:
-        raise TableProblems(found)
+        raise TableProblems(problems)
     if issubclass(kind, CalibrationModes):
         raise TableProblems([("effect", f"{kind.name} is made by {CalibrationModes.made_by}; use that")])
     values: dict[str, Any] = {}
     for key, value in table.items():
         if key != "effect":
-            with noting(found, key):
+            with noting(problems, key):
                 values[kind.about.aliases.get(key, key)] = _value(kind, key, value, table)
     for place in place_fields(kind):
         if place.name not in table and not may_be_left_out(place):
-            found.append(
+            problems.append(
                 (
                     "",
                     f'effect {kind.name} needs {place.name}; write for example {place.name} = "{place.default}"',
                 )
             )
-    if not found:
-        with noting(found, _place_key(kind, table)):
+    if not problems:
+        with noting(problems, _place_key(kind, table)):
             return kind(**values)
-    raise TableProblems(found)
+    raise TableProblems(problems)
 
 
 def may_be_left_out(place: Field[Any]) -> bool:
@@ -75,12 +75,12 @@ def may_be_left_out(place: Field[Any]) -> bool:
     return place.default == "" or bool(place.metadata.get("quiet"))
 
 
-def kind_of(table: dict[str, Any], found: KeyProblems) -> type[Effect] | None:
+def kind_of(table: dict[str, Any], problems: KeyProblems) -> type[Effect] | None:
     if "effect" not in table:
         near = misspelt("effect", table) or ' Write for example effect = "backlash"'
-        found.append(("", f'the key "effect" is missing.{near}'))
+        problems.append(("", f'the key "effect" is missing.{near}'))
         return None
-    with noting(found, "effect"):
+    with noting(problems, "effect"):
         return find(str(table["effect"]))
     return None
 

@@ -80,22 +80,22 @@ class EnvironmentTable(Table):
 def temperatures_of(document: Document, environment: EnvironmentTable, problems: Problems) -> Temperatures:
     """The temperatures in degC; notes differences without a room, and temperatures where differences are due."""
     room, inside = environment.room, isinstance(document.data.get("environment"), dict)
-    found: dict[str, float] = {"gradient": environment.temperature.gradient}
+    temperatures: dict[str, float] = {"gradient": environment.temperature.gradient}
     for name in NAMES:
         text = getattr(environment.temperature, name)
         if text is None:
-            found[name] = T0_DEG_C if room is None else room
+            temperatures[name] = T0_DEG_C if room is None else room
             continue
         here: Location = ("environment", "temperature", name) if inside else ("environment",)
         value = problems.attempt(here, lambda n=name, t=text: _temperature(n, t, room))  # type: ignore[misc]
-        found[name] = T0_DEG_C if value is None else value
+        temperatures[name] = T0_DEG_C if value is None else value
     for key in ("u_room", "half_width"):
         here = ("environment", key) if inside else ("environment",)
         if room is None and getattr(environment, key):
             problems.add(here, f'{key} belongs to a room; add room = "20 degC"')
         elif key == "half_width" and environment.u_room and environment.half_width:
             problems.add(here, "u_room and half_width say the same thing; keep one of them")
-    return Temperatures.model_construct(None, **found)
+    return Temperatures.model_construct(None, **temperatures)
 
 
 def sensor_columns(document: Document, environment: EnvironmentTable, problems: Problems) -> dict[str, float]:
@@ -145,9 +145,9 @@ def temperature_inputs(
         out.append((("environment",), room_input(environment.u_room, environment.half_width)))
     for name, text in environment.u_temperature.items():
         here: Location = ("environment", "u_temperature", name) if inside else ("environment",)
-        known = [*Temperatures.model_fields, *environment.sensors]
-        if name not in known:
-            problems.add(here, f'unknown temperature "{name}".{choose_from(name, known)}')
+        names = [*Temperatures.model_fields, *environment.sensors]
+        if name not in names:
+            problems.add(here, f'unknown temperature "{name}".{choose_from(name, names)}')
             continue
         try:
             law = Normal(quantity(text, "temperature difference", name, "0.1 K"))

@@ -49,7 +49,7 @@ def build_input(table: dict[str, Any], effects: Sequence[Effect], complete: bool
     Raises TableProblems naming every wrong key, unit or word. Where not all effects could be read (complete =
     False) a missing target is no mistake of the input, and None is returned.
     """
-    found: KeyProblems = []
+    problems: KeyProblems = []
     near = misspelt("effect", table) or misspelt("channel", table)
     if "effect" not in table and "channel" not in table and near:
         raise TableProblems([("", f"an input names an effect or a channel.{near}")])
@@ -58,22 +58,24 @@ def build_input(table: dict[str, Any], effects: Sequence[Effect], complete: bool
         raise TableProblems([("effect" if "effect" in table else "", text)])
     for key in ("evidence", "redraw", "law", "parameter"):
         if not isinstance(table.get(key, ""), str):
-            found.append((key, f"{key} = {shorten(table[key])} must be a text in quotes"))
+            problems.append((key, f"{key} = {shorten(table[key])} must be a text in quotes"))
     redraw = str(table.get("redraw", "machine"))
     if redraw not in REDRAW:
-        found.append(("redraw", f'redraw = "{redraw}" is no label.{choose_from(redraw, REDRAW)}'))
+        problems.append(("redraw", f'redraw = "{redraw}" is no label.{choose_from(redraw, REDRAW)}'))
     out = (
-        _channel_input(table, found) if "channel" in table else _effect_input(table, effects, complete, found)
+        _channel_input(table, problems)
+        if "channel" in table
+        else _effect_input(table, effects, complete, problems)
     )
-    if found:
-        raise TableProblems(found)
+    if problems:
+        raise TableProblems(problems)
     return out
 
 
-def _channel_input(table: dict[str, Any], found: KeyProblems) -> Input | None:
-    _note_unknown(table, (), found)
+def _channel_input(table: dict[str, Any], problems: KeyProblems) -> Input | None:
+    _note_unknown(table, (), problems)
     channel = str(table["channel"])
-    with noting(found, "channel"):
+    with noting(problems, "channel"):
         check_channel(channel)
         law, _ = _law(table, channel_unit(channel), difference=True)
         return Input(
@@ -89,27 +91,27 @@ def _channel_input(table: dict[str, Any], found: KeyProblems) -> Input | None:
 
 
 def _effect_input(
-    table: dict[str, Any], effects: Sequence[Effect], complete: bool, found: KeyProblems
+    table: dict[str, Any], effects: Sequence[Effect], complete: bool, problems: KeyProblems
 ) -> Input | None:
-    kind = kind_of(table, found)
+    kind = kind_of(table, problems)
     if kind is None:
         return None
     places = [f.name for f in place_fields(kind)]
-    _note_unknown(table, places, found)
+    _note_unknown(table, places, problems)
     target = None
-    with noting(found, places[0] if places and places[0] in table else "effect"):
+    with noting(problems, places[0] if places and places[0] in table else "effect"):
         target = _target(kind, table, effects, complete)
     spec = None
-    with noting(found, "parameter"):
+    with noting(problems, "parameter"):
         spec = input_parameter(kind, table, "" if target is None else str(getattr(target, "component", "")))
     if spec is None or target is None:
         return None
     law, scale = None, None
-    with noting(found, "law"):
+    with noting(problems, "law"):
         covariance = target.covariance() if isinstance(target, CorrelatedField) else None
-        own = target.own_law(spec.name) if isinstance(target, ResidualField) else None
-        if own is not None:
-            law = _refusing_others(kind, table, own)
+        law_of_field = target.own_law(spec.name) if isinstance(target, ResidualField) else None
+        if law_of_field is not None:
+            law = _refusing_others(kind, table, law_of_field)
         elif covariance is not None:
             law = _own_law(kind, covariance, table)
         else:
@@ -131,13 +133,13 @@ def _effect_input(
 
 def _own_law(kind: type[Effect], covariance: Array, table: dict[str, Any]) -> MultivariateNormal:
     """The draws of such a field have the covariance of its own kernel; any other law would not be that field."""
-    own: MultivariateNormal = _refusing_others(
+    law: MultivariateNormal = _refusing_others(
         kind, table, MultivariateNormal(covariance), "nodes and length"
     )
-    return own
+    return law
 
 
-def _refusing_others(kind: type[Effect], table: dict[str, Any], own: Any, by: str = "process") -> Any:
+def _refusing_others(kind: type[Effect], table: dict[str, Any], own_law: Any, by: str = "process") -> Any:
     """The law that the effect gives; any other that the table states is refused."""
     keys = {"law", *(key for keys in LAW_KEYS.values() for key in keys)}
     stated = [k for k in table if k in keys and table[k] != "multivariate"]
@@ -146,7 +148,7 @@ def _refusing_others(kind: type[Effect], table: dict[str, Any], own: Any, by: st
             f"{stated[0]} does not belong to an input of {kind.name}: its {by} give{'s' if by == 'process' else ''} the "
             f"{'law' if by == 'process' else 'covariance'}; remove it"
         )
-    return own
+    return own_law
 
 
 def _check_size(law: Any, scale: Array | None, size: int, name: str) -> None:
@@ -210,23 +212,23 @@ def _target(
 
 
 def input_parameter(kind: type[Effect], table: dict[str, Any], component: str) -> Field[Any]:
-    known = {f.name: f for f in parameter_fields(kind)}
+    parameters = {f.name: f for f in parameter_fields(kind)}
     word = str(table.get("parameter", ""))
-    allowed = list(dict.fromkeys([*kind.about.aliases, *known]))
+    allowed = list(dict.fromkeys([*kind.about.aliases, *parameters]))
     if not word:
         raise UsageError(f'the key "parameter" is missing; write for example parameter = "{allowed[0]}"')
     name = kind.about.aliases.get(word, word)
-    if name not in known:
+    if name not in parameters:
         raise UsageError(f'{kind.name} has no parameter "{word}".{choose_from(word, allowed)}')
-    check_matters(known[name], component, name)
-    return known[name]
+    check_matters(parameters[name], component, name)
+    return parameters[name]
 
 
-def _note_unknown(table: dict[str, Any], places: Sequence[str], found: KeyProblems) -> None:
+def _note_unknown(table: dict[str, Any], places: Sequence[str], problems: KeyProblems) -> None:
     keys = INPUT_KEYS if places else tuple(k for k in INPUT_KEYS if "channel" in table or k != "channel")
     for key in table:
         if key not in keys and key not in places:
-            found.append((key, f'unknown key "{key}" of an input.{choose_from(key, [*places, *keys])}'))
+            problems.append((key, f'unknown key "{key}" of an input.{choose_from(key, [*places, *keys])}'))
 
 
 def _law(table: dict[str, Any], unit: str, difference: bool = False) -> tuple[Any, Array | None]:

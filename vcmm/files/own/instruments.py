@@ -30,11 +30,11 @@ def load_certificate(path: str | Path, recording: Recording) -> InstrumentCertif
         return None
     problems = Problems(document)
     model = checked_model(InstrumentTable, table, problems, ("instrument",))
-    found = None
+    certificate = None
     if model is not None:
-        found = problems.attempt(("instrument",), lambda: _certificate(model, recording))
+        certificate = problems.attempt(("instrument",), lambda: _certificate(model, recording))
     problems.raise_if_any()
-    return found
+    return certificate
 
 
 def instrument_text(certificate: InstrumentCertificate) -> str:

@@ -33,40 +33,40 @@ def build_joint_input(
 
     covariance[i][j] is in the unit of i times that of j, those of the parameters' own tables. Raises TableProblems.
     """
-    found: KeyProblems = []
+    key_problems: KeyProblems = []
     for key in table:
         if key not in CORRELATED_KEYS:
             text = f'unknown key "{key}" of correlated inputs.{choose_from(key, CORRELATED_KEYS)}'
-            found.append((key, text))
+            key_problems.append((key, text))
     names = table["names"]
     if not (isinstance(names, list) and len(names) > 1 and all(isinstance(n, str) for n in names)):
         text = (
             'names = ["backlash[X].gap", "backlash[Y].gap"]: two or more quantities that are known together'
         )
-        raise TableProblems([*found, ("names", text)])
+        raise TableProblems([*key_problems, ("names", text)])
     if len(set(names)) < len(names):
-        found.append(("names", "a quantity stands there twice; name each once"))
+        key_problems.append(("names", "a quantity stands there twice; name each once"))
     redraw = redraw_of(table)
     if redraw not in REDRAW:
-        found.append(("redraw", f'redraw = "{redraw}" is no label.{choose_from(redraw, REDRAW)}'))
+        key_problems.append(("redraw", f'redraw = "{redraw}" is no label.{choose_from(redraw, REDRAW)}'))
     members: list[tuple[Input, str]] = []
     for name in names:
-        with noting(found, "names"):
-            one = _member(name, effects, redraw, complete)
-            if one is not None:
-                members.append(one)
+        with noting(key_problems, "names"):
+            member = _member(name, effects, redraw, complete)
+            if member is not None:
+                members.append(member)
     law = None
-    with noting(found, "covariance"):
+    with noting(key_problems, "covariance"):
         law = _covariance(table, [unit for _, unit in members]) if len(members) == len(names) else None
     nu = np.inf
-    with noting(found, "nu"):
+    with noting(key_problems, "nu"):
         nu = degrees_of_freedom(table)
-    if found:
-        raise TableProblems(found)
+    if key_problems:
+        raise TableProblems(key_problems)
     if law is None:
         return None
-    inputs = tuple(one for one, _ in members)
-    whole = " & ".join(one.id for one in inputs)
+    inputs = tuple(member for member, _ in members)
+    whole = " & ".join(member.id for member in inputs)
     return Input("", "", whole, law, redraw, str(table.get("evidence", "")), members=inputs, nu=nu)
 
 
@@ -82,8 +82,8 @@ def _member(name: str, effects: Sequence[Effect], redraw: str, complete: bool) -
     if hit is None:
         if not complete:
             return None
-        known = [f"{e.id}.{f.name}" for e in effects for f in parameter_fields(e)]
-        raise UsageError(f'"{name}" is no quantity of the machine or part.{choose_from(name, known)}')
+        names = [f"{e.id}.{f.name}" for e in effects for f in parameter_fields(e)]
+        raise UsageError(f'"{name}" is no quantity of the machine or part.{choose_from(name, names)}')
     spec = input_parameter(type(hit), {"parameter": word}, str(getattr(hit, "component", "")))
     if np.size(getattr(hit, spec.name)) != 1:
         raise UsageError(f'"{name}" is a table of numbers; only single numbers are correlated by name')
@@ -108,14 +108,14 @@ DIAGNOSIS_SOURCE = "diagnosed from"  # how the evidence begins of what a diagnos
 
 def tables_in(data: Any, key: str) -> list[dict[str, Any]]:
     """The tables of a list such as [[effects]]; empty where the key holds something else."""
-    found = data.get(key, []) if isinstance(data, dict) else []
-    return [t for t in found if isinstance(t, dict)] if isinstance(found, list) else []
+    tables = data.get(key, []) if isinstance(data, dict) else []
+    return [t for t in tables if isinstance(t, dict)] if isinstance(tables, list) else []
 
 
 def names_in(data: dict[str, Any], key: str) -> list[str] | None:
     """The names of a table of tables such as [axes]; None where it is missing or no table, which is reported elsewhere."""
-    found = data.get(key)
-    return list(found) if isinstance(found, dict) else None
+    names = data.get(key)
+    return list(names) if isinstance(names, dict) else None
 
 
 def further_effects(
@@ -142,7 +142,7 @@ def further_effects(
 def further_inputs(
     tables: list[dict[str, Any]],
     effects: Sequence[Effect],
-    known: Sequence[Input],
+    stated: Sequence[Input],
     problems: Problems,
     at: Location,
     complete: bool = True,
@@ -155,26 +155,28 @@ def further_inputs(
     for i, table in enumerate(tables):
         here = (*at, "inputs", i)
         build = build_joint_input if "names" in table else build_input
-        found = problems.attempt(here, lambda table=table, build=build: build(table, effects, complete))  # type: ignore[misc]
-        if found is None:
+        quantity = problems.attempt(here, lambda table=table, build=build: build(table, effects, complete))  # type: ignore[misc]
+        if quantity is None:
             continue
-        note_second(found, [*known, *out], problems, here)
-        out.append(found)
+        note_second(quantity, [*stated, *out], problems, here)
+        out.append(quantity)
     return out
 
 
-def note_second(one: Input, known: Sequence[Input], problems: Problems, at: Location) -> None:
+def note_second(quantity: Input, stated: Sequence[Input], problems: Problems, at: Location) -> None:
     """Note a quantity that has an Input already, at its place in the file."""
-    twice = duplicate_text(one, known)
+    twice = duplicate_text(quantity, stated)
     if twice:
         problems.add(at, twice)
 
 
-def found_since(inputs: Sequence[Input], known: Sequence[Input]) -> dict[str, str]:
+def found_since(inputs: Sequence[Input], stated: Sequence[Input]) -> dict[str, str]:
     """Id -> evidence of the Inputs whose quantity a diagnosis has found since, at that place or at all: it took what was stated as known
     before, so its u holds alone."""
-    found = {
-        (i.effect, i.where, i.parameter): i.evidence for i in known if i.evidence.startswith(DIAGNOSIS_SOURCE)
+    causes = {
+        (i.effect, i.where, i.parameter): i.evidence
+        for i in stated
+        if i.evidence.startswith(DIAGNOSIS_SOURCE)
     }
     asked = {i.id: [(i.effect, where, i.parameter) for where in (i.where, "", EVERY)] for i in inputs}
-    return {name: found[key] for name, keys in asked.items() for key in keys[::-1] if key in found}
+    return {name: causes[key] for name, keys in asked.items() for key in keys[::-1] if key in causes}

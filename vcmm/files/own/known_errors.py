@@ -47,20 +47,24 @@ def known_errors(
         path = document.path.parent / model.errors.table
         cubic = model.errors.interpolation == "cubic"
         tables = problems.attempt(here, lambda: read_error_file(path))
-        found = problems.attempt(here, lambda: effects_of(tables, cubic)) if tables is not None else None
+        table_effects = (
+            problems.attempt(here, lambda: effects_of(tables, cubic)) if tables is not None else None
+        )
         stated = model.errors.uncertainty
-        if found:
-            given = list(found)
-            found = problems.attempt((*at, "errors", "uncertainty"), lambda: refine_tables(given, stated))
-        for effect in found or ():
+        if table_effects:
+            given = list(table_effects)
+            table_effects = problems.attempt(
+                (*at, "errors", "uncertainty"), lambda: refine_tables(given, stated)
+            )
+        for effect in table_effects or ():
             _check_on_machine(effect, chain, problems, here, path)
         if tables is not None and not model.large_errors:
             for text in _too_large(tables, path):
                 problems.add(here, text)
-        effects += found or []
-        inputs += _table_inputs(found or [], model.errors.uncertainty)
+        effects += table_effects or []
+        inputs += _table_inputs(table_effects or [], model.errors.uncertainty)
         if model.errors.covariance is not None:
-            given = list(found or [])
+            given = list(table_effects or [])
             joint = problems.attempt((*at, "errors", "covariance"), lambda: _joint(model, document, given))
             modes, shared = joint or ([], [])
             effects += modes
@@ -69,18 +73,18 @@ def known_errors(
         repeatability = model.repeatability
         law = problems.attempt((*at, "repeatability"), lambda: _repeatability(repeatability))
         effects.append(Scatter())
-        said = "repeatability of the machine file"
-        inputs += [Input(Scatter.name, "", "value", law, "touch", said)] if law else []
+        label = "repeatability of the machine file"
+        inputs += [Input(Scatter.name, "", "value", law, "touch", label)] if law else []
     if model.environment and model.environment.scales and chain:
         scales, letters = model.environment.scales, [a for a in chain.letters if a in "XYZ"]
         found_scales = problems.attempt((*at, "environment", "scales"), lambda: _scales(scales, letters))
-        more, known = found_scales or ([], [])
-        effects, inputs = effects + more, inputs + known
+        more, known_scales = found_scales or ([], [])
+        effects, inputs = effects + more, inputs + known_scales
     return effects, inputs
 
 
 def _joint(
-    model: MachineFile, document: Document, found: Sequence[Effect]
+    model: MachineFile, document: Document, effects: Sequence[Effect]
 ) -> tuple[list[Effect], list[Input]]:
     """What [errors] covariance says of the table. Raises UsageError beside an `uncertainty`."""
     errors = model.errors
@@ -89,7 +93,7 @@ def _joint(
     if errors.uncertainty is not None:
         raise UsageError("covariance and uncertainty both say how well the table is known; keep one of them")
     joint = read_joint_covariance(document.path.parent / errors.covariance)
-    return joint_knowledge(joint, found, errors.evidence)
+    return joint_knowledge(joint, effects, errors.evidence)
 
 
 def read_error_file(path: Path) -> ErrorFile:
@@ -129,10 +133,12 @@ def _too_large(file: ErrorFile, path: Path) -> list[str]:
     """
     sizes = [(t.line, n, float(np.abs(v).max(initial=0.0))) for t in file.tables for n, v in t.values.items()]
     sizes += [(1, name, abs(value)) for name, value in file.constants.items()]
-    rotations = [one for one in sizes if one[1][1 if one[1][0] == "E" else 0] in "ABC"]
+    rotations = [size for size in sizes if size[1][1 if size[1][0] == "E" else 0] in "ABC"]
     turned = any(size > FIRST_ORDER_LIMIT_RAD for _, _, size in rotations)
-    wrong = [one for one in rotations if one[2] > LARGEST_ROTATION]
-    wrong += [one for one in sizes if one not in rotations and one[2] > LARGEST_TRANSLATION and not turned]
+    wrong = [size for size in rotations if size[2] > LARGEST_ROTATION]
+    wrong += [
+        size for size in sizes if size not in rotations and size[2] > LARGEST_TRANSLATION and not turned
+    ]
     return [
         f"{path}:{line}: {name} reaches {size:.4g} {'rad' if (line, name, size) in rotations else 'mm'}. Error tables are in mm and "
         "rad, so 6 um is 0.006: correct the unit, or state large_errors = true in the machine file if the machine is that bad"
@@ -160,12 +166,12 @@ def _check_on_machine(
                 )
 
 
-def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Input]:
+def _table_inputs(effects: list[Effect], uncertainty: Uncertainty | None) -> list[Input]:
     """The short form `uncertainty`: Gaussian process per component over its axis, squareness independent.
 
     Of a rotary axis' location, offsets take the uncertainty of translations and tilts that of squareness.
     """
-    if known is None:
+    if uncertainty is None:
         return []
     inputs: list[Input] = []
     laws: dict[
@@ -173,22 +179,24 @@ def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Inpu
     ] = {}  # tables at the same nodes share theirs
     for effect in effects:
         if isinstance(effect, ComponentTable | ComponentSpline):
-            u = known.translation if effect.where[1] in "XYZ" else known.rotation
+            u = uncertainty.translation if effect.where[1] in "XYZ" else uncertainty.rotation
             if u > 0:
                 letters, mesh = _nodes_of(effect)
                 key = (u, letters, mesh.tobytes())
-                law = laws.get(key) or _joint_law(letters, mesh, u, known.correlation_length)
+                law = laws.get(key) or _joint_law(letters, mesh, u, uncertainty.correlation_length)
                 laws[key] = law
                 inputs.append(
                     Input(
                         effect.name, effect.where, "values", law, "machine", "calibration of the error table"
                     )
                 )
-        elif isinstance(effect, Squareness) and known.squareness > 0:
-            inputs.append(_constant(effect, "angle", known.squareness))
+        elif isinstance(effect, Squareness) and uncertainty.squareness > 0:
+            inputs.append(_constant(effect, "angle", uncertainty.squareness))
         elif isinstance(effect, RotaryLocation):
             name, u = (
-                ("offset", known.translation) if effect.where[0] in "XYZ" else ("tilt", known.squareness)
+                ("offset", uncertainty.translation)
+                if effect.where[0] in "XYZ"
+                else ("tilt", uncertainty.squareness)
             )
             inputs += [_constant(effect, name, u)] if u > 0 else []
     return inputs
@@ -203,13 +211,13 @@ FINE = 8  # nodes per correlation length: between them linear interpolation lose
 MOST_NODES = 2000  # of one table: its covariance is dense
 
 
-def refine_tables(effects: list[Effect], known: Uncertainty | None) -> list[Effect]:
+def refine_tables(effects: list[Effect], uncertainty: Uncertainty | None) -> list[Effect]:
     """Tables with nodes close enough to carry the Gaussian process: an eighth of the correlation length or less.
 
     The table itself does not change: new nodes lie on it. Without them draws at far nodes, interpolated, would have too
     small a variance between the nodes and far too small a variance of differences.
     """
-    length = known.correlation_length if known else None
+    length = uncertainty.correlation_length if uncertainty else None
     if not length:
         return effects
     return [

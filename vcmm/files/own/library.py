@@ -22,10 +22,10 @@ def folder() -> Path:
 
 def scenarios() -> dict[str, str]:
     """Name -> first comment line of every embedded scenario."""
-    found = {}
+    folders = {}
     for path in sorted(folder().glob("*.toml")):
-        found[path.stem] = path.read_text(encoding="utf-8").split("\n", 1)[0].lstrip("# ").strip()
-    return found
+        folders[path.stem] = path.read_text(encoding="utf-8").split("\n", 1)[0].lstrip("# ").strip()
+    return folders
 
 
 def example(name: str) -> Path:
@@ -46,11 +46,11 @@ def example(name: str) -> Path:
     UsageError
         There is none of this name; the closest is named.
     """
-    known = scenarios()
-    one = name if name in known else KINDS.get(name, name)
-    if one not in known:
-        raise UsageError(f'there is no scenario "{name}".{choose_from(name, [*known, *KINDS])}')
-    return folder() / f"{one}.toml"
+    folders = scenarios()
+    word = name if name in folders else KINDS.get(name, name)
+    if word not in folders:
+        raise UsageError(f'there is no scenario "{name}".{choose_from(name, [*folders, *KINDS])}')
+    return folder() / f"{word}.toml"
 
 
 def companions(name: str) -> dict[str, Path]:

@@ -31,14 +31,14 @@ def read_logs(paths: Sequence[Path]) -> dict[str, Series]:
     problems: list[str] = []
     for path in paths:
         try:
-            found = _read_log(path)
+            series = _read_log(path)
         except DataError as error:
             problems.extend(error.problems)
             continue
         problems += [
-            f"{path}:1: {name} is logged in another file already; keep one" for name in found if name in out
+            f"{path}:1: {name} is logged in another file already; keep one" for name in series if name in out
         ]
-        out |= found
+        out |= series
     if problems:
         raise DataError(problems)
     return out
@@ -46,13 +46,13 @@ def read_logs(paths: Sequence[Path]) -> dict[str, Series]:
 
 def _read_log(path: Path) -> dict[str, Series]:
     sheet = read_table(path)
-    known = ["time_s", *LOG_COLUMNS, *(c for c in run_columns() if c.startswith("temp_"))]
+    columns = ["time_s", *LOG_COLUMNS, *(c for c in run_columns() if c.startswith("temp_"))]
     problems = [] if "time_s" in sheet.header else [f"{sheet.head}: a log needs the column time_s"]
     numbers: dict[str, Array] = {}
     rows: dict[str, Ints] = {}
     for name in sheet.header:
-        if name not in known and not (name.startswith("temp_") and name.endswith("_C")):
-            problems.append(f'{sheet.head}: unknown column "{name}" of a log.{did_you_mean(name, known)} Allowed: time_s, temp_<name>_C, {", ".join(LOG_COLUMNS)}')  # fmt: skip
+        if name not in columns and not (name.startswith("temp_") and name.endswith("_C")):
+            problems.append(f'{sheet.head}: unknown column "{name}" of a log.{did_you_mean(name, columns)} Allowed: time_s, temp_<name>_C, {", ".join(LOG_COLUMNS)}')  # fmt: skip
             continue
         try:
             numbers[name], rows[name] = _entries(sheet, name)

@@ -119,17 +119,17 @@ def _checked_machine(
         certificate = problems.attempt(here, lambda: certificate_from(stated))
         if certificate is None:
             return None
-        known = problems.attempt(here, lambda: _from_certificate(machine, model, certificate, passing))
+        knowledge = problems.attempt(here, lambda: _from_certificate(machine, model, certificate, passing))
         bare = replace(machine, remarks=(*machine.remarks, *certificate_remarks(stated, certificate)))
-        effects += known.effects if known else ()
-        inputs += known.inputs if known else ()
+        effects += knowledge.effects if knowledge else ()
+        inputs += knowledge.inputs if knowledge else ()
     return bare and problems.attempt((*at, "structure"), lambda: add_knowledge(bare, effects, inputs))
 
 
 def _of_scales(model: MachineFile) -> tuple[str, ...]:
     scales = model.environment and model.environment.scales
-    said = unusual_expansion("[environment] scales expansion", scales.expansion) if scales else ""
-    return (said,) if said else ()
+    remark = unusual_expansion("[environment] scales expansion", scales.expansion) if scales else ""
+    return (remark,) if remark else ()
 
 
 def _from_certificate(
@@ -138,13 +138,15 @@ def _from_certificate(
     """What the certificate says of the errors, where the file itself does not state them; its scatter is that of the file."""
     if model.errors is not None or model.effects:
         return None
-    known = passing_machines(machine, certificate) if passing else certified_knowledge(machine, certificate)
+    knowledge = (
+        passing_machines(machine, certificate) if passing else certified_knowledge(machine, certificate)
+    )
     if model.repeatability is None:
-        return known
+        return knowledge
     return replace(
-        known,
-        effects=tuple(e for e in known.effects if not isinstance(e, Scatter)),
-        inputs=tuple(i for i in known.inputs if i.effect != Scatter.name),
+        knowledge,
+        effects=tuple(e for e in knowledge.effects if not isinstance(e, Scatter)),
+        inputs=tuple(i for i in knowledge.inputs if i.effect != Scatter.name),
     )
 
 
@@ -212,8 +214,8 @@ def _direction(letter: str, table: AxisTable) -> tuple[float, float, float] | No
             f"direction of {letter} is zero; write the line that it turns about, as in [0, 1, 1]"
         )
     x, y, z = (v / size for v in table.direction)
-    own = tuple(float(v) for v in unit_vector(letter))
-    return None if (x, y, z) == own else (x, y, z)
+    direction = tuple(float(v) for v in unit_vector(letter))
+    return None if (x, y, z) == direction else (x, y, z)
 
 
 def _dynamics(letter: str, table: dict[str, str | float | None]) -> dict[str, float]:

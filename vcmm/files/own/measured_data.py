@@ -53,9 +53,9 @@ def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
     normals = np.stack([sheet.numbers(n) for n in NORMALS], axis=1) if has_normals else None
     feature, stylus = (_words(sheet, name) for name in ("feature", "stylus"))
     step = factor * written_step([list(sheet.texts(n)) for n in names])
-    found = []
+    parts = []
     for part, rows in _parts(sheet):
-        found.append(
+        parts.append(
             GivenPoints(
                 part=part, points=points[rows], where=tuple(sheet.at(i) for i in rows),
                 features=None if feature is None else tuple(feature[i] for i in rows),
@@ -64,16 +64,16 @@ def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
                 step=step,
             )
         )  # fmt: skip
-    return tuple(found)
+    return tuple(parts)
 
 
 def read_measured_values(path: str | Path) -> tuple[tuple[GivenValue, ...], ...]:
     """Values of every part, in the order in which the parts appear. Raises DataError: columns, cells, a value given twice."""
     sheet = read_csv(path)
     columns = [c for c in (value_column(name) for name in sheet.header) if c is not None]
-    known = ["characteristic", "part", "value_mm", "deviation_um", "value_deg"]
+    allowed = ["characteristic", "part", "value_mm", "deviation_um", "value_deg"]
     named = ["characteristic", *(c.name for c in columns)]
-    check_columns(sheet, ["characteristic"], ["part", *named], known)
+    check_columns(sheet, ["characteristic"], ["part", *named], allowed)
     if not columns:
         at = sheet.head
         raise DataError(f"{at}: there is no column of values; add value_mm (deviation_um, value_deg ...)")
@@ -150,9 +150,9 @@ def check_columns(
     sheet: Sheet, needed: Sequence[str], allowed: Sequence[str], shown: Sequence[str] | None = None
 ) -> None:
     """DataError: a needed column is missing, an unknown one is there."""
-    known = shown or allowed
+    columns = shown or allowed
     problems = sheet.missing(map(SheetColumn, needed))
-    problems += sheet.unknown(allowed, lambda name: f".{_no_unit(name)}{choose_from(name, known)}")
+    problems += sheet.unknown(allowed, lambda name: f".{_no_unit(name)}{choose_from(name, columns)}")
     if problems:
         raise DataError(problems)
 
@@ -170,4 +170,4 @@ def _parts(sheet: Sheet) -> list[tuple[str, list[int]]]:
     names = _words(sheet, "part")
     if names is None:
         return [("", list(range(len(sheet.rows))))]
-    return [(one, [i for i, n in enumerate(names) if n == one]) for one in dict.fromkeys(names)]
+    return [(part, [i for i, n in enumerate(names) if n == part]) for part in dict.fromkeys(names)]

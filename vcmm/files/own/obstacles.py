@@ -76,14 +76,14 @@ def surroundings_of(
 
 
 def _lengths(
-    key: str, table: Mapping[str, str], known: Mapping[str, object], problems: Problems
+    key: str, table: Mapping[str, str], names: Mapping[str, object], problems: Problems
 ) -> dict[str, float]:
     """{ bore = "0.5 um" } with names that exist."""
     out: dict[str, float] = {}
     for name, text in table.items():
         here = ("surroundings", key, name)
-        if name not in known:
-            problems.add(here, f'{key} names "{name}", which is unknown.{choose_from(name, known)}')
+        if name not in names:
+            problems.add(here, f'{key} names "{name}", which is unknown.{choose_from(name, names)}')
             continue
         try:
             out[name] = quantity(text, "length", name, "0.5 um")

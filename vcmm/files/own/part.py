@@ -176,9 +176,9 @@ def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
     scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")
     ends = [end - nominal if share < NEAR else end for end, share in zip(c.limits, off)]
     right = ", ".join(f'"{end * scale:.6g} {unit}"' for end in ends)
-    said = f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
+    remark = f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
     held = f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"
-    raise TableProblems([("limits", said + held)])
+    raise TableProblems([("limits", remark + held)])
 
 
 def _check_names(
@@ -216,41 +216,41 @@ class _Drawing:
 
     def own_limits(self, t: CharacteristicTable) -> tuple[float, float] | None:
         """Stated limits, else general ones."""
-        found = stated_limits(t, self.features)
-        if found is None and t.zone is None:
-            found = general_of(t, self.features, self.general)[0]
-        return found
+        limits = stated_limits(t, self.features)
+        if limits is None and t.zone is None:
+            limits = general_of(t, self.features, self.general)[0]
+        return limits
 
     def limits(self, t: CharacteristicTable) -> tuple[float, float] | None:
         """With what reciprocity adds."""
-        found = self.own_limits(t)
-        return reciprocal(t, self.tables, self.features, found) if found and t.type == "size" else found
+        limits = self.own_limits(t)
+        return reciprocal(t, self.tables, self.features, limits) if limits and t.type == "size" else limits
 
 
 def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic:
-    found: list[tuple[str, str]] = []
+    problems: list[tuple[str, str]] = []
     if t.type not in TYPES:
-        found.append(("type", f'unknown characteristic type "{t.type}".{choose_from(t.type, TYPES)}'))
+        problems.append(("type", f'unknown characteristic type "{t.type}".{choose_from(t.type, TYPES)}'))
     if t.reciprocity and not t.material:
-        found.append(("reciprocity", 'reciprocity goes with material = "M" or "L"'))
+        problems.append(("reciprocity", 'reciprocity goes with material = "M" or "L"'))
 
     def read(key: str, make: Any) -> Any:
         try:
             return make()
         except UsageError as error:
-            found.append((key, str(error)))
+            problems.append((key, str(error)))
             return None
 
-    limits = read("limits", lambda: drawing.limits(t)) if not found else None
+    limits = read("limits", lambda: drawing.limits(t)) if not problems else None
     zone = read("zone", lambda: None if t.zone is None else quantity(t.zone, "length", "zone", "0.01 mm"))
-    if t.limits is None and t.zone is None and not found:
+    if t.limits is None and t.zone is None and not problems:
         zone = read("zone", lambda: general_of(t, drawing.features, drawing.general)[1])
     along = read("projected", lambda: t.projected and quantity(t.projected, "length", "projected", "20 mm"))
     sizes = read("material", lambda: size_limits(t, drawing.tables, drawing.features, drawing.own_limits))
     kept = read("filter", lambda: stated_filter(t))
-    found += compared_with_itself(t)
-    if found:
-        raise TableProblems(found)
+    problems += compared_with_itself(t)
+    if problems:
+        raise TableProblems(problems)
     return Characteristic(
         name=t.name, type=t.type, of=(t.of,) if isinstance(t.of, str) else tuple(t.of), between=tuple(t.between),
         datums=tuple(d if isinstance(d, str) else tuple(d) for d in t.datums),  # type: ignore[misc]

@@ -65,8 +65,8 @@ def placement_from(document: Document, part: Part | None, model: Any, problems: 
     goal = problems.attempt(here, lambda: _goal(table, part))
     if fixture is None or goal is None:
         return None
-    said = bool(kept or table.slots or table.faces_down)
-    return Placement(fixture if said else None, goal)
+    is_stated = bool(kept or table.slots or table.faces_down)
+    return Placement(fixture if is_stated else None, goal)
 
 
 def _freedom(name: str, value: Any) -> Freedom | None:

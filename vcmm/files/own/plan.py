@@ -131,12 +131,12 @@ def plan_from(
     touch = Touch(model.touch.speed, model.touch.approach, model.touch.clearance, model.touch.positioning)
     scheme = model.alignment.scheme() if model.alignment else None
     plan = problems.attempt((*at, "steps"), lambda: Plan(tuple(steps), styli, touch, scheme))
-    known = {
+    patterns = {
         n: Qualification(t.qualification.sphere_diameter, t.qualification.u_diameter, t.qualification.form)
         for n, t in model.styli.items()
         if t.qualification is not None
     }
-    return (plan, known) if plan is not None else None
+    return (plan, patterns) if plan is not None else None
 
 
 def _check_plan(model: PlanFile, measured: list[str], part: Part, problems: Problems, at: Location) -> None:
@@ -166,13 +166,13 @@ def _stylus(name: str, t: StylusTable) -> Stylus:
 
 
 def _step(document: Document, t: StepTable, part: Part, styli: list[str] | None) -> Step:
-    found: list[tuple[Key, str]] = []
+    problems: list[tuple[Key, str]] = []
     if t.feature not in part.features:
-        found.append(("feature", f'unknown feature "{t.feature}".{choose_from(t.feature, part.features)}'))
+        problems.append(("feature", f'unknown feature "{t.feature}".{choose_from(t.feature, part.features)}'))
     if styli is not None and t.stylus not in styli:
-        found.append(("stylus", f'unknown stylus "{t.stylus}".{choose_from(t.stylus, styli)}'))
-    if found:
-        raise TableProblems(found)
+        problems.append(("stylus", f'unknown stylus "{t.stylus}".{choose_from(t.stylus, styli)}'))
+    if problems:
+        raise TableProblems(problems)
     feature = part.features[t.feature]
     try:
         if t.points is None and feature.kind != "point":
@@ -208,27 +208,29 @@ def _pattern(feature: Feature, table: Mapping[str, Any]) -> Any:
             f"points has no strategy.{misspelt('strategy', table)} Write for example points = {POINTS[feature.kind]}"
         )
     kind = choose(feature.kind, str(table["strategy"]))
-    known = {f.name: f for f in fields(kind)}
+    keys = {f.name: f for f in fields(kind)}
     values: dict[str, Any] = {}
     problems: list[tuple[Key, str]] = []
     for key, value in table.items():
         if key == "strategy":
             continue
-        if key not in known:
-            text = f'unknown key "{key}" of strategy {table["strategy"]}.{choose_from(key, ["strategy", *known])}'
+        if key not in keys:
+            text = (
+                f'unknown key "{key}" of strategy {table["strategy"]}.{choose_from(key, ["strategy", *keys])}'
+            )
             problems.append((("points", key), text))
             continue
         try:
-            values[key] = _pattern_value(known[key], key, value)
+            values[key] = _pattern_value(keys[key], key, value)
         except UsageError as error:
             problems.append((("points", key), str(error)))
     if problems:
         raise TableProblems(problems)
-    missing = [n for n, f in known.items() if n not in values and f.default is MISSING]
+    missing = [n for n, f in keys.items() if n not in values and f.default is MISSING]
     if missing:
         raise UsageError(
             f"strategy {table['strategy']} of a {feature.kind} lacks {' and '.join(missing)}; "
-            f"its keys are {', '.join(known)}"
+            f"its keys are {', '.join(keys)}"
         )
     return kind(**values)
 

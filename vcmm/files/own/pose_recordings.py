@@ -29,21 +29,21 @@ def load_poses(path: Path, machine: Machine) -> PoseReadings:
     check_version(document, "recording")
     problems = Problems(document)
     model = checked_model(RecordingFile, document.data, problems)
-    found = None
+    poses = None
     if model is not None:
         check_words(model, problems)
         if not problems.found:
             file = path.parent / model.data
-            found = problems.attempt(("data",), lambda: poses_of(model, file, machine))
+            poses = problems.attempt(("data",), lambda: poses_of(model, file, machine))
     problems.raise_if_any()
-    assert found is not None
+    assert poses is not None
     assert model is not None
     try:
-        machine.check_travels(found.run)
+        machine.check_travels(poses.run)
     except ModelLimit as error:
-        where = "" if error.row is None or found.lines is None else f":{found.lines[error.row]}"
+        where = "" if error.row is None or poses.lines is None else f":{poses.lines[error.row]}"
         reason = str(error).removesuffix(MOVE_IT)
         raise DataError(
             f"{path.parent / model.data}{where}: {reason}; check the order, the unit and the direction of the joint columns, and travel in the machine file"
         ) from None
-    return found
+    return poses

@@ -65,26 +65,27 @@ def read_poses(
 ) -> PoseReadings:
     """Read poses. Raises DataError with every problem: file, column, line; UsageError for a machine that is no arm."""
     check_arm(machine, str(path))
-    own = read_csv(path, numbered=True)
-    seen = read_csv(path.parent / table.measured, numbered=True) if table.measured else own
-    if seen.count != own.count:
+    commanded = read_csv(path, numbered=True)
+    measured = read_csv(path.parent / table.measured, numbered=True) if table.measured else commanded
+    if measured.count != commanded.count:
         raise DataError(
-            f"{seen.path} has {seen.count} rows and {own.path} {own.count}; they hold the same poses in the same order"
+            f"{measured.path} has {measured.count} rows and {commanded.path} {commanded.count}; they hold the same poses in the same order"
         )
-    positions, letters = _positions(table, seen), _joints(table, own, machine)
-    oriented = _orientation_columns(table, seen)
-    _refuse_idle(table, own, seen, [*letters, *positions, *(oriented[0] if oriented else ())])
-    position = _numbers(seen, positions, table.length, ("mm", "m"))
-    joints = _numbers(own, letters, table.angle, ("deg", "rad"))
+    positions, letters = _positions(table, measured), _joints(table, commanded, machine)
+    oriented = _orientation_columns(table, measured)
+    _refuse_idle(table, commanded, measured, [*letters, *positions, *(oriented[0] if oriented else ())])
+    position = _numbers(measured, positions, table.length, ("mm", "m"))
+    joints = _numbers(commanded, letters, table.angle, ("deg", "rad"))
     run = Run(
-        {a: joints[:, i] for i, a in enumerate(machine.chain.letters)}, np.tile(table.offset, (own.count, 1))
+        {a: joints[:, i] for i, a in enumerate(machine.chain.letters)},
+        np.tile(table.offset, (commanded.count, 1)),
     )
     u_turn = (
         quantity(table.u_orientation, "angle", "u_orientation", "50 urad") if table.u_orientation else 0.0
     )
-    lines = np.asarray(own.lines, dtype=np.intp)
+    lines = np.asarray(commanded.lines, dtype=np.intp)
     return PoseReadings(
-        name, run, position, _orientations(table, seen, oriented), (u_position, u_turn), lines
+        name, run, position, _orientations(table, measured, oriented), (u_position, u_turn), lines
     )
 
 
@@ -125,8 +126,8 @@ def _present(sheet: Sheet, names: list[str], key: str) -> list[str]:
 
 def _numbers(sheet: Sheet, names: list[str], unit: str, allowed: tuple[str, ...]) -> Array:
     """(n, k) in mm or rad: a column's own unit where its name ends in one, else `unit`."""
-    own = [n.rpartition("_")[2] for n in names]
-    return sheet.stack(names) * np.array([_UNITS[u if u in allowed else unit] for u in own])
+    numbers = [n.rpartition("_")[2] for n in names]
+    return sheet.stack(names) * np.array([_UNITS[u if u in allowed else unit] for u in numbers])
 
 
 def _refuse_idle(table: PosesTable, joints: Sheet, tracker: Sheet, used: list[str]) -> None:

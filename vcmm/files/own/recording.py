@@ -84,10 +84,10 @@ def load_recording(
     document = read_toml(path)
     check_version(document, "recording")
     problems = Problems(document)
-    found = _check_document(document, machine, problems, gaps)
+    checked = _check_document(document, machine, problems, gaps)
     problems.raise_if_any()
-    assert found is not None
-    return found
+    assert checked is not None
+    return checked
 
 
 def _check_document(
@@ -118,10 +118,15 @@ def _check_document(
     recording = replace(
         recording, name=name, nuisance=model.nuisance or recording.nuisance, noise=noise, record=record
     )
-    known = model.known
+    known_table = model.known
     steps: list[tuple[str, Callable[[Recording], Recording]]] = [
         ("data", partial(_on_machine, machine=machine, data=data)),
-        ("known", lambda r: r if known is None else replace(r, known=read_known(folder / known.data, r))),
+        (
+            "known",
+            lambda r: (
+                r if known_table is None else replace(r, known=read_known(folder / known_table.data, r))
+            ),
+        ),
         ("series", partial(_with_logs, logs=logs)),
         ("data", partial(_complete, gaps=gaps)),
         ("history", partial(_with_past, memory=model.memory, told=gaps)),
@@ -164,13 +169,13 @@ def recording_file(path: str | Path) -> Path:
     beside = [p for p in sorted(path.parent.glob("*.toml")) if _names_data(p, path.name)]
     if len(beside) == 1:
         return beside[0]
-    said = (
+    lines = (
         f"{' and '.join(p.name for p in beside)} name it; give one of them"
         if beside
         else "no file beside it names it"
     )
     raise DataError(
-        f'{path}: these are the data of a recording, and {said}. A recording file says what they are: vcmm = "recording/1", '
+        f'{path}: these are the data of a recording, and {lines}. A recording file says what they are: vcmm = "recording/1", '
         f'data = "{path.name}", machine = "machine.toml", kind = "probe"'
     )
 
@@ -315,13 +320,13 @@ def _with_history(recording: Recording, memory: str) -> Run:
 
 def _with_reversal_distance(run: Run) -> Run:
     """turned_X where sense, distance since the last reversal and clock of the rows are known."""
-    known = [
+    positions = [
         a
         for a in run.position
         if {f"sense_{a}", f"since_reversal_{a}_{axis_unit(a)}", "time_s"} <= set(run.columns)
     ]
     return run.with_columns(
-        {f"turned_{a}": rows_after_turning(run.column(f"sense_{a}"), run.column("time_s")) for a in known}
+        {f"turned_{a}": rows_after_turning(run.column(f"sense_{a}"), run.column("time_s")) for a in positions}
     )
 
 
@@ -372,11 +377,13 @@ def _check_order(run: Run) -> None:
 def missing_columns(run: Run, machine: Machine) -> tuple[str, ...]:
     """Columns and labels that a recording may have and this one has not, as a run names them."""
     absent_axes = [a for a in LETTERS if a not in machine.chain.letters]
-    own = re.compile(
+    pattern = re.compile(
         r"u_|reading_|(part|tip|from|offset)_[xyz]_mm|probe_lateral|" + "|".join(OBSERVED_COLUMNS)
     )
     of_axis = re.compile(rf"(sense|since_reversal|speed|accel|raw|travel)_[{''.join(absent_axes)}](_|$)")
-    columns = [c for c in run_columns() if c not in run.columns and not own.match(c) and not of_axis.match(c)]
+    columns = [
+        c for c in run_columns() if c not in run.columns and not pattern.match(c) and not of_axis.match(c)
+    ]
     return (*columns, *(label for label in LABELS if label not in run.labels))
 
 

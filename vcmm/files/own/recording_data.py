@@ -52,8 +52,8 @@ def read_data(
         return _read_scope(model, path, machine, problems)
     if model.shape in ("tpoint", "altaz"):
         _check_kind(model, "angle")
-        found = read_altaz(path) if model.shape == "altaz" else read_tpoint(path, model.equinox or "date")
-        return recording_of_pointings(found, machine, model.measuring)
+        pointings = read_altaz(path) if model.shape == "altaz" else read_tpoint(path, model.equinox or "date")
+        return recording_of_pointings(pointings, machine, model.measuring)
     if model.shape == "touches":
         _check_kind(model, "probe")
         if model.touch is None or not model.measuring:

@@ -17,12 +17,12 @@ def recordings_in(folder: Path) -> list[Path]:
 
     Raises UsageError where there is none.
     """
-    found = [p for p in sorted(folder.rglob("*.toml")) if p.is_file() and _may_be_recording(p)]
-    if not found:
+    files = [p for p in sorted(folder.rglob("*.toml")) if p.is_file() and _may_be_recording(p)]
+    if not files:
         raise UsageError(
             f'{folder} holds no recording: no .toml file there says vcmm = "recording/1"; name another folder, or the file itself'
         )
-    return found
+    return files
 
 
 def _may_be_recording(path: Path) -> bool:

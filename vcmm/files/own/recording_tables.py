@@ -170,8 +170,8 @@ def check_words(model: RecordingFile, problems: Problems) -> None:
         if word not in NUISANCES:
             problems.add(here, f'unknown nuisance "{word}".{choose_from(word, NUISANCES)}')
         elif label not in (*ALL_ROWS, *LABELS):
-            known = choose_from(label, LABELS)
-            problems.add(here, f'{word} = "{label}" is no label column.{known} Or "" for all rows')
+            labels = choose_from(label, LABELS)
+            problems.add(here, f'{word} = "{label}" is no label column.{labels} Or "" for all rows')
     for table, formats in TABLES_OF.items():
         if getattr(model, table) is not None and model.shape not in formats:
             due = " or ".join(f'"{f}"' for f in formats)
@@ -238,12 +238,12 @@ def _spread(text: str | None, key: str, angle: bool) -> float:
 
 def other_positions(line: LineTable, letters: tuple[str, ...], moving: tuple[str, ...]) -> dict[str, float]:
     """Positions of the axes that stood still, mm or rad. Raises TableProblems for axes that are missing or too many."""
-    found: list[tuple[str | tuple[str, ...], str]] = []
+    problems: list[tuple[str | tuple[str, ...], str]] = []
     out: dict[str, float] = {}
     for letter, text in line.at.items():
         if letter not in letters or letter in moving:
             allowed = [a for a in letters if a not in moving]
-            found.append((("at", letter), f'at names axis "{letter}".{choose_from(letter, allowed)}'))
+            problems.append((("at", letter), f'at names axis "{letter}".{choose_from(letter, allowed)}'))
             continue
         try:
             rotary = is_rotary(letter)
@@ -251,13 +251,13 @@ def other_positions(line: LineTable, letters: tuple[str, ...], moving: tuple[str
                 text, "angle" if rotary else "length", letter, "0 deg" if rotary else "250 mm"
             )
         except UsageError as error:
-            found.append((("at", letter), str(error)))
+            problems.append((("at", letter), str(error)))
     missing = [a for a in letters if a not in moving and a not in line.at]
     if missing:
         example = ", ".join(f'{a} = "0 {"deg" if is_rotary(a) else "mm"}"' for a in missing)
-        found.append(
+        problems.append(
             ("at", f"where the other axes stood is missing (arms depend on it); add at = {{ {example} }}")
         )
-    if found:
-        raise TableProblems(found)
+    if problems:
+        raise TableProblems(problems)
     return out

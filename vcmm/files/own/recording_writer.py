@@ -50,8 +50,8 @@ def recording_texts(
 ) -> dict[str, str]:
     """File name -> text of all files of a recording; see `save_recording`."""
     run = recording.run
-    own = row_logs(run)
-    logs = {name: log for name, log in run.series.items() if not _same(log, own.get(name))}
+    own_logs = row_logs(run)
+    logs = {name: log for name, log in run.series.items() if not _same(log, own_logs.get(name))}
     column = {s: s if s in LOG_COLUMNS else f"temp_{s}_C" for s in logs}
     names = {sensor: f"{stem}_{sensor}.csv" for sensor in logs}
     texts = {f"{stem}.toml": _toml(recording, stem, machine, list(names.values()), apart)}
@@ -145,12 +145,12 @@ def _conditions(run: Run, rows: Ints, without: re.Pattern[str]) -> dict[str, Any
     }
     if run.offset.any():
         out |= {f"offset_{c}_mm": run.offset[rows, i] for i, c in enumerate("xyz")}
-    known = file_columns()
+    columns = file_columns()
     for name, values in run.columns.items():
         if without.fullmatch(name) or name in NORMAL:
             continue
         written = f"{name[:-4]}_deg" if name.endswith("_rad") else name
-        if not known_column(written, known):
+        if not known_column(written, columns):
             raise UsageError(f"the column {name} has no place in a recording file; remove it")
         out[written] = values[rows] / (DEG if name.endswith("_rad") else 1.0)
     if all(c in run.columns for c in NORMAL):

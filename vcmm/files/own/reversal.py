@@ -43,17 +43,17 @@ def load_reversal(path: str | Path) -> ReversalFile:
     check_version(document, "recording")
     problems = Problems(document)
     model = checked_model(RecordingFile, document.data, problems)
-    found = None
+    reversal = None
     if model is not None and (table := model.reversal) is not None:  # a key too long takes its table out
         _check_file(model, problems)
         words = problems.attempt(("reversal",), lambda: _words(table, model.kind == "angle"))
         if words is not None and not problems.found:
             data = document.path.parent / model.data
             name = model.name or document.path.stem
-            found = problems.attempt(("data",), lambda: _read(model, table, words, data, name))
+            reversal = problems.attempt(("data",), lambda: _read(model, table, words, data, name))
     problems.raise_if_any()
-    assert found is not None
-    return found
+    assert reversal is not None
+    return reversal
 
 
 def _check_file(model: RecordingFile, problems: Problems) -> None:
@@ -76,7 +76,7 @@ def _check_file(model: RecordingFile, problems: Problems) -> None:
 
 def _words(table: ReversalTable, angle: bool) -> ReversalTable:
     """The table with its names checked and defaults filled in. Raises TableProblems."""
-    found = []
+    problems = []
     error = table.error or DEFAULT.get(table.test, "")
     try:
         error = canonical(error) if error else ""
@@ -84,17 +84,17 @@ def _words(table: ReversalTable, angle: bool) -> ReversalTable:
         raise TableProblems([("error", str(wrong))]) from None
     due, fits = _test_error(table.test, error, angle)
     if not fits:
-        found.append(("error", f'error = "{error}" does not go with test = "{table.test}"{due}'))
+        problems.append(("error", f'error = "{error}" does not go with test = "{table.test}"{due}'))
     if table.test != "face":
-        found += [
+        problems += [
             (key, f'{key} belongs to test = "face"; remove it')
             for key in ("probes", "tilt")
             if getattr(table, key)
         ]
     if table.test != "half-turn" and table.axis_tilt != "0 urad":
-        found.append(("axis_tilt", 'axis_tilt belongs to test = "half-turn"; remove it'))
-    if found:
-        raise TableProblems(found)
+        problems.append(("axis_tilt", 'axis_tilt belongs to test = "half-turn"; remove it'))
+    if problems:
+        raise TableProblems(problems)
     return table.model_copy(update={"error": error, "tilt": table.tilt or "EBC"})
 
 
@@ -187,8 +187,8 @@ def _going_on(angle: Array, number: np.ndarray) -> Array:
     turn = 2 * np.pi
     out, last = np.array(angle), None
     way = -1.0 if (np.diff(angle) < 0).mean() > 0.5 else 1.0
-    for one in dict.fromkeys(number.tolist()):
-        rows = np.flatnonzero(number == one)
+    for group in dict.fromkeys(number.tolist()):
+        rows = np.flatnonzero(number == group)
         here = way * (np.unwrap(angle[rows]) if float(np.ptp(angle[rows])) <= turn + 1e-9 else angle[rows])
         if (np.diff(here) < 0).mean() > ASTRAY:
             raise UsageError(

@@ -58,9 +58,9 @@ def room_changes(
 def _rate(key: str, law: Law, made: Sequence[Effect], why: str) -> Input:
     """One draw for the part and all scales: they stand in one room."""
     members = tuple(Input(e.name, e.where, "rate", law) for e in made if getattr(e, "alpha", 0.0))
-    said = f"{why} the stated one: part and uncorrected scales follow it"
+    label = f"{why} the stated one: part and uncorrected scales follow it"
     return Input(
-        "", "", f"environment.{key}", law, "machine", said, members=members, shares=np.ones(len(members))
+        "", "", f"environment.{key}", law, "machine", label, members=members, shares=np.ones(len(members))
     )
 
 

@@ -63,10 +63,10 @@ def read_route_data(
         raise UsageError(
             "--standards belong to --positions: the route by several positions takes their errors off"
         )
-    found = _repeats(scenario, repeats) if repeats else ({}, {})
-    known = _calibrations(scenario, calibrated) if calibrated else {}
+    repeated = _repeats(scenario, repeats) if repeats else ({}, {})
+    calibrations = _calibrations(scenario, calibrated) if calibrated else {}
     if repeats and calibrated:
-        _check_pairs(repeats, calibrated, set(found[0]), set(known))
+        _check_pairs(repeats, calibrated, set(repeated[0]), set(calibrations))
     readings: dict[str, float] = {}
     for part in read_measured_values(values) if values else ():
         for v in part:
@@ -74,19 +74,20 @@ def read_route_data(
                 raise DataError(f'{v.where}: several parts have "{v.name}"; compare the routes for one part')
             readings |= absolute_values(scenario, [v])
     return RouteData(
-        readings=readings, calibrations=known, repeats=found[0], temperatures=found[1],
+        readings=readings, calibrations=calibrations, repeats=repeated[0], temperatures=repeated[1],
         positions=_positions(scenario, positions) if positions else {},
         standards=_standards(standards) if standards else (),
     )  # fmt: skip
 
 
-def _check_pairs(repeats: Path, calibrated: Path, measured: set[str], known: set[str]) -> None:
+def _check_pairs(repeats: Path, calibrated: Path, measured: set[str], calibrated_names: set[str]) -> None:
     problems = [
-        f'{repeats}: no repeats of "{n}", which {calibrated} has calibrated' for n in sorted(known - measured)
+        f'{repeats}: no repeats of "{n}", which {calibrated} has calibrated'
+        for n in sorted(calibrated_names - measured)
     ]
     problems += [
         f'{calibrated}: no calibrated value of "{n}", which {repeats} has measured'
-        for n in sorted(measured - known)
+        for n in sorted(measured - calibrated_names)
     ]
     if problems:
         raise DataError(problems)

@@ -120,8 +120,8 @@ def load_scenario(
     """
     document = read_toml(path)
     if certificate is not None:
-        own = {k: v for k, v in found_machine(path)[1].items() if k != "vcmm"}
-        stated = {**own, "certificate": certificate}
+        tables = {k: v for k, v in found_machine(path)[1].items() if k != "vcmm"}
+        stated = {**tables, "certificate": certificate}
         document = replace(document, data={**document.data, "machine": stated})
     if machine is not None:
         document = replace(document, data={**document.data, "machine": str(Path(machine).resolve())})
@@ -167,11 +167,11 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
     temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
     sensors = sensor_columns(document, environment, problems) if environment else {}
     settings = section(document, "job", data.get("job", {}), problems, partial(settings_from, part=part))
-    known = with_knowledge(document, machine, part, environment, planned, problems)
+    knowledge = with_knowledge(document, machine, part, environment, planned, problems)
     placement = placement_from(document, part.part if part else None, model, problems)
-    if problems.found or not (model and planned and part and settings and environment and known):
+    if problems.found or not (model and planned and part and settings and environment and knowledge):
         return None
-    machine, inputs = known
+    machine, inputs = knowledge
     plan, qualifications = planned
     around = surroundings_of(model.surroundings, part.part, plan, problems)
     if around is None:
@@ -249,7 +249,7 @@ def settings_from(
     assert job is not None
     return Settings(
         job.seed, job.trials, job.p, job.interval, rule=job.rule, known_bias=job.known_bias,
-        production={n: found for n, found in production.items() if found},
+        production={n: value for n, value in production.items() if value},
     )  # fmt: skip
 
 
@@ -274,9 +274,9 @@ def with_knowledge(
     changes, rates = room_changes(document, environment, machine.effects, problems)
     machine = add_knowledge(machine, changes)
     inputs = [*part.inputs(), *rates]
-    for location, one in temperatures:
-        note_second(one, machine.inputs, problems, location)
-        inputs.append(one)
+    for location, quantity in temperatures:
+        note_second(quantity, machine.inputs, problems, location)
+        inputs.append(quantity)
     inputs += further_inputs(
         tables_in(document.data, "inputs"),
         machine.effects,
@@ -293,10 +293,10 @@ def _check_temperatures(
     document: Document, effects: Sequence[Effect], sensors: Collection[str], problems: Problems
 ) -> None:
     """A temperature that an effect needs is one of the environment's, or of the machine's own sensors."""
-    known = [*columns_of(Temperatures()), *(f"temp_{name}_C" for name in sensors)]
+    columns = [*columns_of(Temperatures()), *(f"temp_{name}_C" for name in sensors)]
     for effect in effects:
         for column in required(effect):
-            if column.startswith("temp_") and column not in known:
+            if column.startswith("temp_") and column not in columns:
                 sensor = column.removeprefix("temp_").removesuffix("_C")
                 names = [*Temperatures.model_fields, *sensors]
                 problems.add(

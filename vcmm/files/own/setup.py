@@ -159,8 +159,8 @@ def load_setup(path: str | Path) -> Setup:
         control = problems.attempt(("control",), lambda: control_from(motion))
         active = problems.attempt(("control", "compensation"), lambda: _active(model.control or {}))
     if model is not None and model.set_with is not None and model.set_with not in tools:
-        known = [str(n) for n in tools]
-        text = f"tool {model.set_with} is not in the set-up.{choose_from(str(model.set_with), known) if known else ''}"
+        numbers = [str(n) for n in tools]
+        text = f"tool {model.set_with} is not in the set-up.{choose_from(str(model.set_with), numbers) if numbers else ''}"
         problems.add(("set_with",), f"{text} A probe is a tool too: add its length")
     surfaces = () if model is None or problems.found else _surfaces(model, problems)
     log = None
@@ -205,22 +205,22 @@ def _axes_of(machine: Path) -> frozenset[str] | None:
 def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
     """What probing moves meet, machine axes: what is stated, and the box of the stock."""
     out: list[Surface] = []
-    for k, one in enumerate(model.surfaces):
-        if (one.normal is None) == (one.diameter is None):
+    for k, surface in enumerate(model.surfaces):
+        if (surface.normal is None) == (surface.diameter is None):
             text = "a surface is a plane (point and normal) or a bore or boss along Z (point, diameter, inside); give one of the two"
             problems.add(("surfaces", k), text)
             continue
-        if one.offset not in model.offsets and one.offset != "G54":
-            text = f"{one.offset} is not in [offsets].{choose_from(one.offset, [*model.offsets])}"
+        if surface.offset not in model.offsets and surface.offset != "G54":
+            text = f"{surface.offset} is not in [offsets].{choose_from(surface.offset, [*model.offsets])}"
             problems.add(("surfaces", k, "offset"), text)
             continue
-        point = _move_point(one.point, model.offsets.get(one.offset, ZERO))
-        if one.diameter is not None:
-            low = -math.inf if one.height is None else point[2] - one.height
-            high = math.inf if one.height is None else point[2]
-            out.append(Round(point, one.diameter / 2.0, one.inside, low, high))
-        elif one.normal is not None:
-            out.append(Face(point, one.normal))
+        point = _move_point(surface.point, model.offsets.get(surface.offset, ZERO))
+        if surface.diameter is not None:
+            low = -math.inf if surface.height is None else point[2] - surface.height
+            high = math.inf if surface.height is None else point[2]
+            out.append(Round(point, surface.diameter / 2.0, surface.inside, low, high))
+        elif surface.normal is not None:
+            out.append(Face(point, surface.normal))
     if model.stock is not None and model.stock.box is not None:
         x, y, z = model.stock.box
         corner = model.stock.corner or (-x / 2.0, -y / 2.0, -z)
@@ -238,29 +238,29 @@ def _move_point(
 def _log(table: LogTable, folder: Path) -> TemperatureLog:
     """Raises DataError with the lines of the log, UsageError where it holds no temperature or begins after the zero was set."""
     path = folder / table.data
-    found = {sensor_of(n): s for n, s in read_logs([path]).items() if n.startswith("temp_")}
-    if not found:
+    sensors = {sensor_of(n): s for n, s in read_logs([path]).items() if n.startswith("temp_")}
+    if not sensors:
         raise UsageError(f"{path} logs no temperature; it needs time_s and columns temp_<sensor>_C")
     zero_set = quantity(table.zero_set, "time", "zero_set", "-90 min")
-    begins = max(float(s.time[0]) for s in found.values())
+    begins = max(float(s.time[0]) for s in sensors.values())
     if min(zero_set, 0.0) < begins:
         raise UsageError(
             f"{path} begins at {begins:g} s, but {'the zeros were set' if zero_set < 0 else 'the program begins'} at {min(zero_set, 0.0):g} s; time_s "
             "counts from the start of the program, and is negative before it"
         )
-    return TemperatureLog(found, zero_set, path)
+    return TemperatureLog(sensors, zero_set, path)
 
 
 def _active(control: dict[str, Any]) -> tuple[str, ...] | None:
     """[control] compensation: names of what the control itself compensates; None where nothing is said."""
-    found = control.get("compensation")
-    if found is None:
+    name = control.get("compensation")
+    if name is None:
         return None
-    if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
+    if not isinstance(name, list) or not all(isinstance(name, str) for name in name):
         raise UsageError(
             'control.compensation is a list of names, for example compensation = ["pitch"], or [] for none'
         )
-    return tuple(found)
+    return tuple(name)
 
 
 def _check_names(model: SetupFile, problems: Problems) -> None:
@@ -293,9 +293,9 @@ def _check_stock(stock: StockTable, problems: Problems) -> None:
         problems.add(("stock",), 'a bar needs its length, for example length = "120 mm"')
     if stock.diameter is not None and stock.bore is not None and not stock.bore < stock.diameter:
         problems.add(("stock", "bore"), "the bore must be smaller than the diameter")
-    known = (*LINEAR_EDGE, *KIENZLE) if stock.box is not None else (*KIENZLE,)
-    if stock.material not in (None, *known):
-        text = f'no cutting forces are known of "{stock.material}".{choose_from(str(stock.material), known)}'
+    keys = (*LINEAR_EDGE, *KIENZLE) if stock.box is not None else (*KIENZLE,)
+    if stock.material not in (None, *keys):
+        text = f'no cutting forces are known of "{stock.material}".{choose_from(str(stock.material), keys)}'
         problems.add(("stock", "material"), text)
 
 

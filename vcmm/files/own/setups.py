@@ -75,7 +75,7 @@ def plan_setup(table: SetupTable, machine: Machine) -> tuple[Recordings, Instrum
     if len(made) == 1:
         made = (replace(made[0], name=table.name),)
     else:
-        made = tuple(replace(one, name=f"{table.name} {one.name}") for one in made)
+        made = tuple(replace(setup, name=f"{table.name} {setup.name}") for setup in made)
     return made, InstrumentCertificate.of(instrument, table.own, serial=table.serial)
 
 
@@ -201,15 +201,15 @@ def _plate(table: SetupTable, machine: Machine, u: float) -> Recordings:
     n = table.n or 5
     along, across = np.array(table.along), np.array(table.across)
     balls = artefact.grid_of_balls(list(table.corner or ()), along.tolist(), across.tolist(), (n, n))
-    seen = "XYZ"
+    directions = "XYZ"
     if table.instrument == "hole plate":
         upright = np.abs(np.cross(along, across))
         if np.count_nonzero(upright > 1e-9 * upright.max()) != 1:
             raise UsageError(
                 f'the set-up "{table.name}": a hole plate lies in a plane of two axes here (along, across)'
             )
-        seen = "XYZ".replace("XYZ"[int(upright.argmax())], "")
-    return (artefact.plate(machine, balls, table.name, table.tip, u, seen=seen),)
+        directions = "XYZ".replace("XYZ"[int(upright.argmax())], "")
+    return (artefact.plate(machine, balls, table.name, table.tip, u, seen=directions),)
 
 
 def _gauge(table: SetupTable, machine: Machine, u: float) -> Recordings:

@@ -55,20 +55,22 @@ class TouchesTable(Table):
 def surfaces_of(table: TouchesTable) -> dict[str, TouchedSurface]:
     """The features by name. Raises TableProblems with the key."""
     out = {}
-    for name, one in table.features.items():
+    for name, surface in table.features.items():
         key = ("features", name)
-        if one.type == "plane" and (one.normal is None or one.axis is not None or one.diameter):
+        if surface.type == "plane" and (
+            surface.normal is None or surface.axis is not None or surface.diameter
+        ):
             raise TableProblems([(key, "a plane takes point and normal, no axis and no diameter")])
-        if one.type != "plane" and (not one.diameter or one.normal is not None):
-            raise TableProblems([(key, f"a {one.type} takes point and diameter, no normal")])
-        if one.type == "sphere" and one.axis is not None:
+        if surface.type != "plane" and (not surface.diameter or surface.normal is not None):
+            raise TableProblems([(key, f"a {surface.type} takes point and diameter, no normal")])
+        if surface.type == "sphere" and surface.axis is not None:
             raise TableProblems([(key, "a sphere has no axis")])
-        way = np.array(one.normal or one.axis or [0.0, 0.0, 1.0], dtype=float)
+        way = np.array(surface.normal or surface.axis or [0.0, 0.0, 1.0], dtype=float)
         if not np.linalg.norm(way) > 0:
             raise TableProblems([(key, "normal or axis is 0 0 0; it is a direction")])
         unit = way / np.linalg.norm(way)
-        place, axis = (tuple(float(v) for v in w) for w in (one.point, unit))
-        out[name] = TouchedSurface(one.type, place, axis, one.diameter / 2, one.part)  # type: ignore[arg-type]
+        place, axis = (tuple(float(v) for v in w) for w in (surface.point, unit))
+        out[name] = TouchedSurface(surface.type, place, axis, surface.diameter / 2, surface.part)  # type: ignore[arg-type]
     return out
 
 

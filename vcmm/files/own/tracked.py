@@ -30,15 +30,15 @@ from vcmm.files.own.machine_tables import Tracked
 
 def tracked_inputs(table: Tracked, folder: Path, effects: Sequence[Effect]) -> list[Input]:
     """The Inputs of [tracked]. Raises DataError and UsageError for files and names that do not fit the effects."""
-    said = f"followed until {table.last_check}"
-    out = [_joint_input(folder / table.covariance, effects, "", said)]
+    label = f"followed until {table.last_check}"
+    out = [_joint_input(folder / table.covariance, effects, "", label)]
     if table.since is not None:
         later = f"from the last check, {table.last_check}, until {table.at}"
         out.append(_joint_input(folder / table.since, effects, SINCE, later))
     return out
 
 
-def _joint_input(path: Path, effects: Sequence[Effect], cause: str, said: str) -> Input:
+def _joint_input(path: Path, effects: Sequence[Effect], cause: str, label: str) -> Input:
     joint = read_joint_covariance(path)
     members, widths, at = [], [], 0
     for name, rows in groupby(joint.errors):
@@ -51,7 +51,7 @@ def _joint_input(path: Path, effects: Sequence[Effect], cause: str, said: str) -
         joint.factor @ joint.factor.T
     )  # what the digits of the file leave below zero is rounding
     return Input(
-        "", "", STATE, law, "machine", said, members=tuple(members), cause=cause, widths=tuple(widths)
+        "", "", STATE, law, "machine", label, members=tuple(members), cause=cause, widths=tuple(widths)
     )
 
 
@@ -60,9 +60,9 @@ def _member(path: Path, name: str, element: Array, effects: Sequence[Effect]) ->
     place, _, parameter = name.rpartition(".")
     hit = next((e for e in effects if e.id == place), None)
     if hit is None or not hasattr(hit, parameter):
-        known = [f"{e.id}.{e.about.table_parameter}" if e.about.table_parameter else e.id for e in effects]
+        names = [f"{e.id}.{e.about.table_parameter}" if e.about.table_parameter else e.id for e in effects]
         raise UsageError(
-            f'{path}: "{name}" is no parameter of an effect of the machine.{choose_from(name, known)}'
+            f'{path}: "{name}" is no parameter of an effect of the machine.{choose_from(name, names)}'
         )
     size = int(np.size(getattr(hit, parameter)))
     due = np.full(1, np.nan) if np.ndim(getattr(hit, parameter)) == 0 else np.arange(float(size))

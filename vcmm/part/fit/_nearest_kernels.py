@@ -114,10 +114,10 @@ def _join(normal: Array, q: int, normals: Array, basis: Array, upper: Array, z: 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _holds(at: Array, sides: Array, q: int, k: int, side: float) -> bool:
     """Return whether constraint k on this side is among the q active ones."""
-    found = False
+    is_held = False
     for j in range(q):
-        found = found or (at[j] == k and sides[j] == side)
-    return found
+        is_held = is_held or (at[j] == k and sides[j] == side)
+    return is_held
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -183,11 +183,11 @@ def _chunk(ask: _Ask, points: Array, base: FittedElement) -> tuple[Array | Mask,
     point = (base.point - centroid) / scale
     if criterion == "X":  # off the saddle between two opposite points
         point = point + NUDGE * np.ptp(base.residuals, axis=-1, keepdims=True) / scale * ASIDE
-    found: SettledState = settle(problem, data, State(point, axis, sizes))
-    unique = is_unique(problem, data, found) if ask.checks_uniqueness else found.is_done
-    state = found.state
+    settled: SettledState = settle(problem, data, State(point, axis, sizes))
+    unique = is_unique(problem, data, settled) if ask.checks_uniqueness else settled.is_done
+    state = settled.state
     if not (goal.sized or line):
-        state = state._replace(sizes=state.sizes + goal.sign * found.level[:, None])
+        state = state._replace(sizes=state.sizes + goal.sign * settled.level[:, None])
     if line:
         state = state._replace(sizes=np.empty((len(data), 0)))
     local, frame = to_local(data, state)
@@ -195,5 +195,5 @@ def _chunk(ask: _Ask, points: Array, base: FittedElement) -> tuple[Array | Mask,
     shown = state.axis if element.has_axis else np.zeros_like(state.axis)
     point = state.point * scale + centroid
     return (
-        point, shown, state.sizes * unit, residuals * scale, normals, found.contacts, unique, found.is_done, found.lost
+        point, shown, state.sizes * unit, residuals * scale, normals, settled.contacts, unique, settled.is_done, settled.lost
     )  # fmt: skip

@@ -127,14 +127,14 @@ def settle(problem: ContactProblem, data: Array, start: State) -> SettledState:
         here, points = _rows(state, on), data[on]
         at = problem.at(points, here)
         metric = _metric(problem, points, here, at, weight=weight[on], damping=damping[on], round_=round_)
-        found = _solve(problem.goal, at, metric, weight[on], 4.0 * _EPS * magnitude(here))
-        trial, gained = _try_step(problem, points, here, at, metric, found)
-        shift = np.abs(np.einsum("bp,bpn->bn", found.step, at.jac)).max(axis=-1)
+        step = _solve(problem.goal, at, metric, weight[on], 4.0 * _EPS * magnitude(here))
+        trial, gained = _try_step(problem, points, here, at, metric, step)
+        shift = np.abs(np.einsum("bp,bpn->bn", step.step, at.jac)).max(axis=-1)
         if round_ == 0 and not problem.goal.sized:
             lost[on] = shift > FAR * np.ptp(at.d, axis=-1) + 1e-9
-        done[on] = _is_done(problem, here, at, found, shift, round_)
+        done[on] = _is_done(problem, here, at, step, shift, round_)
         state = _replace_members(state, on[gained], _rows(trial, gained))
-        weight[on] = found.weight
+        weight[on] = step.weight
         damping[on] = np.where(gained, np.maximum(damping[on] / 8.0, least[on]), 8.0 * damping[on])
     return _settle(problem, data, state, lost, done)
 
@@ -154,9 +154,9 @@ def least_largest(left: Array, basis: Array) -> Array:
         d = flat[at : at + many] / scale[at : at + many]
         n = len(d)
         jac, metric = (np.tile(a, (n, 1, 1)) for a in (basis.T, FLAT * np.eye(f)))
-        found, level, weight = np.zeros((n, f)), np.zeros(n), np.zeros((n, k))
-        minimax_steps(jac, d, True, metric, np.full(n, 1e-12), found, level, weight)
-        step[at : at + many] = found
+        argument, level, weight = np.zeros((n, f)), np.zeros(n), np.zeros((n, k))
+        minimax_steps(jac, d, True, metric, np.full(n, 1e-12), argument, level, weight)
+        step[at : at + many] = argument
     moved = flat + scale * (step @ basis.T)
     return np.asarray(np.abs(moved).max(axis=-1).reshape(left.shape[:-1]))
 
@@ -224,10 +224,10 @@ def _solve(goal: ContactGoal, at: Local, metric: Array, likely: Array, rounding:
 
 
 def _try_step(
-    problem: ContactProblem, data: Array, state: State, at: Local, metric: Array, found: _Step
+    problem: ContactProblem, data: Array, state: State, at: Local, metric: Array, step: _Step
 ) -> tuple[State, Mask]:
     """Return the state after the step, bent where the straight one loses, and the mask (B,) of the members that lose nothing."""
-    trial = problem.move(state, at.frame, found.step)
+    trial = problem.move(state, at.frame, step.step)
     if problem.goal.tangent:
         return trial, np.ones(len(data), dtype=bool)
     rounding = 4.0 * _EPS * magnitude(state)
@@ -238,15 +238,15 @@ def _try_step(
     if len(again) == 0:
         return trial, gained
     jac = at.jac[again]
-    straight = at._replace(d=d[again] - np.einsum("bp,bpn->bn", found.step[again], jac), jac=jac)
-    bent = _solve(problem.goal, straight, metric[again], found.weight[again], rounding[again])
+    straight = at._replace(d=d[again] - np.einsum("bp,bpn->bn", step.step[again], jac), jac=jac)
+    bent = _solve(problem.goal, straight, metric[again], step.weight[again], rounding[again])
     second = problem.move(_rows(state, again), at.frame[again], bent.step)
     gained[again] = problem.top(problem.at(data[again], second).d) <= limit[again]
     return _replace_members(trial, again, second), gained
 
 
 def _is_done(
-    problem: ContactProblem, state: State, at: Local, found: _Step, shift: Array, round_: int
+    problem: ContactProblem, state: State, at: Local, step: _Step, shift: Array, round_: int
 ) -> Mask:
     """Return whether the step moves no distance, or promises nothing more and hardly moves; after many rounds the promise
     decides alone: the place is then not determined to the last digit.
@@ -256,7 +256,7 @@ def _is_done(
     if problem.goal.tangent:
         return np.asarray(still)
     promise, moves = (8.0 * _EPS, 1e-8) if round_ < PATIENCE else (1e-13, 1e-4)
-    return np.asarray(still | ((problem.top(at.d) - found.level <= promise * size) & (shift <= moves)))
+    return np.asarray(still | ((problem.top(at.d) - step.level <= promise * size) & (shift <= moves)))
 
 
 def _rows(state: State, which: Ints | Mask) -> State:

@@ -104,25 +104,27 @@ def _by_matrix(base: FittedElement, axis: Array, about: Array | None) -> FittedE
     batch = np.broadcast_shapes(
         base.point.shape[:-1], axis.shape[:-1], () if about is None else about.shape[:-1]
     )
-    one, axis = _broadcast(base, batch), np.broadcast_to(axis, (*batch, 3))
+    factor, axis = _broadcast(base, batch), np.broadcast_to(axis, (*batch, 3))
     if base.moments is None:
-        return replace(one, axis=axis)
+        return replace(factor, axis=axis)
     tilts, others = np.arange(3, 6), np.r_[0:3, 6 : len(base.moments)]
-    mixed, own = base.moments[np.ix_(others, tilts)], base.moments[np.ix_(others, others)]
-    size = np.sqrt(np.diag(own))
+    mixed, moments = base.moments[np.ix_(others, tilts)], base.moments[np.ix_(others, others)]
+    size = np.sqrt(np.diag(moments))
     size[:3] = size[
         :3
     ].max()  # one scale for lengths: the way along an axis that is off by rounding stays free
     scale = np.where(size > 0.0, size, 1.0)
     gain = (
-        -(np.linalg.pinv(own / np.outer(scale, scale), rcond=1e-9) @ (mixed / scale[:, None]))
+        -(np.linalg.pinv(moments / np.outer(scale, scale), rcond=1e-9) @ (mixed / scale[:, None]))
         / scale[:, None]
     )
     if about is not None:
         rest = base.moments[np.ix_(tilts, tilts)] + mixed.T @ gain
-        axis = _easiest(one.axis, axis, about, rest)
-    change = np.cross(one.axis, axis) @ gain.T
-    return replace(one, point=one.point + change[..., :3], axis=axis, sizes=one.sizes + change[..., 3:])
+        axis = _easiest(factor.axis, axis, about, rest)
+    change = np.cross(factor.axis, axis) @ gain.T
+    return replace(
+        factor, point=factor.point + change[..., :3], axis=axis, sizes=factor.sizes + change[..., 3:]
+    )
 
 
 def _easiest(free: Array, axis: Array, about: Array, rest: Array) -> Array:
@@ -213,8 +215,8 @@ def _turning(
         if not goal.sized:
             state = state._replace(sizes=state.sizes + goal.sign * settled_state.level[:, None])
     check_convergence(element, done, f"{base.kind} as a secondary datum")
-    local, own = to_local(data, state)
-    residuals, normals = signed_residuals(rows_of(element, local, state.sizes), own, local[:, 0].shape)
+    local, local_axis = to_local(data, state)
+    residuals, normals = signed_residuals(rows_of(element, local, state.sizes), local_axis, local[:, 0].shape)
     outward = np.einsum("bji,bnj->bni", frame, normals)
     parts = (
         back(state.point) * scale + centroid,

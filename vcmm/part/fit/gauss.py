@@ -259,9 +259,9 @@ def _fit_chunk(
             axis if axis is not None else start.axis if element.has_axis else np.tile(upright, (len(data), 1))
         )
         begin = State((start.point - centroid) / scale, wanted, start.sizes / unit)
-    found, done, matrix, fitted_frame = descend(element, free, data, begin, tolerance)
-    state = _orient(element, found, start, axis is not None)
-    turned = TurnedData(fitted_frame, fitted_frame @ data) if state is found else None
+    fitted, done, matrix, fitted_frame = descend(element, free, data, begin, tolerance)
+    state = _orient(element, fitted, start, axis is not None)
+    turned = TurnedData(fitted_frame, fitted_frame @ data) if state is fitted else None
     local, frame = to_local(data, state, turned)
     residuals, normals = signed_residuals(rows_of(element, local, state.sizes), frame, local[:, 0].shape)
     shown = state.axis if element.has_axis else np.zeros_like(state.axis)

@@ -28,22 +28,22 @@ def two_point_radii(points: Array, base: FittedElement) -> Array:
     """
     points = np.asarray(points, dtype=np.float64)
     groups = [np.arange(points.shape[-2])] if base.kind == "sphere" else sections(points, base)
-    found = []
+    radii = []
     for rows in groups:
         arms = points[..., rows, :] - _centre(points[..., rows, :], base)[..., None, :]
         if base.kind != "sphere":
             axis = base.axis[..., None, :]
             arms = arms - np.sum(arms * axis, axis=-1, keepdims=True) * axis
         radius = np.linalg.norm(arms, axis=-1)
-        found += [
+        radii += [
             0.5 * (radius[..., i] + radius[..., j]) for i, j in _pairs(_first(arms / radius[..., None]))
         ]
-    if not found:
+    if not radii:
         raise ModelLimit(
             f"{base.kind}: no two measured points lie opposite each other within {OPPOSITE:g} rad, so there is no "
             "two-point size (LP): measure an even number of evenly spread points on every level."
         )
-    return np.stack(found, axis=-1)
+    return np.stack(radii, axis=-1)
 
 
 def sphere_radii(points: Array, base: FittedElement) -> Array:
@@ -57,8 +57,10 @@ def sphere_radii(points: Array, base: FittedElement) -> Array:
         raise ModelLimit(
             f"{base.kind}: no section has three points, so there is no spherical size (LS); measure on levels."
         )
-    found = [associate("circle", "X", points[..., rows, :], fixed_axis=base.axis).element for rows in groups]
-    return np.stack([one.sizes[..., 0] for one in found], axis=-1)
+    circles = [
+        associate("circle", "X", points[..., rows, :], fixed_axis=base.axis).element for rows in groups
+    ]
+    return np.stack([circle.sizes[..., 0] for circle in circles], axis=-1)
 
 
 def sections(points: Array, base: FittedElement) -> list[Ints]:

@@ -99,17 +99,17 @@ def _answer(linear: _Linear, tilt: Array | None, residuals: bool) -> tuple[Array
     p, k, n = linear.jac.shape
     answer = np.zeros((p, n, 3))
     fitted = np.ones(p, dtype=bool)
-    known: list[int] = []
+    fixed: list[int] = []
     if tilt is not None:
-        known = [linear.free.index(RX), linear.free.index(RY)]
-        answer[known], fitted[known] = tilt, False
+        fixed = [linear.free.index(RX), linear.free.index(RY)]
+        answer[fixed], fitted[fixed] = tilt, False
     jac = linear.jac[fitted].reshape(-1, k * n)
     free = tuple(motion for motion, is_fitted in zip(linear.free, fitted) if is_fitted)
     check_rank(linear.element, free, (jac @ jac.T)[None], linear.frame[None], linear.element.kind)
     inverse = np.linalg.pinv(jac.T)
     answer[fitted] = -np.einsum("qkn,knc->qnc", inverse.reshape(-1, k, n), linear.normals)
     if tilt is not None:
-        answer[fitted] -= np.tensordot(inverse @ linear.jac[known].reshape(2, k * n).T, tilt, axes=1)
+        answer[fitted] -= np.tensordot(inverse @ linear.jac[fixed].reshape(2, k * n).T, tilt, axes=1)
     if not residuals:
         return answer, None
     change = np.tensordot(linear.jac, answer, axes=(0, 0))

@@ -16,23 +16,23 @@ from vcmm.part.fit.exchange import TOUCH, ContactProblem, Local, SettledState
 LOOSE = 1e-6
 
 
-def is_unique(problem: ContactProblem, data: Array, found: SettledState) -> Mask:
+def is_unique(problem: ContactProblem, data: Array, settled: SettledState) -> Mask:
     """Return the mask (B,) of the members of data (B, 3, n) whose contacts leave no motion free."""
     goal = problem.goal
     if goal.tangent:  # strictly convex where the points determine the element
         return np.ones(len(data), dtype=bool)
-    at = problem.at(data, found.state)
+    at = problem.at(data, settled.state)
     metric = at.jac @ at.jac.swapaxes(-1, -2) / at.jac.shape[-1]
     if goal.convex:
-        return _held_by_curvature(problem, at, found, metric)
+        return _held_by_curvature(problem, at, settled, metric)
     from vcmm.part.fit._nearest_kernels import reaches
 
     side = np.where(at.d < 0.0, -1.0, 1.0) if goal.two_sided else np.ones_like(at.d)
     form = np.ptp(at.d, axis=-1)
-    size = np.abs(found.state.sizes[:, 0]) if problem.element.sizes else np.full(len(form), np.inf)
+    size = np.abs(settled.state.sizes[:, 0]) if problem.element.sizes else np.full(len(form), np.inf)
     loose = np.clip(4.0 * form / np.maximum(size, 1e-12), LOOSE, 0.05)
     out = np.zeros(len(data))
-    reaches(np.ascontiguousarray(at.jac * side[:, None]), found.contacts, metric, 4.0 / loose, out)
+    reaches(np.ascontiguousarray(at.jac * side[:, None]), settled.contacts, metric, 4.0 / loose, out)
     perfect = goal.two_sided & (form <= TOUCH)  # a zone without width: every point touches both sides
     return np.asarray(perfect | (out < 1.0 / loose))
 

@@ -31,15 +31,15 @@ def with_common(
     if not c.common:
         return features, fitted or {}
     letters = dict(zip(c.datums, criterion))
-    drawn, found = dict(features), dict(fitted or {})
+    drawn, elements = dict(features), dict(fitted or {})
     for name, members in c.common:
         nominal = [features[m] for m in members]
         drawn[name] = _drawing_feature(c, name, nominal)
         if fitted is not None and all(m in fitted for m in members):
             letter = letters.get(name, "G")
             fitted_element = _common_element(nominal, [by_criterion(m, fitted[m], letter) for m in members])
-            found[name] = replace(fitted_element, also={letter: fitted_element})
-    return drawn, found
+            elements[name] = replace(fitted_element, also={letter: fitted_element})
+    return drawn, elements
 
 
 def _drawing_feature(c: Characteristic, name: str, members: Sequence[Feature]) -> Feature:

@@ -82,10 +82,10 @@ def left_free(c: Characteristic, features: Mapping[str, Feature]) -> Array:
     names = (*c.of, *c.datums)
     if c.type != "position" or len(c.of) != 1 or any(n not in features or features[n].free for n in names):
         return np.zeros((0, 6))
-    one = features[c.of[0]]
-    middle, scale = centre(one), 100.0
+    feature = features[c.of[0]]
+    middle, scale = centre(feature), 100.0
     free = free_motions([features[d] for d in c.datums], middle, scale)
-    moved = held_displacements(one, middle, scale) @ free
+    moved = held_displacements(feature, middle, scale) @ free
     return np.asarray(free.T[np.abs(moved).max(axis=0) > MOVES]) if free.shape[1] else np.zeros((0, 6))
 
 

@@ -182,7 +182,7 @@ def criteria_needed(
         for name, criterion in _demands(c, shapes):
             if criterion != "G":
                 out.setdefault(name, set()).add(criterion)
-    return {name: tuple(sorted(found)) for name, found in out.items()}
+    return {name: tuple(sorted(letters)) for name, letters in out.items()}
 
 
 def with_criteria(
@@ -208,8 +208,8 @@ def with_criteria(
         criteria = {*asked.get(name, ()), *((POINTS,) if name in pointed else ())}
         try:
             also = {
-                one: _associate(one, features[name], points(name), fitted[name], judged)
-                for one in sorted(criteria)
+                criterion: _associate(criterion, features[name], points(name), fitted[name], judged)
+                for criterion in sorted(criteria)
             }
         except ModelLimit as error:
             raise ModelLimit(f'feature "{name}": {error}') from None
@@ -226,13 +226,13 @@ def _associate(
         radii = (two_point_radii if criterion == "LP" else sphere_radii)(points, base)
         return replace(base, sizes=radii)
     if feature.kind == "line":
-        found = profile_line(criterion, points, feature.axis, frame(feature)[0])
+        fit = profile_line(criterion, points, feature.axis, frame(feature)[0])
     else:
         fixed = feature.axis if feature.kind == "circle" else None
-        found = associate(
+        fit = associate(
             feature.kind, criterion, points, base, fixed_axis=fixed, inside=feature.inside, judged=judged
         )
-    return replace(found.element, unique=found.unique)
+    return replace(fit.element, unique=fit.unique)
 
 
 def by_criterion(name: str, fitted: FittedElement, criterion: str) -> FittedElement:
@@ -262,8 +262,8 @@ def notes(characteristics: Iterable[Characteristic], fitted: Mapping[str, Fitted
     out = []
     for name, criteria in criteria_needed(characteristics, fitted).items():
         for criterion in criteria:
-            found = fitted[name].also.get(criterion) if name in fitted else None
-            if found is not None and found.unique is not None and not found.unique.all():
+            fit = fitted[name].also.get(criterion) if name in fitted else None
+            if fit is not None and fit.unique is not None and not fit.unique.all():
                 out.append(
                     f"{name}: the element by criterion {criterion} ({CRITERIA[criterion]}) is not the only one: its size "
                     "or width holds, its place and direction are one of several as good; measure more points, or use G"

@@ -48,11 +48,11 @@ def _together(
 ) -> Array:
     places, rows, off = [], [], []
     for e in elements:
-        drawn, found, across = _places(c, e)
+        drawn, measured, across = _places(c, e)
         for k in range(len(drawn)):
             places.append(drawn[k])
             rows.append(across)
-            off.append((found[..., k, :] - drawn[k]) @ across.T)
+            off.append((measured[..., k, :] - drawn[k]) @ across.T)
     at = np.array(places)
     middle = at.mean(axis=0)
     scale = max(float(np.ptp(at, axis=0).max()), 1.0)
@@ -73,8 +73,8 @@ def _places(c: Characteristic, e: MeasuredElement) -> tuple[Array, Array, Array]
         raise UsageError(
             f'"{c.name}": a pattern is of holes, pins or centres; {kind_text(e.feature.kind)} has no place in it.'
         )
-    drawn, found = e.feature.point[None], e.point[..., None, :]
-    return drawn, found, across if e.feature.kind == "circle" else np.eye(3)
+    drawn, measured = e.feature.point[None], e.point[..., None, :]
+    return drawn, measured, across if e.feature.kind == "circle" else np.eye(3)
 
 
 def with_material(c: Characteristic, e: MeasuredElement, value: Array) -> Array:

@@ -161,9 +161,9 @@ def _open(f: Filter, at: Array, values: Array) -> Array:
     reach = min(n - 1, math.ceil(FAR * cut / step))
     kernel = _weights(np.arange(-reach, reach + 1, dtype=float) * step, cut)
     rows = values.reshape(-1, n)
-    found = fftconvolve(rows, kernel[None], mode="full", axes=1)[:, reach : reach + n]
+    smooth = fftconvolve(rows, kernel[None], mode="full", axes=1)[:, reach : reach + n]
     there = fftconvolve(np.ones(n), kernel, mode="full")[reach : reach + n]
-    return np.asarray((found / there).reshape(values.shape))
+    return np.asarray((smooth / there).reshape(values.shape))
 
 
 def _open_spline(step: float, cut: float, values: Array) -> Array:

@@ -107,9 +107,9 @@ def limits_of_code(code: str, size: float, inside: bool) -> tuple[float, float]:
             _through(letter, grade, size, width) if not inside else _hole_through(letter, grade, size, width)
         )
     else:
-        known = ", ".join([*ABOVE, "js", *BELOW])
+        allowed = ", ".join([*ABOVE, "js", *BELOW])
         raise UsageError(
-            f'"{code}": the deviation "{letters}" is not held here; known are {known} (capitals for bores), or write the limits'
+            f'"{code}": the deviation "{letters}" is not held here; known are {allowed} (capitals for bores), or write the limits'
         )
     if inside and letter in ABOVE:
         low, high = -high, -low

@@ -56,8 +56,8 @@ def check_pointwise(c: Characteristic, feature: Feature, datums: Sequence[Featur
 
 def turning_datum(datums: Iterable[Feature]) -> Feature:
     """Return the datum about which a run-out turns: the first with an axis; the first of all where there is none."""
-    known = list(datums)
-    return next((d for d in known if d.kind in AXES), known[0])
+    names = list(datums)
+    return next((d for d in names if d.kind in AXES), names[0])
 
 
 def runout(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Array:
@@ -67,21 +67,21 @@ def runout(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Arr
     height = dot(arm, np.broadcast_to(axis, arm.shape))
     radius = length(arm - height[..., None] * axis)
     face = e.feature.kind == "plane"
-    seen = height if face else radius
+    reading = height if face else radius
     if e.feature.kind == "cone":
         half = float(e.feature.sizes[1])
         way = 1.0 if e.feature.axis @ datum.feature.axis > 0 else -1.0
-        seen = radius * np.cos(half) - way * height * np.sin(half)
+        reading = radius * np.cos(half) - way * height * np.sin(half)
     if c.type == "total_runout":
-        return np.asarray(np.ptp(seen, axis=-1))
+        return np.asarray(np.ptp(reading, axis=-1))
     groups = [g for g in _together(_first(radius if face else height)) if len(g) > 1]
     if e.feature.kind in ("circle", "sphere", "torus"):
-        groups = [np.arange(seen.shape[-1], dtype=np.intp)]
+        groups = [np.arange(reading.shape[-1], dtype=np.intp)]
     if not groups:
         raise ModelLimit(
             f'"{c.name}": no section of "{e.feature.name}" has two points; measure several on each section.'
         )
-    return np.asarray(np.max([np.ptp(seen[..., g], axis=-1) for g in groups], axis=0))
+    return np.asarray(np.max([np.ptp(reading[..., g], axis=-1) for g in groups], axis=0))
 
 
 def profile(c: Characteristic, e: MeasuredElement, datums: Sequence[Feature], minimax: bool) -> Array:

@@ -14,8 +14,8 @@ from vcmm.core.run import Array
 def least_squares_circle(angle: Array, deviation: Array) -> tuple[Array, float]:
     """Return ((radius, x, y), roundness) of deviations (n,) at angles (n,) rad; in the unit of the deviations."""
     columns = _columns(angle)
-    found: Array = np.asarray(np.linalg.lstsq(columns, deviation, rcond=None)[0], dtype=np.float64)
-    return found, float(np.ptp(deviation - columns @ found))
+    solution: Array = np.asarray(np.linalg.lstsq(columns, deviation, rcond=None)[0], dtype=np.float64)
+    return solution, float(np.ptp(deviation - columns @ solution))
 
 
 def minimum_zone_circles(angle: Array, deviation: Array) -> tuple[Array, float]:
@@ -27,8 +27,8 @@ def minimum_zone_circles(angle: Array, deviation: Array) -> tuple[Array, float]:
     ones = np.ones((len(angle), 1))
     sides = np.block([[columns, -ones], [-columns, -ones]])
     ends = np.concatenate([target, -target])
-    found = linprog([0.0, 0.0, 0.0, 1.0], A_ub=sides, b_ub=ends, bounds=[(None, None)] * 3 + [(0.0, None)])
-    circle = np.asarray(found.x, dtype=np.float64)[:3] * scale
+    solution = linprog([0.0, 0.0, 0.0, 1.0], A_ub=sides, b_ub=ends, bounds=[(None, None)] * 3 + [(0.0, None)])
+    circle = np.asarray(solution.x, dtype=np.float64)[:3] * scale
     return circle, float(np.ptp(deviation - columns @ circle))
 
 

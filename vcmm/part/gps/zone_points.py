@@ -71,8 +71,8 @@ def zone_points(
         return RoundPoints(profile_places(feature, at)[0], element.residuals, kept)
     element = project(c, element)
     axes = frame(feature)[:2]
-    found, drawn = (
+    measured, drawn = (
         (axis_ends(element), ends(element.feature)) if feature.kind in AXES else (element.point[None], feature.point[None])
     )  # fmt: skip
     paid = float(paid_by_size(c, element)) if c.material else 0.0
-    return PlacedAxis((found - drawn) @ axes.T, paid)
+    return PlacedAxis((measured - drawn) @ axes.T, paid)

@@ -20,7 +20,9 @@ OFTEN, KEPT = 4, 4096  # new stretches after which they are merged, and room for
 
 
 @njit(cache=True, nogil=True)
-def may_remove(box: Array, tool: Array, p: Array, n: Array, length: float, gone: Array, known: int) -> bool:
+def may_remove(
+    box: Array, tool: Array, p: Array, n: Array, length: float, gone: Array, stretches: int
+) -> bool:
     """Return whether a tool on the paths in the box may remove anything of the ray that is not removed yet. Slabs of the box grown by the tool."""
     lo, hi = 0.0, length
     for i in range(3):
@@ -34,7 +36,7 @@ def may_remove(box: Array, tool: Array, p: Array, n: Array, length: float, gone:
         lo, hi = max(lo, min(a, b)), min(hi, max(a, b))
     if lo > hi:
         return False
-    for k in range(known):
+    for k in range(stretches):
         if gone[k, 0] > lo:
             return True
         if gone[k, 1] >= hi:
@@ -78,12 +80,12 @@ def removed_stretches(
     grad, q = scratch[0], scratch[1]
     s = 0.0
     while s < length:
-        found, a, _ = first_contact(item, tool, p, n, 1.0, s, length, grad, q)
-        if not found:
+        is_hit, a, _ = first_contact(item, tool, p, n, 1.0, s, length, grad, q)
+        if not is_hit:
             return count
         if item[21] == 0.0:
-            found, b, _ = first_contact(item, tool, p, n, -1.0, -length, -a, grad, q)
-            b = -b if found else a
+            is_hit, b, _ = first_contact(item, tool, p, n, -1.0, -length, -a, grad, q)
+            b = -b if is_hit else a
         else:
             inner, b = a, a + STEP
             while b < length:
@@ -93,8 +95,8 @@ def removed_stretches(
                 inner = b
                 b += max(-f, STEP)
             if b < length:
-                found, c, _ = first_contact(item, tool, p, n, -1.0, -b, -inner, grad, q)
-                b = -c if found else b
+                is_hit, c, _ = first_contact(item, tool, p, n, -1.0, -b, -inner, grad, q)
+                b = -c if is_hit else b
             b = min(b, length)
         if count < cuts.shape[0]:
             cuts[count, 0], cuts[count, 1] = a, b
@@ -150,7 +152,7 @@ def material(
     cuts, spare = np.empty((KEPT, 2)), np.empty((KEPT, 2))
     p, n = np.empty(3), np.empty(3)
     for row in range(origins.shape[0]):
-        count, known, low, high = 0, 0, 0.0, length
+        count, merged, low, high = 0, 0, 0.0, length
         wait[0], waiting = 1, 1
         while waiting > 0:
             waiting -= 1
@@ -169,14 +171,14 @@ def material(
             while top > 0:
                 top -= 1
                 node = stack[top]
-                if not may_remove(boxes[node], tool, p, n, length, cuts, known):
+                if not may_remove(boxes[node], tool, p, n, length, cuts, merged):
                     continue
                 if child[node, 0] < 0:
                     first = -child[node, 0] - 1
                     for i in range(first, first + child[node, 1]):
                         count = removed_stretches(items[i], tool, p, n, length, cuts, count, scratch)
-                    if count - known >= OFTEN:
-                        count = known = merge_stretches(cuts, min(count, KEPT), spare)
+                    if count - merged >= OFTEN:
+                        count = merged = merge_stretches(cuts, min(count, KEPT), spare)
                         low, high = left_between(cuts, count, length)
                 else:
                     stack[top], stack[top + 1] = child[node, 0], child[node, 1]

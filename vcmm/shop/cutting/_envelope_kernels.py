@@ -203,20 +203,20 @@ def straight(
 
     2: the whole stretch lies below nominal, out 3:6 hold lower end, upper end and u, other the gradient.
     """
-    found = False
+    is_hit = False
     if tool[0] == BALL:
-        found, a, u = capsule(item, tool[1], p, n, grad)
-        found = found and grad[2] <= 0.0 and tool[6] >= 2.0 * tool[1]
-        if found and a > cut:
+        is_hit, a, u = capsule(item, tool[1], p, n, grad)
+        is_hit = is_hit and grad[2] <= 0.0 and tool[6] >= 2.0 * tool[1]
+        if is_hit and a > cut:
             return 0
-    if not found and item[2] != item[5]:
+    if not is_hit and item[2] != item[5]:
         answer, a, u = steep(item, tool, p, n, -depth, cut, grad)
         if answer == 0:
             return 0
-        found = answer == 1 and a >= -depth  # an entry further down is none of this search
-    if not found:
-        found, a, u = first_contact(item, tool, p, n, 1.0, -depth, cut, grad, q)
-        if not found:
+        is_hit = answer == 1 and a >= -depth  # an entry further down is none of this search
+    if not is_hit:
+        is_hit, a, u = first_contact(item, tool, p, n, 1.0, -depth, cut, grad, q)
+        if not is_hit:
             return 0
     out[0], out[1], out[2] = a, 0.0, u
     if a >= 0.0:
@@ -225,11 +225,11 @@ def straight(
         return 1
     if inside_at(item, tool, p, n, 0.0, other, q) <= 1e-12:
         return 1
-    found, b, _ = first_contact(item, tool, p, n, -1.0, 0.0, 2.0 * depth, other, q)
+    is_hit, b, _ = first_contact(item, tool, p, n, -1.0, 0.0, 2.0 * depth, other, q)
     out[3], out[4], out[5] = a, -b, u
     for i in range(3):
         other[i] = grad[i]
-    return 2 if found else 0
+    return 2 if is_hit else 0
 
 
 @njit(**PLAIN)
@@ -265,12 +265,12 @@ def arc_stretches(
         return 1
     result = 0
     if cut > 0.0:
-        found, a, u = first_contact(item, tool, p, n, 1.0, 0.0, cut, grad, q)
-        if found:
+        is_hit, a, u = first_contact(item, tool, p, n, 1.0, 0.0, cut, grad, q)
+        if is_hit:
             out[0], out[1], out[2] = a, 0.0, u
             result = 1
-    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, depth, other, q)
-    if found:
+    is_hit, b, u = first_contact(item, tool, p, n, -1.0, 0.0, depth, other, q)
+    if is_hit:
         out[3], out[5] = lower_end(item, tool, p, n, -b - 1e-9, depth, other, q)
         out[4] = -b
         result += 2

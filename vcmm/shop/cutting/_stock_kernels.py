@@ -67,10 +67,10 @@ def floor_at(item: Array, tool: Array, low: float, p: Array, up: Array, out: Arr
         return item[2] + h if h < 1e300 else h
     p[2] = low - 1.0
     if item[21] == 0.0 and tool[0] == BALL:
-        found, s, _ = capsule(item, tool[1], p, up, out)
+        is_hit, s, _ = capsule(item, tool[1], p, up, out)
     else:
-        found, s, _ = first_contact(item, tool, p, up, 1.0, 0.0, 1e6, out, q)
-    return p[2] + s if found else 1e300
+        is_hit, s, _ = first_contact(item, tool, p, up, 1.0, 0.0, 1e6, out, q)
+    return p[2] + s if is_hit else 1e300
 
 
 @njit(cache=True, nogil=True)

@@ -116,21 +116,21 @@ def contact_map(surface: CutSurface, sweep: Sweep) -> Contacts:
 
     Errors come in that order: those at tips(surface, sweep)[surface.row >= 0]. Raises UsageError where points are uncut.
     """
-    known = surface.row >= 0
-    if not known[:, 0].all():
+    is_cut = surface.row >= 0
+    if not is_cut[:, 0].all():
         raise UsageError(
-            f"contact_map: {np.sum(~known[:, 0])} points were not cut; take(surface.status == CUT) leaves them out"
+            f"contact_map: {np.sum(~is_cut[:, 0])} points were not cut; take(surface.status == CUT) leaves them out"
         )
-    row = np.full(known.shape, -1, dtype=np.intp)
-    row[known] = np.arange(known.sum())
-    height = np.where(known, surface.contact_s, np.inf)
-    return Contacts(height, upright(surface.normal, surface.normals, known), surface.normals, row)
+    row = np.full(is_cut.shape, -1, dtype=np.intp)
+    row[is_cut] = np.arange(is_cut.sum())
+    height = np.where(is_cut, surface.contact_s, np.inf)
+    return Contacts(height, upright(surface.normal, surface.normals, is_cut), surface.normals, row)
 
 
-def upright(cutter: Array, normal: Array, known: Array) -> Array:
+def upright(cutter: Array, normal: Array, is_cut: Array) -> Array:
     """Return the normals of the cutter (P, K, 3); n itself where there is no candidate, or the ray grazes the tool."""
     along = np.einsum("pki,pi->pk", cutter, normal)
-    good = known & (np.abs(np.where(known, along, 0.0)) >= GRAZING)
+    good = is_cut & (np.abs(np.where(is_cut, along, 0.0)) >= GRAZING)
     return np.where(good[:, :, None], cutter, normal[:, None, :])
 
 
@@ -155,20 +155,20 @@ def audit(
 ) -> ContactAudit:
     """Return the largest and rms difference between contacts and an exact new query with the tool displaced by `field`."""
     part = surface.take(np.flatnonzero(surface.status == CUT))
-    known = part.row >= 0
+    is_cut = part.row >= 0
     contacts, moved = contact_map(part, sweep), np.zeros((0, 3))
-    if known.any():
-        moved = field(tips(part, sweep)[known], part.row[known], part.t[known])
+    if is_cut.any():
+        moved = field(tips(part, sweep)[is_cut], part.row[is_cut], part.t[is_cut])
     again = surface_left(part.points, part.normals, displace(sweep, field, tolerance), depth, height)
     both = again.status == CUT
     if not both.any():
         raise UsageError("audit: no point was cut both by the nominal and by the displaced tool")
-    one = contacts.height[:, 0] + np.einsum("pi,pi->p", moved[contacts.row[:, 0]], contacts.gain[:, 0])
+    single = contacts.height[:, 0] + np.einsum("pi,pi->p", moved[contacts.row[:, 0]], contacts.gain[:, 0])
     off = (contacts.surface(moved) - again.s)[both]
     return ContactAudit(
         float(np.abs(off).max()),
         float(np.sqrt(np.mean(off**2))),
-        float(np.abs(one - again.s)[both].max()),
+        float(np.abs(single - again.s)[both].max()),
         float(np.linalg.norm(moved, axis=1).max()),
         int(both.sum()),
     )

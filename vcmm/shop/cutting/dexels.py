@@ -96,25 +96,25 @@ def material_ends(index: Index, rays: Array, way: Array, length: float) -> Array
     return out
 
 
-def both(one: Dexels, other: Dexels) -> Dexels:
+def both(first: Dexels, other: Dexels) -> Dexels:
     """Return the material that is in both, of one block with the same rays. Raises ModelLimit where a ray has more pieces than `ROOM`."""
-    x, y, z = (_common(a, b) for a, b in zip(one.ends, other.ends))
-    return Dexels(one.low, one.high, one.cell, one.nodes, (x, y, z))
+    x, y, z = (_common(a, b) for a, b in zip(first.ends, other.ends))
+    return Dexels(first.low, first.high, first.cell, first.nodes, (x, y, z))
 
 
-def _common(one: Array, other: Array) -> Array:
+def _common(first: Array, other: Array) -> Array:
     """Return the pieces (na, nb, ROOM, 2) that two bundles of rays share."""
-    used = [int(np.isfinite(e[..., 0]).sum(axis=2).max(initial=0)) for e in (one, other)]
-    low = np.maximum(one[:, :, : used[0], None, 0], other[:, :, None, : used[1], 0])
-    high = np.minimum(one[:, :, : used[0], None, 1], other[:, :, None, : used[1], 1])
-    shape = (*one.shape[:2], used[0] * used[1])
+    used = [int(np.isfinite(e[..., 0]).sum(axis=2).max(initial=0)) for e in (first, other)]
+    low = np.maximum(first[:, :, : used[0], None, 0], other[:, :, None, : used[1], 0])
+    high = np.minimum(first[:, :, : used[0], None, 1], other[:, :, None, : used[1], 1])
+    shape = (*first.shape[:2], used[0] * used[1])
     there = (high - low > 0.0).reshape(shape)
     pieces = np.where(there[..., None], np.stack([low, high], axis=-1).reshape(*shape, 2), np.nan)
     order = np.argsort(pieces[..., 0], axis=2)  # nan comes last
     pieces = np.take_along_axis(pieces, order[..., None], axis=2)
     if there.sum(axis=2).max(initial=0) > ROOM:
         raise ModelLimit(f"carve: a ray has more than {ROOM} pieces of material")
-    out = np.full_like(one, np.nan)
+    out = np.full_like(first, np.nan)
     out[:, :, : min(ROOM, shape[2])] = pieces[:, :, :ROOM]
     return out
 
@@ -133,11 +133,11 @@ def sparser(dexels: Dexels, every: int) -> Dexels:
 def inside(dexels: Dexels) -> Array:
     """Return which nodes (nx, ny, nz) lie in material, by the rays along Z."""
     z = (np.arange(dexels.nodes[2]) + 0.5) * dexels.cell[2]
-    found = np.zeros(tuple(dexels.nodes), bool)
+    is_inside = np.zeros(tuple(dexels.nodes), bool)
     for k in range(ROOM):
         stretch = dexels.ends[2][:, :, k]
-        found |= (z >= stretch[..., :1]) & (z <= stretch[..., 1:])
-    return found
+        is_inside |= (z >= stretch[..., :1]) & (z <= stretch[..., 1:])
+    return is_inside
 
 
 def surface(dexels: Dexels) -> tuple[Array, Array]:

@@ -123,7 +123,7 @@ def _search(index: Index, p: Array, n: Array, limits: Array, out: tuple[Array, .
 
     order = _neighbours_together(p)
     p, n = p[order], n[order]
-    found = tuple(a[order] for a in out)
+    ordered = tuple(a[order] for a in out)
 
     def part(at: int) -> int:
         rows = slice(at, at + CHUNK)
@@ -139,7 +139,7 @@ def _search(index: Index, p: Array, n: Array, limits: Array, out: tuple[Array, .
             index.tree,
             index.leaves,
         )
-        return int(kernels.search(p[rows], n[rows], *fixed, limits, *(a[rows] for a in found)))
+        return int(kernels.search(p[rows], n[rows], *fixed, limits, *(a[rows] for a in ordered)))
 
     starts = range(0, len(p), CHUNK)
     if threads == 1:
@@ -147,7 +147,7 @@ def _search(index: Index, p: Array, n: Array, limits: Array, out: tuple[Array, .
     else:
         with ThreadPoolExecutor(threads) as pool:
             over = sum(pool.map(part, starts))
-    for whole, sorted_ in zip(out, found):
+    for whole, sorted_ in zip(out, ordered):
         whole[order] = sorted_
     return over
 
@@ -180,16 +180,16 @@ def _answer(
     contact: Array,
     tests: Array,
 ) -> CutSurface:
-    known = (which >= 0) & (s <= np.minimum(s[:, :1] + band, height))
+    is_cut = (which >= 0) & (s <= np.minimum(s[:, :1] + band, height))
     status = np.full(len(p), CUT)
-    status[~known[:, 0]] = UNCUT
-    status[known[:, 0] & (s[:, 0] <= -depth)] = BEYOND
-    item = np.where(known, which, 0)
+    status[~is_cut[:, 0]] = UNCUT
+    status[is_cut[:, 0] & (s[:, 0] <= -depth)] = BEYOND
+    item = np.where(is_cut, which, 0)
     frame = index.frames[index.group[item]]
     normal = np.einsum("nkij,nki->nkj", frame, contact)
     t = index.t0[item] + t * (index.t1 - index.t0)[item]
-    row = np.where(known, index.row[item], -1)
-    void = ~known
+    row = np.where(is_cut, index.row[item], -1)
+    void = ~is_cut
     s, t, normal = s.copy(), t.copy(), normal.copy()
     s[void], t[void], normal[void] = np.nan, np.nan, np.nan
     return CutSurface(
@@ -201,6 +201,6 @@ def tips(surface: CutSurface, sweep: Sweep) -> Array:
     """Return the tip positions (n, K, 3) at the moment of each contact; nan where there is none."""
     flat = surface.row.ravel()
     out = np.full((len(flat), 3), np.nan)
-    known = np.flatnonzero(flat >= 0)
-    out[known] = position(sweep.take(flat[known]), surface.t.ravel()[known])
+    cut = np.flatnonzero(flat >= 0)
+    out[cut] = position(sweep.take(flat[cut]), surface.t.ravel()[cut])
     return out.reshape(*surface.row.shape, 3)

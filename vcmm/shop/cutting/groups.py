@@ -37,13 +37,13 @@ def tree_of_groups(
     tree, leaves = np.zeros((2 * count, COLUMNS)), np.zeros(count, np.int64)
     tree[:, 8] = NOTHING
     leaves[: len(order)] = order
-    own = tree[count : count + len(order)]
+    nodes = tree[count : count + len(order)]
     ball = is_ball[order].astype(float)
     low, high = boxes[order, :3], boxes[order, 3:]
-    own[:, :3] = np.einsum("gji,gj->gi", frames[order], 0.5 * (low + high))
-    own[:, :3] += (ball * radius[order])[:, None] * frames[order, 2]
-    own[:, 3] = 0.5 * np.linalg.norm(high - low, axis=1)
-    own[:, 4:7], own[:, 8], own[:, 9], own[:, 10] = (
+    nodes[:, :3] = np.einsum("gji,gj->gi", frames[order], 0.5 * (low + high))
+    nodes[:, :3] += (ball * radius[order])[:, None] * frames[order, 2]
+    nodes[:, 3] = 0.5 * np.linalg.norm(high - low, axis=1)
+    nodes[:, 4:7], nodes[:, 8], nodes[:, 9], nodes[:, 10] = (
         frames[order, 2],
         radius[order],
         ball * radius[order],
@@ -66,8 +66,8 @@ def _joined(left: Array, right: Array) -> Array:
     size = np.linalg.norm(middle, axis=1, keepdims=True)
     axis = np.where(size > 1e-6, middle / np.maximum(size, 1e-6), a[:, 4:7])
 
-    def reach(part: slice, at: Array, own: int) -> Array:
-        return np.maximum(*(np.linalg.norm(c[:, part] - at, axis=1) + c[:, own] for c in (a, b)))
+    def reach(part: slice, at: Array, column: int) -> Array:
+        return np.maximum(*(np.linalg.norm(c[:, part] - at, axis=1) + c[:, column] for c in (a, b)))
 
     out[both, :3], out[both, 3] = centre, reach(slice(0, 3), centre, 3)
     out[both, 4:7], out[both, 7] = axis, reach(slice(4, 7), axis, 7)

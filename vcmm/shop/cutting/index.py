@@ -47,9 +47,11 @@ def build(sweep: Sweep) -> Index:
     items = _items(parts, frames[group])
     order, roots, boxes, child = _forest(items, group, len(first))
     shapes = parameters(sweep.tools)
-    own = shapes[parts.tool[first]]
-    is_ball = own[:, 0] == SHAPES.index("ball")
-    tree, leaves = tree_of_groups(frames, boxes[roots], own[:, 1], is_ball, np.argsort(first, kind="stable"))
+    tool_shapes = shapes[parts.tool[first]]
+    is_ball = tool_shapes[:, 0] == SHAPES.index("ball")
+    tree, leaves = tree_of_groups(
+        frames, boxes[roots], tool_shapes[:, 1], is_ball, np.argsort(first, kind="stable")
+    )
     return Index(
         sweep=sweep,
         frames=frames,

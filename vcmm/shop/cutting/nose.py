@@ -90,17 +90,17 @@ def removed_by(
         for i in range(0, len(points), size)
     ]
     s, which, t = (np.concatenate([p[k] for p in parts]) for k in range(3))
-    known = which >= 0
-    status = np.where(known[:, 0], np.where(s[:, 0] <= -depth, BEYOND, CUT), UNCUT)
-    row = np.where(known, path.row[np.maximum(which, 0)], -1)
-    share = np.where(known, path.t0[which] + t * (path.t1 - path.t0)[which], np.nan)
+    is_cut = which >= 0
+    status = np.where(is_cut[:, 0], np.where(s[:, 0] <= -depth, BEYOND, CUT), UNCUT)
+    row = np.where(is_cut, path.row[np.maximum(which, 0)], -1)
+    share = np.where(is_cut, path.t0[which] + t * (path.t1 - path.t0)[which], np.nan)
     normal = np.broadcast_to(-normals[:, None, :], (*row.shape, 3)).copy()
     tests = np.full(len(points), len(path.r))
     return CutSurface(
         points=points,
         normals=normals,
         status=status,
-        contact_s=np.where(known, s, np.nan),
+        contact_s=np.where(is_cut, s, np.nan),
         row=row,
         t=share,
         normal=normal,
@@ -178,11 +178,11 @@ def _slab(p: Array, n: Array, path: Capsules, unit: Array, length: Array) -> tup
     low, high = np.full(a.shape, -np.inf), np.full(a.shape, np.inf)
     for at, rate, least, most in ((a, va, np.zeros_like(length), length), (c, vc, -path.r, path.r)):
         with np.errstate(divide="ignore", invalid="ignore"):
-            one, two = (least - at) / rate, (most - at) / rate
+            first, second = (least - at) / rate, (most - at) / rate
         level = np.abs(rate) < 1e-15
         inside = (at >= least) & (at <= most)
-        low = np.maximum(low, np.where(level, np.where(inside, -np.inf, np.inf), np.fmin(one, two)))
-        high = np.minimum(high, np.where(level, np.where(inside, np.inf, -np.inf), np.fmax(one, two)))
+        low = np.maximum(low, np.where(level, np.where(inside, -np.inf, np.inf), np.fmin(first, second)))
+        high = np.minimum(high, np.where(level, np.where(inside, np.inf, -np.inf), np.fmax(first, second)))
     hit = (low <= high) & (length > 0)
     low = np.where(hit, low, np.inf)
     t = np.clip((a + np.where(hit, low, 0.0) * va) / np.where(length > 0, length, 1.0), 0.0, 1.0)

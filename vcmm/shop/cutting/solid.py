@@ -22,9 +22,9 @@ def picture(stock: Stock | Dexels, most: int) -> tuple[Array, Array]:
     """Return the mesh with at most so many triangles: only every second, third ... node or ray."""
     if isinstance(stock, Dexels):
         every = 1
-        while len((found := surface(sparser(stock, every)))[1]) > most:
+        while len((mesh := surface(sparser(stock, every)))[1]) > most:
             every += 2
-        return found
+        return mesh
     nx, ny = stock.height.shape
     every = thinning(nx, ny, most)
     return _of_heights(replace(stock, height=stock.height[::every, ::every], cell=stock.cell * every))

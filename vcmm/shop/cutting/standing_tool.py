@@ -43,20 +43,22 @@ def _quadric(o: Array, n: Array, radius: float, slope: float) -> tuple[Array, Ar
     c = o[..., 0] ** 2 + o[..., 1] ** 2 - r0**2
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(b * b - a * c)
-        one, two = (-b - root) / a, (-b + root) / a
-        lo, hi = np.minimum(one, two), np.maximum(one, two)
+        first, second = (-b - root) / a, (-b + root) / a
+        lo, hi = np.minimum(first, second), np.maximum(first, second)
         if (
             slope > 0.0
         ):  # a < 0: the ray runs into the upper sheet and stays, or leaves it and has been inside for ever
             up = rs > 0.0
-            upper = np.where(r0 + rs * one >= 0.0, one, two)
-            upper = np.where((r0 + rs * one >= 0.0) & (r0 + rs * two >= 0.0), np.where(up, hi, lo), upper)
+            upper = np.where(r0 + rs * first >= 0.0, first, second)
+            upper = np.where(
+                (r0 + rs * first >= 0.0) & (r0 + rs * second >= 0.0), np.where(up, hi, lo), upper
+            )
             steep = a < 0.0
             lo, hi = (
                 np.where(steep, np.where(up, upper, -np.inf), lo),
                 np.where(steep, np.where(up, np.inf, upper), hi),
             )
-            wrong = ~steep & (r0 + rs * 0.5 * (one + two) < 0.0)
+            wrong = ~steep & (r0 + rs * 0.5 * (first + second) < 0.0)
             lo, hi = np.where(wrong, np.inf, lo), np.where(wrong, -np.inf, hi)
     parallel = a == 0.0
     lo = np.where(parallel, np.where(c <= 0.0, -np.inf, np.inf), lo)

@@ -81,10 +81,10 @@ class ToothCuts:
                     if cuts.any():
                         a, b = np.where(cuts, a, 0.0), np.where(cuts, b, 0.0)
                         per = np.divide(1.0, np.abs(self.lag), out=np.zeros_like(a), where=cuts)
-                        found = edge_integral(b, piece.chip, piece.edges) - edge_integral(
+                        along_edge = edge_integral(b, piece.chip, piece.edges) - edge_integral(
                             a, piece.chip, piece.edges
                         )
-                        out += np.where(cuts, per, 0.0)[:, None] * found
+                        out += np.where(cuts, per, 0.0)[:, None] * along_edge
         return out
 
     def _straight(self, tooth: int, phi: Array, there: Array) -> Array:
@@ -114,10 +114,10 @@ class ToothCuts:
             per = np.where(tooth < self.teeth, self.axial, 0.0) / TURN
             for piece in self._pieces(tooth):
                 low, high = piece.low, np.maximum(piece.high, piece.low)
-                found = edge_integral(high, piece.chip, piece.edges) - edge_integral(
+                along_edge = edge_integral(high, piece.chip, piece.edges) - edge_integral(
                     low, piece.chip, piece.edges
                 )
-                out += per[:, None] * found
+                out += per[:, None] * along_edge
         return out
 
     def generating(self, angle: Array, height: Array) -> Array:
@@ -140,5 +140,5 @@ class ToothCuts:
 def _edges_of(edges: LinearEdge, rows: Ints) -> LinearEdge:
     """Return the coefficients of some of the stretches, where they have their own."""
     names = [f.name for f in fields(edges) if f.name != "source"]
-    own = {n: value[rows] for n in names if np.ndim(value := getattr(edges, n))}
-    return replace(edges, **own)
+    of_rows = {n: value[rows] for n in names if np.ndim(value := getattr(edges, n))}
+    return replace(edges, **of_rows)

@@ -191,17 +191,17 @@ def _from_all_sides(
     forces, power, teeth = (
         (None, None, None) if met is None else cutting_forces(setup, program, stretches, met, asks)
     )
-    said = [
+    remarks = [
         f"the tool comes from several sides: the stock is kept as rays along X, Y and Z, {cell:.2g} mm apart; rapids are checked "
         "against what no feed move removes, shanks are not checked"
         + (", and no cutting forces are computed" if setup.material and met is None else "")
     ]
     if through > LEAST * max(removed, 1.0):
-        said.append(
+        remarks.append(
             f"rapids run through the stock and remove {through:.3g} mm³ of it that no feed move would"
         )
     return Blank(
-        before=before, after=after, removed=removed, collisions=(), forces=forces, shanks=(), said=tuple(said),
+        before=before, after=after, removed=removed, collisions=(), forces=forces, shanks=(), said=tuple(remarks),
         pieces=stretches, power=power, teeth=teeth,
     )  # fmt: skip
 
@@ -232,12 +232,12 @@ def shank_collisions(
         part, start=part.start + lift, end=part.end + lift, centre=part.centre + lift, tool=which,
         tools=tuple(solid for solid, _ in solids),
     )  # fmt: skip
-    found = remove(left, raised, np.ones(len(rows), bool))
-    hit = [moves[int(rows[k])] for k in found.collisions.tolist()]
+    removal = remove(left, raised, np.ones(len(rows), bool))
+    hit = [moves[int(rows[k])] for k in removal.collisions.tolist()]
     deepest: dict[tuple[int, int], float] = {}
-    for m, depth in zip(hit, found.collision_depth.tolist()):
-        one = (m.source.line, m.tool)
-        deepest[one] = max(deepest.get(one, 0.0), depth)
+    for m, depth in zip(hit, removal.collision_depth.tolist()):
+        place = (m.source.line, m.tool)
+        deepest[place] = max(deepest.get(place, 0.0), depth)
     return tuple((line, tool, depth) for (line, tool), depth in deepest.items())
 
 

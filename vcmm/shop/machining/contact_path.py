@@ -45,14 +45,14 @@ def tool_side(
     touch, feature (n,): labels of the points, all of which are cut. Raises ModelLimit where the cut leaves the machine.
     """
     rows = contact_rows(job, surface)
-    run, known = _cut_run(job, rows)
+    run, known_error = _cut_run(job, rows)
     run = Run(
         run.position, run.offset, run.columns,
         {**run.labels, "touch": touch[rows.point], "feature": feature[rows.point]}, run.series,
     )  # fmt: skip
     whole, setting = _with_setting(job, run)
     whole, setting, touches = _with_touches(job, whole, setting, rows)
-    side = _tool_errors(job, run, whole, setting, known=known, inputs=inputs)
+    side = _tool_errors(job, run, whole, setting, known_error=known_error, inputs=inputs)
     deepest = np.flatnonzero(rows.candidate == 0)[
         rows.point
     ]  # all candidates of a point scatter as its deepest cut
@@ -61,19 +61,21 @@ def tool_side(
     return replace(side, passes=passes, touches=touches), rows.contacts
 
 
-def of_one_pass(job: PreparedCut, run: Run, known: Array, inputs: tuple[Input, ...]) -> ToolSide:
-    """Return the rows of a run that one pass cuts, with their labels, and those of setting behind them; known (n, 3) as of `states_at`."""
+def of_one_pass(job: PreparedCut, run: Run, known_error: Array, inputs: tuple[Input, ...]) -> ToolSide:
+    """Return the rows of a run that one pass cuts, with their labels, and those of setting behind them; known_error (n, 3) as of `states_at`."""
     whole, setting = _with_setting(job, run)
     passes = np.concatenate([np.ones((run.n, 1)), np.zeros((whole.n - run.n, 1))])
-    return replace(_tool_errors(job, run, whole, setting, known=known, inputs=inputs), passes=passes)
+    return replace(
+        _tool_errors(job, run, whole, setting, known_error=known_error, inputs=inputs), passes=passes
+    )
 
 
 def _tool_errors(
-    job: PreparedCut, run: Run, whole: Run, setting: Ints, *, known: Array, inputs: tuple[Input, ...]
+    job: PreparedCut, run: Run, whole: Run, setting: Ints, *, known_error: Array, inputs: tuple[Input, ...]
 ) -> ToolSide:
     """Return the errors of all rows; known deviations of the cut are zero in the rows of setting behind it."""
-    known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
-    return job.process.tool_side(job, _prepare_run(job, whole), setting, known, inputs)
+    known_error = np.concatenate([known_error, np.zeros((whole.n - run.n, 3))])
+    return job.process.tool_side(job, _prepare_run(job, whole), setting, known_error, inputs)
 
 
 def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:
@@ -81,17 +83,17 @@ def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:
     process = job.process
     candidates = process.candidates(job, surface)
     points, normals = process.contacts_seen(surface)
-    known = candidates.row >= 0
-    point, candidate = np.nonzero(known)
-    number = np.full(known.shape, -1, dtype=np.intp)
-    number[known] = np.arange(len(point))
+    is_cut = candidates.row >= 0
+    point, candidate = np.nonzero(is_cut)
+    number = np.full(is_cut.shape, -1, dtype=np.intp)
+    number[is_cut] = np.arange(len(point))
     # where the ray ends in the side of a gouge the tool moves that end as it moves itself
-    cutter = upright(candidates.cutter, normals, known)
+    cutter = upright(candidates.cutter, normals, is_cut)
     contacts = Contacts(candidates.height, cutter, normals, number, process.cutters(surface, candidates))
-    at = points[point] + candidates.height[known][:, None] * normals[point]
-    row, share = candidates.row[known], candidates.share[known]
+    at = points[point] + candidates.height[is_cut][:, None] * normals[point]
+    row, share = candidates.row[is_cut], candidates.share[is_cut]
     return ContactRows(
-        surface, contacts, point, candidate, row=row, share=share, tip=candidates.tip[known], at=at
+        surface, contacts, point, candidate, row=row, share=share, tip=candidates.tip[is_cut], at=at
     )
 
 
@@ -102,7 +104,7 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
     motions, and with them the tilt of the tool, count to there.
     """
     process, scenario = job.process, job.scenario
-    states, known = process.states(job, rows)
+    states, known_error = process.states(job, rows)
     logged = {
         n: np.interp(states.column("time_s"), log.time, log.value) for n, log in scenario.force_log.items()
     }
@@ -116,7 +118,7 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
         columns |= by_axis("force_{}_N", force * share[:, None])
     columns |= {name: np.full(states.n, value) for name, value in scenario.constants.items()}
     columns |= dict(zip((MOVE, PASS), move_and_pass(job.program, job.sweep, rows.row)))
-    return logged_states(job, states.with_columns(columns)), known
+    return logged_states(job, states.with_columns(columns)), known_error
 
 
 def logged_states(job: PreparedCut, states: Run) -> Run:
@@ -136,15 +138,15 @@ def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
     if not job.scenario.set_here:
         return run, np.full((run.n, 3), -1, dtype=np.intp)
     first, number = ways_of_setting(run)
-    own = run.labels["tool"][first]
-    setter = np.array([setting_tool(job, str(name)) for name in own])
-    other = np.flatnonzero(setter != own)  # their X and Y were set with another tool
+    tools = run.labels["tool"][first]
+    setter = np.array([setting_tool(job, str(name)) for name in tools])
+    other = np.flatnonzero(setter != tools)  # their X and Y were set with another tool
     each = job.process.rows_per_zero
     rows = _set_with(
         job,
         run,
         np.repeat(np.concatenate([first, first[other]]), each),
-        np.repeat([*own, *setter[other]], each),
+        np.repeat([*tools, *setter[other]], each),
     )
     across = np.arange(len(first))
     across[other] = len(first) + np.arange(len(other))
@@ -170,10 +172,10 @@ def _with_touches(
     then = {name: values for name, values in states.columns.items() if name in some.columns}
     then |= by_axis("n{}", normals) | {"setting": np.zeros(count), "across_tool": np.hypot(*normals.T[:2])}
     some = add_temperatures(some.with_columns(then), job.scenario.setup.log)
-    own = {"tool": np.array([str(t.tool) for t in touched.touches])}
-    own[PROBE_LABEL] = np.arange(1, count + 1).astype(str)
+    labels = {"tool": np.array([str(t.tool) for t in touched.touches])}
+    labels[PROBE_LABEL] = np.arange(1, count + 1).astype(str)
     some = replace(
-        some, labels={**some.labels, **own, OFFSET_LABEL: np.array([t.offset for t in touched.touches])}
+        some, labels={**some.labels, **labels, OFFSET_LABEL: np.array([t.offset for t in touched.touches])}
     )
     held = np.zeros((run.n, 3))
     held[:cut] = touched.held[move]

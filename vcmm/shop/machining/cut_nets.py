@@ -48,13 +48,13 @@ def decisive_contacts(cut: CutNet) -> CutNet:
     that two moves share (tests/papers).
     """
     contacts, tool = cut.contacts, cut.tool
-    row, _ = contacts.deepest(tool.known)
+    row, _ = contacts.deepest(tool.known_error)
     zero = np.unique(tool.setting[row])
     kept = np.concatenate([row, zero[zero >= 0]])
     number = np.full(tool.run.n + 1, -1, dtype=np.intp)
     number[kept[len(row) :]] = np.arange(len(row), len(kept))
     first = np.arange(len(row))[:, None]
-    best = contacts.heights(tool.known).argmin(axis=1)[:, None]
+    best = contacts.heights(tool.known_error).argmin(axis=1)[:, None]
     few = Contacts(
         np.take_along_axis(contacts.height, best, 1),
         np.take_along_axis(contacts.cutter, best[:, :, None], 1),
@@ -62,7 +62,11 @@ def decisive_contacts(cut: CutNet) -> CutNet:
         first,
     )
     side = replace(
-        tool, run=tool.run.take(kept), setting=number[tool.setting[kept]], known=tool.known[kept], passes=None
+        tool,
+        run=tool.run.take(kept),
+        setting=number[tool.setting[kept]],
+        known_error=tool.known_error[kept],
+        passes=None,
     )
     return CutNet(cut.net, side, few)
 
@@ -74,4 +78,4 @@ def departure(cut: CutNet, machine: Machine, zero_set_here: bool = True) -> Arra
     """
     setting = cut.tool.setting if zero_set_here else np.full_like(cut.tool.setting, -1)
     tool = replace(cut.tool, machine=machine, setting=setting)
-    return cut.contacts.surface(tool.errors()) - cut.contacts.surface(cut.tool.known)
+    return cut.contacts.surface(tool.errors()) - cut.contacts.surface(cut.tool.known_error)

@@ -69,12 +69,12 @@ def corners(tool: Tool, dialect: str) -> tuple[float, float]:
 
 def grooves_of(job: PreparedCut) -> tuple[CutGroove, ...]:
     """Return every groove that is plunged towards the axis by a tool with a width, in order."""
-    return tuple(_cut_groove(job, one) for one in flanks_of(job))
+    return tuple(_cut_groove(job, flanks) for flanks in flanks_of(job))
 
 
 def flanks_of(job: PreparedCut) -> list[Flanks]:
     """Group plunges side by side, with one tool, into grooves."""
-    found: list[Flanks] = []
+    grooves: list[Flanks] = []
     tools = {n: t for n, t in job.scenario.setup.tools.items() if t.width}
     for k, m in enumerate(job.program.moves):
         tool = tools.get(m.tool)
@@ -82,12 +82,12 @@ def flanks_of(job: PreparedCut) -> list[Flanks]:
             continue
         low, high = (m.end[2] + c * (tool.width or 0.0) for c in corners(tool, job.program.dialect))
         here = Flanks(tool, (k, 1.0), (k, 1.0), (low, high))
-        touching = next((i for i, one in enumerate(found) if _beside(one, here)), None)
+        touching = next((i for i, flanks in enumerate(grooves) if _beside(flanks, here)), None)
         if touching is None:
-            found.append(here)
+            grooves.append(here)
         else:
-            found[touching] = _together(found[touching], here)
-    return found
+            grooves[touching] = _together(grooves[touching], here)
+    return grooves
 
 
 def _plunges(m: Move) -> bool:
@@ -95,15 +95,15 @@ def _plunges(m: Move) -> bool:
     return m.start[0] - m.end[0] > SAME and abs(m.end[2] - m.start[2]) < SAME
 
 
-def _beside(one: Flanks, other: Flanks) -> bool:
-    return one.tool is other.tool and one.z[0] <= other.z[1] + SAME and other.z[0] <= one.z[1] + SAME
+def _beside(flanks: Flanks, other: Flanks) -> bool:
+    return flanks.tool is other.tool and flanks.z[0] <= other.z[1] + SAME and other.z[0] <= flanks.z[1] + SAME
 
 
-def _together(one: Flanks, new: Flanks) -> Flanks:
+def _together(flanks: Flanks, new: Flanks) -> Flanks:
     """Combine plunges; the later one counts where both are at one flank."""
-    lower = new if new.z[0] <= one.z[0] + SAME else one
-    upper = new if new.z[1] >= one.z[1] - SAME else one
-    return Flanks(one.tool, lower.lower, upper.upper, (lower.z[0], upper.z[1]))
+    lower = new if new.z[0] <= flanks.z[0] + SAME else flanks
+    upper = new if new.z[1] >= flanks.z[1] - SAME else flanks
+    return Flanks(flanks.tool, lower.lower, upper.upper, (lower.z[0], upper.z[1]))
 
 
 def _cut_groove(job: PreparedCut, flanks: Flanks) -> CutGroove:

@@ -105,8 +105,8 @@ def _columns_to_search(points: ObservedPoints) -> list[Array]:
 
 def _best_by_chance(precision: Array, searched: list[Array], draws: Array) -> Array:
     """Return the evidence (M,) of the shape that a search chooses in each draw (n, M)."""
-    found = [_evidence(precision, _in_precision(precision, columns), draws) for columns in searched]
-    return np.asarray(np.max(found, axis=0))
+    evidence = [_evidence(precision, _in_precision(precision, columns), draws) for columns in searched]
+    return np.asarray(np.max(evidence, axis=0))
 
 
 def _evidence(precision: Array, q: Array, y: Array) -> Array:

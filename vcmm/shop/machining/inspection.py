@@ -94,18 +94,18 @@ def measuring_world(job: PreparedCut, plan: Plan, surface: CutSurface) -> Measur
     placed = touches(plan, pose, machine, scenario.constants if same else how.constants)
     empty = np.zeros(placed.run.n)
     if not same:
-        own = [replace(i, owner=machine.name) for i in (*machine.inputs, *qualified)]
-        return Measuring(Task(machine, scenario.part, plan, placed, tuple(own), empty))
+        inputs = [replace(i, owner=machine.name) for i in (*machine.inputs, *qualified)]
+        return Measuring(Task(machine, scenario.part, plan, placed, tuple(inputs), empty))
     given = [i for i in (*machine.inputs, *scenario.inputs) if i.effect not in TOOL_TABLE]
     shared = [
         i if i.redraw == "machine" or i.effect == WorkOffset.name else replace(i, owner="probing")
         for i in given
     ]
-    own = [*shared, *(replace(i, owner="probing") for i in qualified)]
+    inputs = [*shared, *(replace(i, owner="probing") for i in qualified)]
     drawn = any(i.effect == WorkOffset.name and i.redraw == OFFSET_LABEL for i in given)
     offset = _offset_cut_under(job, surface, placed.run.labels["feature"], drawn)
     placed = replace(placed, run=replace(placed.run, labels={**placed.run.labels, OFFSET_LABEL: offset}))
-    task = Task(machine, scenario.part, plan, placed, tuple(own), empty)
+    task = Task(machine, scenario.part, plan, placed, tuple(inputs), empty)
     if not scenario.set_here:
         return Measuring(task)
     names = np.unique(offset)
@@ -146,14 +146,14 @@ def unseen(part: UncertaintyResult, reading: UncertaintyResult | None) -> list[s
     reading: its reading; None where another machine measures.
     """
     out = []
-    for true, seen in zip(part.characteristics, reading.characteristics if reading else ()):
+    for true, read in zip(part.characteristics, reading.characteristics if reading else ()):
         scale, unit = (1e3, "um") if true.unit == "mm" else (1e6, "urad")
-        missed = expected_deviation(true) - expected_deviation(seen)
-        if max(abs(missed), true.expanded - seen.expanded) > UNSEEN * max(true.expanded, 1e-9):
+        missed = expected_deviation(true) - expected_deviation(read)
+        if max(abs(missed), true.expanded - read.expanded) > UNSEEN * max(true.expanded, 1e-9):
             out.append(
                 f"{true.name}: the machine errs in probing as it did in cutting: of {expected_deviation(true) * scale:+.3g} +- "
-                f"{true.expanded * scale:.3g} {unit} from nominal it would read {expected_deviation(seen) * scale:+.3g} +- "
-                f"{seen.expanded * scale:.3g} {unit}; value, interval and decision are about the part"
+                f"{true.expanded * scale:.3g} {unit} from nominal it would read {expected_deviation(read) * scale:+.3g} +- "
+                f"{read.expanded * scale:.3g} {unit}; value, interval and decision are about the part"
             )
     return out
 

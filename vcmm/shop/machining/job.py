@@ -50,8 +50,8 @@ def cut(
     job = set_up(scenario)
     report("cutting (compiles on first use)", 0.0)
     task, world, notes = finished_part(job)
-    settings, said = job.process.engine(settings)
-    notes = (*notes, *said)
+    settings, engine_text = job.process.engine(settings)
+    notes = (*notes, *engine_text)
     touches = task.touches
     again = recut(job, surface_at(job, touches.points, touches.normals, exact=False))
     reading = None

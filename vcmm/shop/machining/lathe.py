@@ -50,9 +50,9 @@ class LatheSurface(CutSurface):
 
     def take(self, rows: Array) -> LatheSurface:
         """Return some of the points."""
-        own = {n: getattr(self, n)[rows] for n in CutSurface.__dataclass_fields__}
+        columns = {n: getattr(self, n)[rows] for n in CutSurface.__dataclass_fields__}
         return LatheSurface(
-            **own, turned=self.turned.take(rows), milled=self.milled.take(rows), driven=self.driven[rows]
+            **columns, turned=self.turned.take(rows), milled=self.milled.take(rows), driven=self.driven[rows]
         )
 
 
@@ -68,9 +68,11 @@ class LatheCutters:
     def entry(self, shift: Array, normal: Array) -> Array:
         """Return where the rays from the points along normal (P, 3) meet cutters moved by shift (..., P, K, 3), (..., P, K)."""
         out = np.full(shift.shape[:-1], np.inf)
-        for own, mine, count in zip((self.turning, self.driving), (~self.driven, self.driven), self.counts):
+        for process, mine, count in zip(
+            (self.turning, self.driving), (~self.driven, self.driven), self.counts
+        ):
             if mine.any():
-                out[..., mine, :count] = own.entry(shift[..., mine, :count, :], normal[mine])
+                out[..., mine, :count] = process.entry(shift[..., mine, :count, :], normal[mine])
         return out
 
 
@@ -95,12 +97,12 @@ class LatheProcess(Process):
     def surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> LatheSurface:
         turned = self._turn_surface(job, points, normals, exact)
         milled = self.driving.surface(job, points, normals, exact)
-        low = [np.where(np.isfinite(one.s), one.s, np.inf) for one in (turned, milled)]
+        low = [np.where(np.isfinite(surface.s), surface.s, np.inf) for surface in (turned, milled)]
         driven = low[1] < low[0]
-        own = {name: _choose(driven, getattr(turned, name), getattr(milled, name)) for name in _PER_POINT}
+        columns = {name: _choose(driven, getattr(turned, name), getattr(milled, name)) for name in _PER_POINT}
         row = _choose(driven, turned.row, np.where(milled.row >= 0, milled.row + self._first, -1), -1)
         return LatheSurface(
-            points, normals, row=row.astype(np.intp), **own, turned=turned, milled=milled, driven=driven
+            points, normals, row=row.astype(np.intp), **columns, turned=turned, milled=milled, driven=driven
         )
 
     def _turn_surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> TurnedSurface:
@@ -108,55 +110,60 @@ class LatheProcess(Process):
         arm = points[:, :2] - self.turning.turning.centre
         across = arm[:, 0] * normals[:, 1] - arm[:, 1] * normals[:, 0]
         aside = np.abs(across) > AROUND * np.maximum(np.hypot(*arm.T), AROUND)
-        found = self.turning.surface(job, points, np.where(aside[:, None], UP, normals), exact)
+        surface = self.turning.surface(job, points, np.where(aside[:, None], UP, normals), exact)
         return replace(
-            found, normals=normals, status=np.where(aside, UNCUT, found.status), row=np.where(aside[:, None], -1, found.row),
-            contact_s=np.where(aside[:, None], np.nan, found.contact_s),
+            surface, normals=normals, status=np.where(aside, UNCUT, surface.status), row=np.where(aside[:, None], -1, surface.row),
+            contact_s=np.where(aside[:, None], np.nan, surface.contact_s),
         )  # fmt: skip
 
     def contacts_seen(self, surface: CutSurface) -> tuple[Array, Array]:
-        own = _lathe(surface)
-        (a, n), (b, m) = self.turning.contacts_seen(own.turned), self.driving.contacts_seen(own.milled)
-        return _choose(own.driven, a, b), _choose(own.driven, n, m)
+        lathe = _lathe(surface)
+        (a, n), (b, m) = self.turning.contacts_seen(lathe.turned), self.driving.contacts_seen(lathe.milled)
+        return _choose(lathe.driven, a, b), _choose(lathe.driven, n, m)
 
     def candidates(self, job: PreparedCut, surface: CutSurface) -> CutCandidates:
-        own = _lathe(surface)
-        turned, milled = np.flatnonzero(~own.driven), np.flatnonzero(own.driven)
+        lathe = _lathe(surface)
+        turned, milled = np.flatnonzero(~lathe.driven), np.flatnonzero(lathe.driven)
         parts = []
         if len(turned):
-            parts.append((turned, self.turning.candidates(job, own.turned.take(turned))))
+            parts.append((turned, self.turning.candidates(job, lathe.turned.take(turned))))
         if len(milled):
-            found = self.driving.candidates(job, own.milled.take(milled))
-            parts.append((milled, replace(found, row=np.where(found.row >= 0, found.row + self._first, -1))))
-        count, most = len(own.points), max(one.row.shape[1] for _, one in parts)
+            of_driven = self.driving.candidates(job, lathe.milled.take(milled))
+            parts.append(
+                (
+                    milled,
+                    replace(of_driven, row=np.where(of_driven.row >= 0, of_driven.row + self._first, -1)),
+                )
+            )
+        count, most = len(lathe.points), max(some.row.shape[1] for _, some in parts)
         out = CutCandidates(
             np.full((count, most), np.inf), np.zeros((count, most, 3)), np.zeros((count, most, 3)),
             np.full((count, most), -1, dtype=np.intp), np.zeros((count, most)),
         )  # fmt: skip
-        for mine, one in parts:
+        for mine, some in parts:
             for name in CutCandidates.__annotations__:
-                getattr(out, name)[mine, : one.row.shape[1]] = getattr(one, name)
+                getattr(out, name)[mine, : some.row.shape[1]] = getattr(some, name)
         return out
 
     def cutters(self, surface: CutSurface, candidates: CutCandidates) -> LatheCutters:
-        own = _lathe(surface)
-        turned, milled = np.flatnonzero(~own.driven), np.flatnonzero(own.driven)
+        lathe = _lathe(surface)
+        turned, milled = np.flatnonzero(~lathe.driven), np.flatnonzero(lathe.driven)
         first = _some(candidates, turned, 0)
         second = _some(candidates, milled, self._first)
         return LatheCutters(
-            self.turning.cutters(own.turned.take(turned), first),
-            self.driving.cutters(own.milled.take(milled), second),
-            own.driven,
+            self.turning.cutters(lathe.turned.take(turned), first),
+            self.driving.cutters(lathe.milled.take(milled), second),
+            lathe.driven,
             (first.row.shape[1], second.row.shape[1]),
         )
 
     def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
-        own, out = _lathe(surface), np.zeros(len(some))
-        driven = own.driven[some]
+        lathe, out = _lathe(surface), np.zeros(len(some))
+        driven = lathe.driven[some]
         if (~driven).any():
-            out[~driven] = self.turning.cusp_lift(job, own.turned, some[~driven], radius)
+            out[~driven] = self.turning.cusp_lift(job, lathe.turned, some[~driven], radius)
         if driven.any():
-            out[driven] = self.driving.cusp_lift(job, own.milled, some[driven], radius)
+            out[driven] = self.driving.cusp_lift(job, lathe.milled, some[driven], radius)
         return out
 
     def net(self, job: PreparedCut, feature: Feature, across: int) -> Net | None:
@@ -165,24 +172,26 @@ class LatheProcess(Process):
         return usual_net(feature, across)
 
     def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
-        known = np.zeros((len(rows.row), 3))
+        known_error = np.zeros((len(rows.row), 3))
         parts = []
-        for process, mine, one in self._split(rows):
-            run, off = process.states(job, one)
-            known[mine] = off
+        for process, mine, some in self._split(rows):
+            run, off = process.states(job, some)
+            known_error[mine] = off
             parts.append((mine, run))
-        return _merge_runs(len(rows.row), parts), known
+        return _merge_runs(len(rows.row), parts), known_error
 
     def columns(self, job: PreparedCut, rows: ContactRows) -> dict[str, Array]:
         """Return the columns; of a driven tool the way from its tip to its holder takes the place of that to the centre of a nose."""
         out: dict[str, Array] = {}
-        for process, mine, one in self._split(rows):
-            found = process.columns(job, one)
+        for process, mine, some in self._split(rows):
+            columns = process.columns(job, some)
             if process is self.driving:
-                found |= by_axis("nose_{}", np.column_stack([found.pop(name) for name in TOOL_AXIS_COLUMNS]))
+                columns |= by_axis(
+                    "nose_{}", np.column_stack([columns.pop(name) for name in TOOL_AXIS_COLUMNS])
+                )
             else:
-                found["across_tool"] = np.ones(len(mine))
-            for name, values in found.items():
+                columns["across_tool"] = np.ones(len(mine))
+            for name, values in columns.items():
                 out.setdefault(name, np.zeros(len(rows.row)))[mine] = values
         return out
 
@@ -193,9 +202,9 @@ class LatheProcess(Process):
     def force(self, job: PreparedCut, rows: ContactRows, forces: Array) -> Array:
         """Return the force of turning tools alone."""
         out = np.zeros((len(rows.row), 3))
-        for process, mine, one in self._split(rows):
+        for process, mine, some in self._split(rows):
             if process is self.turning:
-                out[mine] = process.force(job, one, forces)
+                out[mine] = process.force(job, some, forces)
         return out
 
     @property
@@ -209,7 +218,7 @@ class LatheProcess(Process):
         return replace(turned, position=position)
 
     def tool_side(
-        self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]
+        self, job: PreparedCut, run: Run, setting: Ints, known_error: Array, inputs: tuple[Input, ...]
     ) -> ToolSide:
         driven = self._is_driven(run)
         ways = commands_to_work(job.machine, run)
@@ -221,7 +230,14 @@ class LatheProcess(Process):
         setting[driven, 1] = -1  # no trial cut sets the height of a driven tool
         phi = np.where(driven, 0.0, run.position.get("C", np.zeros(run.n)))
         return ToolSide(
-            job.machine, run, setting, known, inputs, turn=turn, phi=phi, rows_per_zero=self.rows_per_zero
+            job.machine,
+            run,
+            setting,
+            known_error,
+            inputs,
+            turn=turn,
+            phi=phi,
+            rows_per_zero=self.rows_per_zero,
         )
 
     def blank(self, job: PreparedCut, zero: Array) -> TurnedBlank | None:
@@ -250,25 +266,25 @@ class LatheProcess(Process):
         return self.turning.remarks()
 
     def remarks_on(self, surface: CutSurface, features: Words) -> Sequence[str]:
-        own = _lathe(surface)
-        some = np.flatnonzero(~own.driven)
-        return self.turning.remarks_on(own.turned.take(some), features[some])
+        lathe = _lathe(surface)
+        some = np.flatnonzero(~lathe.driven)
+        return self.turning.remarks_on(lathe.turned.take(some), features[some])
 
     def _is_driven(self, run: Run) -> Bools:
         return np.isin(run.labels["tool"], [str(n) for n in self.driven])
 
     def _split(self, rows: ContactRows) -> list[tuple[Any, Ints, ContactRows]]:
         """Return (process, which rows, these rows as it numbers them) of either process that has any."""
-        own, out = _lathe(rows.surface), []
+        lathe, out = _lathe(rows.surface), []
         driven = rows.row >= self._first
         for process, mine, surface, first in (
-            (self.turning, np.flatnonzero(~driven), own.turned, 0),
-            (self.driving, np.flatnonzero(driven), own.milled, self._first),
+            (self.turning, np.flatnonzero(~driven), lathe.turned, 0),
+            (self.driving, np.flatnonzero(driven), lathe.milled, self._first),
         ):
             if len(mine):
                 some = {n: getattr(rows, n)[mine] for n in ("point", "candidate", "share", "tip", "at")}
-                one = ContactRows(surface, rows.contacts, row=rows.row[mine] - first, **some)
-                out.append((process, mine, one))
+                part = ContactRows(surface, rows.contacts, row=rows.row[mine] - first, **some)
+                out.append((process, mine, part))
         return out
 
 
@@ -284,7 +300,7 @@ def _choose(driven: Bools, turned: Array, milled: Array, none: float = np.nan) -
     """Choose rows of `milled` where driven, else of `turned`; the shorter one is filled up with `none` along its second axis."""
     if turned.ndim > 1 and turned.shape[1] != milled.shape[1]:
         most = max(turned.shape[1], milled.shape[1])
-        turned, milled = (_wide(one, most, none) for one in (turned, milled))
+        turned, milled = (_wide(values, most, none) for values in (turned, milled))
     return np.where(driven.reshape(-1, *(1,) * (turned.ndim - 1)), milled, turned)
 
 
@@ -296,9 +312,9 @@ def _wide(values: Array, count: int, none: float) -> Array:
 
 def _some(candidates: CutCandidates, points: Ints, first: int) -> CutCandidates:
     """Return the candidates of some points, rows numbered from `first` on."""
-    own = {n: getattr(candidates, n)[points] for n in CutCandidates.__annotations__}
-    own["row"] = np.where(own["row"] >= 0, own["row"] - first, -1)
-    return CutCandidates(**own)
+    columns = {n: getattr(candidates, n)[points] for n in CutCandidates.__annotations__}
+    columns["row"] = np.where(columns["row"] >= 0, columns["row"] - first, -1)
+    return CutCandidates(**columns)
 
 
 def _merge_runs(count: int, parts: list[tuple[Ints, Run]]) -> Run:
@@ -323,9 +339,9 @@ def _merge_runs(count: int, parts: list[tuple[Ints, Run]]) -> Run:
     return Run(filled(lambda r: r.position), offset, filled(lambda r: r.columns), named)
 
 
-def _both_sweeps(one: Sweep, other: Sweep) -> Sweep:
+def _both_sweeps(first: Sweep, other: Sweep) -> Sweep:
     """Join the rows of both, with tools numbered on."""
     names = ("start", "end", "centre", "normal", "turn", "kind", "move", "axis")
-    stacked: dict[str, Any] = {n: np.concatenate([getattr(s, n) for s in (one, other)]) for n in names}
-    tool = np.concatenate([one.tool, other.tool + len(one.tools)])
-    return Sweep(**stacked, tool=tool, tools=one.tools + other.tools)
+    stacked: dict[str, Any] = {n: np.concatenate([getattr(s, n) for s in (first, other)]) for n in names}
+    tool = np.concatenate([first.tool, other.tool + len(first.tools)])
+    return Sweep(**stacked, tool=tool, tools=first.tools + other.tools)

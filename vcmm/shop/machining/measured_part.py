@@ -132,13 +132,13 @@ def measured_cut(
     touches = task.touches
     predicted = ((model.points - touches.points) * touches.normals).sum(axis=1)
     deviation = ((points - touches.points) * touches.normals).sum(axis=1)
-    known = known_columns(model)
-    observed = _observe(world, deviation - predicted, known.covariance)
-    sizes = found_scatter(observed, known.common, known.single, aligned, u_point, world.tool.inputs)
-    known = replace(known, common=with_scatter(known.common, sizes))
-    observed = replace(observed, covariance=known.covariance)
-    found = locate_mismatch(observed, rigid=aligned, u_point=u_point)
-    scatter = found.scatter
+    columns = known_columns(model)
+    observed = _observe(world, deviation - predicted, columns.covariance)
+    sizes = found_scatter(observed, columns.common, columns.single, aligned, u_point, world.tool.inputs)
+    columns = replace(columns, common=with_scatter(columns.common, sizes))
+    observed = replace(observed, covariance=columns.covariance)
+    located = locate_mismatch(observed, rigid=aligned, u_point=u_point)
+    scatter = located.scatter
     values = evaluate_all(task, fit_features(task, points))
     alone = (
         scatter if scatter > LEAST_SCATTER or u_point is not None else 0.0
@@ -150,18 +150,18 @@ def measured_cut(
     normal = world.tool.in_workpiece(gain / size[:, None], row)
     return MeasuredCut(
         compared=_compare(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
-        mismatch=found.entries,
+        mismatch=located.entries,
         scatter=scatter,
         observed=observed,
         departure=(deviation - predicted) / size,
         normal=normal,
         in_machine=not aligned,
-        noise=np.hypot(scatter, np.linalg.norm(known.single, axis=1)) / size,
+        noise=np.hypot(scatter, np.linalg.norm(columns.single, axis=1)) / size,
         known=tuple(
             (name, columns / size[:, None])
-            for name, columns in (*known.common, *_unknown(found.wave, observed))
+            for name, columns in (*columns.common, *_unknown(located.wave, observed))
         ),
-        wave=found.wave,
+        wave=located.wave,
         off=deviation,
         notes=(*notes, *more, *scatter_notes(sizes)),
         sizes=sizes,
@@ -238,12 +238,12 @@ def known_columns(model: LinearModel) -> KnownColumns:
     n = len(model.points)
     along = replace(model, operator=np.eye(n), q0=np.zeros(n))
     common, single = [], [np.zeros((n, 0))]
-    for one in model.influences:
-        columns = _per_draw(along.term(one))
+    for influence in model.influences:
+        columns = _per_draw(along.term(influence))
         if _drawn_anew(columns):
             single.append(columns)
         elif columns.shape[1]:
-            common.append((one.input.id, columns))
+            common.append((influence.input.id, columns))
     return KnownColumns(tuple(common), np.concatenate(single, axis=1))
 
 
@@ -251,9 +251,11 @@ def _drawn_anew(columns: Array) -> bool:
     """Return whether no two points (rows) share a draw: whatever its law says of copies, their covariance is diagonal. An Input that acts on one
     point alone is no scatter."""
     shared = columns @ columns.T
-    own = np.diag(shared).copy()
+    alone = np.diag(shared).copy()
     np.fill_diagonal(shared, 0.0)
-    return bool(np.abs(shared).max(initial=0.0) <= ALONE * own.max(initial=0.0) and np.sum(own > 0.0) != 1)
+    return bool(
+        np.abs(shared).max(initial=0.0) <= ALONE * alone.max(initial=0.0) and np.sum(alone > 0.0) != 1
+    )
 
 
 def _per_draw(term: Term) -> Array:
@@ -279,13 +281,13 @@ def _unknown(wave: Wave | None, observed: ObservedPoints) -> list[tuple[str, Arr
     return [(f"{UNKNOWN}wave of {wave.period:.4g} s", wave.columns * size)]
 
 
-def _observe(world: Cutting, rest: Array, known: Array) -> ObservedPoints:
+def _observe(world: Cutting, rest: Array, covariance: Array) -> ObservedPoints:
     """Return the points with the state of the machine when each was cut."""
     row, _ = world.makers()
     run: Run = world.tool.run.take(row)
     return ObservedPoints(
         rest=rest,
-        covariance=known,
+        covariance=covariance,
         normals=world.contacts.normal,
         place=run.vector("part_x_mm", "part_y_mm", "part_z_mm"),
         feature=run.labels["feature"],

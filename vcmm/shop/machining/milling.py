@@ -87,13 +87,13 @@ class MillingProcess(Process):
         def off(row: Ints, share: Array, at: Array) -> Array:
             return self.on_path(job, row, share, at)[1]
 
-        tips, known = np.full((*surface.row.shape, 3), np.nan), surface.row >= 0
-        tips[known] = self.standing(surface.row[known].astype(np.intp), surface.t[known])[0]
+        tips, is_cut = np.full((*surface.row.shape, 3), np.nan), surface.row >= 0
+        tips[is_cut] = self.standing(surface.row[is_cut].astype(np.intp), surface.t[is_cut])[0]
         return candidates(surface, self.sweep, tips, self.standing, off)
 
     def cutters(self, surface: CutSurface, candidates: CutCandidates) -> Solids:
-        known = candidates.row >= 0
-        which = np.where(known, self.sweep.tool[np.maximum(candidates.row, 0)], -1).astype(np.intp)
+        is_cut = candidates.row >= 0
+        which = np.where(is_cut, self.sweep.tool[np.maximum(candidates.row, 0)], -1).astype(np.intp)
         return Solids(self.sweep.tools, which, surface.points[:, None, :] - candidates.tip)
 
     def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
@@ -101,8 +101,8 @@ class MillingProcess(Process):
         return np.where(np.isfinite(lift.s), np.maximum(lift.s - surface.contact_s[some, 0], 0.0), 0.0)
 
     def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
-        states, known = self.on_path(job, rows.row, rows.share, rows.tip)
-        return replace(states, offset=states.offset + (rows.at - rows.tip)), known
+        states, known_error = self.on_path(job, rows.row, rows.share, rows.tip)
+        return replace(states, offset=states.offset + (rows.at - rows.tip)), known_error
 
     def tool_axis(self, rows: ContactRows) -> Array:
         """Return the unit vectors (rows, 3) along the tools, workpiece axes."""
@@ -123,9 +123,9 @@ class MillingProcess(Process):
         return out
 
     def tool_side(
-        self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]
+        self, job: PreparedCut, run: Run, setting: Ints, known_error: Array, inputs: tuple[Input, ...]
     ) -> ToolSide:
-        return ToolSide(job.machine, run, setting, known, inputs)
+        return ToolSide(job.machine, run, setting, known_error, inputs)
 
     def blank(self, job: PreparedCut, zero: Array) -> Blank | None:
         asks = BlankRequest(runout_by_tool(job), self.feed(job), self.rough)

@@ -278,10 +278,10 @@ def _fitting(asked: list[Covariate], points: ObservedPoints, rigid: bool) -> lis
     """Return covariates whose columns are no alignment of the part, and few enough for the points."""
     base = _nuisance(points, rigid)
     kept = []
-    for one in asked:
-        own = _beyond(base, _scale_columns(one.columns))
-        if own.shape[1]:
-            kept.append(Covariate(one.name, one.words, _scale_columns(one.columns)))
+    for covariate in asked:
+        beyond = _beyond(base, _scale_columns(covariate.columns))
+        if beyond.shape[1]:
+            kept.append(Covariate(covariate.name, covariate.words, _scale_columns(covariate.columns)))
     while kept and len(points.rest) < _rank(base, kept) + ROOM:
         single = [c for c in kept if c.name == "NC line"] or [
             c for c in kept if c.name == "place in the part"

@@ -60,17 +60,17 @@ def candidates(
 
     standing: where the tool stands. off: where given, the deepest cut under it is looked for between the steps too.
     """
-    known = surface.row >= 0
-    own = CutCandidates(
-        np.where(known, surface.contact_s, np.inf),
-        np.where(known[:, :, None], surface.normal, surface.normals[:, None, :]),
-        np.where(known[:, :, None], tips, 0.0),
-        np.where(known, surface.row, -1).astype(np.intp),
-        np.where(known, surface.t, 0.0),
+    is_cut = surface.row >= 0
+    of_contacts = CutCandidates(
+        np.where(is_cut, surface.contact_s, np.inf),
+        np.where(is_cut[:, :, None], surface.normal, surface.normals[:, None, :]),
+        np.where(is_cut[:, :, None], tips, 0.0),
+        np.where(is_cut, surface.row, -1).astype(np.intp),
+        np.where(is_cut, surface.t, 0.0),
     )
-    parts = [own]
+    parts = [of_contacts]
     for k in range(min(SOURCES, surface.row.shape[1])):
-        points = np.flatnonzero(known[:, k])
+        points = np.flatnonzero(is_cut[:, k])
         if len(points):
             parts += [
                 _beside(surface, sweep, standing, points, k, np.full(len(points), sign * offset))
@@ -136,10 +136,10 @@ def _strokes(
     points = points[axial[surface.row[points, k]]]
     if not len(points):
         return []
-    own = surface.row[points, k].astype(np.intp)
-    level = np.einsum("ni,ni->n", surface.points[points], sweep.axis[own])
-    nose = np.array([nose_height(t) for t in sweep.tools])[sweep.tool[own]] + INSIDE
-    row, first, last = _stroke(sweep, hole, own, level - nose)
+    contact_row = surface.row[points, k].astype(np.intp)
+    level = np.einsum("ni,ni->n", surface.points[points], sweep.axis[contact_row])
+    nose = np.array([nose_height(t) for t in sweep.tools])[sweep.tool[contact_row]] + INSIDE
+    row, first, last = _stroke(sweep, hole, contact_row, level - nose)
     out = []
     for part in np.linspace(0.0, 1.0, STROKE):
         out.append(_candidates_at(surface, sweep, standing, points, k, (row, first + part * (last - first))))
@@ -159,7 +159,7 @@ def _holes(sweep: Sweep) -> tuple[Bools, Ints]:
     return axial, np.concatenate([[0], np.cumsum(~going_on)]).astype(np.intp)
 
 
-def _stroke(sweep: Sweep, hole: Ints, own: Ints, top: Array) -> tuple[Ints, Array, Array]:
+def _stroke(sweep: Sweep, hole: Ints, contact_row: Ints, top: Array) -> tuple[Ints, Array, Array]:
     """Return the row (n,) that leads the tool from heights `top` (n,) over its axis to the bottom of the hole, and its shares there.
 
     The row of the contact itself where it does, else the longest of the strokes of that hole (the way out after pecks).
@@ -170,8 +170,8 @@ def _stroke(sweep: Sweep, hole: Ints, own: Ints, top: Array) -> tuple[Ints, Arra
     np.minimum.at(bottom, hole, low)
     order = np.lexsort((low - high, hole))  # the longest of each hole first
     longest = order[np.searchsorted(hole[order], np.arange(len(bottom)))]
-    whole = (low[own] <= bottom[hole[own]] + ALONG) & (high[own] >= top)
-    row = np.where(whole, own, longest[hole[own]]).astype(np.intp)
+    whole = (low[contact_row] <= bottom[hole[contact_row]] + ALONG) & (high[contact_row] >= top)
+    row = np.where(whole, contact_row, longest[hole[contact_row]]).astype(np.intp)
     begin, rise = ends[0][row], (ends[1] - ends[0])[row]
     first = np.clip((np.minimum(top, high[row]) - begin) / rise, 0.0, 1.0)
     return row, first, np.where(rise < 0.0, 1.0, 0.0)

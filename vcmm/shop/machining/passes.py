@@ -27,8 +27,8 @@ def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length
     """
     number, way = _places(program, sweep, row, share)
     columns = []
-    for one in np.unique(number):
-        mine = np.flatnonzero(number == one)
+    for pass_number in np.unique(number):
+        mine = np.flatnonzero(number == pass_number)
         cell, index = np.unique(np.round(way[mine] * CELL / length), return_inverse=True)
         kernel = np.exp(-((cell[:, None] - cell[None, :]) ** 2) / (2 * CELL**2))
         value, vector = np.linalg.eigh(kernel)
@@ -44,7 +44,7 @@ def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length
 def move_and_pass(program: Program, sweep: Sweep, row: Ints) -> tuple[Array, Array]:
     """Return the numbers (n,) of the move that makes each row of a cut, and of its pass."""
     move = sweep.move[row]
-    rapid = np.array([one.kind == "rapid" for one in program.moves])
+    rapid = np.array([move.kind == "rapid" for move in program.moves])
     return move.astype(float), np.cumsum(rapid)[move].astype(float)
 
 

@@ -29,5 +29,5 @@ def patch(job: PreparedCut, over: Net) -> Patch:
         some = surface_at(job, over.points[there], over.normals[there])
         names = np.array([f"{over.feature} {i}" for i in range(len(there))])
         tool, contacts = tool_side(job, some, names, np.full(len(there), over.feature))
-        height[there], nominal[there] = contacts.surface(tool.errors()), contacts.surface(tool.known)
+        height[there], nominal[there] = contacts.surface(tool.errors()), contacts.surface(tool.known_error)
     return Patch(over, height, nominal)

@@ -103,8 +103,12 @@ class CutDeviation:
         many = _tile_run(tool.run, poses[:, :3] - self.present)
         jump = tool.run.n * np.arange(m)[:, None, None]
         setting = np.where(tool.setting >= 0, tool.setting + jump, -1).reshape(-1, 3)
-        known = np.tile(tool.known, (m, 1))
-        moved = replace(tool, run=many, setting=setting, known=known).errors().reshape(m, tool.run.n, 3)
+        known_error = np.tile(tool.known_error, (m, 1))
+        moved = (
+            replace(tool, run=many, setting=setting, known_error=known_error)
+            .errors()
+            .reshape(m, tool.run.n, 3)
+        )
         contacts = self.world.contacts
         height = contacts.surface(moved) - contacts.surface(self.world.tool_errors)
         q = self.model.q0 + height @ self.model.operator.T
@@ -194,8 +198,8 @@ def place_cut(
     )
     box = _box(scenario, ProgramTravels(job, present[:3]), present)
     searched = search(objective, [box], evaluations=evaluations, seed=seed, progress=report)
-    searched, seen, earlier = scan_after(objective, [box], searched, scanned, seed, report)
-    order = np.argsort(seen.values, kind="stable")
+    searched, last, earlier = scan_after(objective, [box], searched, scanned, seed, report)
+    order = np.argsort(last.values, kind="stable")
     best = _at(objective, searched.pose)
     now = _at(objective, present)
     if now.value <= best.value:
@@ -208,11 +212,11 @@ def place_cut(
         weights=weights,
         best=best,
         present=now,
-        median=_at(objective, seen.poses[order[len(order) // 2]]),
-        worst=_at(objective, seen.poses[order[-1]]),
-        certificate=certify(objective, [box], best.pose, best.value, seen, earlier),
+        median=_at(objective, last.poses[order[len(order) // 2]]),
+        worst=_at(objective, last.poses[order[-1]]),
+        certificate=certify(objective, [box], best.pose, best.value, last, earlier),
         map=table_map(objective, searched),
-        region=region(objective, searched, seen.values, seed),
+        region=region(objective, searched, last.values, seed),
         evaluations=searched.evaluations,
         before=before,
         after=after,

@@ -308,20 +308,20 @@ def remarks(job: PreparedCut) -> tuple[str, ...]:
     """Return the remarks of the program, the time law and the machine."""
     program = [f"{job.scenario.program.name}:{w.line}: {w.text}" for w in job.program.warnings]
     idle = cutting_effects(job.machine)[2]
-    said = [f"{', '.join(idle)} act on measuring, not on cutting"] if idle else []
+    lines = [f"{', '.join(idle)} act on measuring, not on cutting"] if idle else []
     assumed = (
         (f"assumed, as nothing is stated: {'; '.join(job.path.assumptions)}",) if job.path.assumptions else ()
     )
-    said += [*_turned_part(job), *_mean_forces(job)]
-    said += [
+    lines += [*_turned_part(job), *_mean_forces(job)]
+    lines += [
         f"{name}: what the scenario states is not added; the machine file says how well it is known now ({evidence})"
         for name, evidence in job.scenario.found_since.items()
     ]
     gaps = [(what, gap) for what, log in _logs(job.scenario) if (gap := gap_of(log)) is not None]
-    said += [
+    lines += [
         f"the {what} log has no reading from {a:.1f} to {b:.1f} s: a straight line bridges the gap"
         for what, (a, b) in gaps
     ]
     expands = unusual_expansion("[part] expansion", job.scenario.part.expansion)
-    said += [*job.machine.remarks, *([expands] if expands else [])]
-    return (*program, *_unready(job), *job.process.remarks(), *blank_notes(job.blank), *said, *assumed)
+    lines += [*job.machine.remarks, *([expands] if expands else [])]
+    return (*program, *_unready(job), *job.process.remarks(), *blank_notes(job.blank), *lines, *assumed)

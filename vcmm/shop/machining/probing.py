@@ -36,13 +36,13 @@ class NoMeasuringWorld:
     def influences(self) -> tuple[Influence, ...]:
         return ()
 
-    def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
+    def products(self, influences: Sequence[Influence]) -> tuple[Product, ...]:
         return ()
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
         return self.errors()[None]
 
-    def machine_of(self, one: Input) -> tuple[Machine, Run]:
+    def machine_of(self, quantity: Input) -> tuple[Machine, Run]:
         return self.task.machine, self.task.touches.run
 
 
@@ -65,8 +65,8 @@ class ProbedHere:
         first = np.zeros(len(self.zeros), dtype=np.intp)
         at = np.array(list(self.zeros.values()))
         rows = setting_rows(touches, first, touches.offset[first], at, self.task.touches.pose)
-        own = {"stylus": touches.labels["stylus"][first], OFFSET_LABEL: np.array(list(self.zeros))}
-        rows = replace(rows, labels={**rows.labels, **own})
+        labels = {"stylus": touches.labels["stylus"][first], OFFSET_LABEL: np.array(list(self.zeros))}
+        rows = replace(rows, labels={**rows.labels, **labels})
         rows = rows.with_columns(
             {name: touches.columns[name][first] for name in ("stylus_length_mm", "nx", "ny", "nz")}
         )
@@ -99,7 +99,7 @@ class ProbedHere:
             for f in self._all
         )
 
-    def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
+    def products(self, influences: Sequence[Influence]) -> tuple[Product, ...]:
         out = []
         for p in products(self.task.machine, self.run, self._all):
             codes = (self._all[p.first].codes, self._all[p.second].codes)
@@ -110,5 +110,5 @@ class ProbedHere:
         mine = [self.zero.quiet(replace(d, influence=f)) for d, f in zip(drawn, self._all)]
         return self.zero.off_errors(exact_errors(self.task.machine, self.run, mine))[:, : self.n]
 
-    def machine_of(self, one: Input) -> tuple[Machine, Run]:
+    def machine_of(self, quantity: Input) -> tuple[Machine, Run]:
         return self.task.machine, self.run

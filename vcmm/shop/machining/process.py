@@ -164,7 +164,7 @@ class Process(ABC):
 
     @abstractmethod
     def tool_side(
-        self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]
+        self, job: PreparedCut, run: Run, setting: Ints, known_error: Array, inputs: tuple[Input, ...]
     ) -> ToolSide:
         """Return the errors of the tool in all rows, in the axes of the contacts."""
 

@@ -112,10 +112,10 @@ def _has_tool(move: Move, tools: Mapping[int, Tool]) -> bool:
             f"line {move.source.line} cuts with the tool that is in the spindle, none has been called; add [tools.spindle] with length "
             "and diameter to the set-up, or the tool change (T1 M6) to the program"
         )
-    known = [str(n) for n in tools]
+    numbers = [str(n) for n in tools]
     raise UsageError(
         f"line {move.source.line} cuts with tool {move.tool}, which is not in the set-up."
-        f"{choose_from(str(move.tool), known) if known else ' Add [tools.1] with length, diameter and shape.'}"
+        f"{choose_from(str(move.tool), numbers) if numbers else ' Add [tools.1] with length, diameter and shape.'}"
     )
 
 

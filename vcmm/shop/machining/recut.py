@@ -67,18 +67,18 @@ def recut(job: PreparedCut, surface: CutSurface) -> Recut | None:
 def _on_lathe(job: PreparedCut, process: LatheProcess, surface: CutSurface) -> Recut | None:
     """Compare both ways of cutting, each over its own points."""
     assert isinstance(surface, LatheSurface)
-    found = []
-    for own, one, mine in (
+    cuts = []
+    for of_tools, part_surface, mine in (
         (process.turning, surface.turned, ~surface.driven),
         (process.driving, surface.milled, surface.driven),
     ):
-        part = one.take(np.flatnonzero(mine))
+        part = part_surface.take(np.flatnonzero(mine))
         if len(part.points):
-            found.append(recut(replace(job, process=own), part))
-    known = [r for r in found if r is not None]
+            cuts.append(recut(replace(job, process=of_tools), part))
+    possible = [r for r in cuts if r is not None]
     return (
-        Recut(max(r.largest for r in known), sum(r.points for r in known))
-        if len(known) == len(found)
+        Recut(max(r.largest for r in possible), sum(r.points for r in possible))
+        if len(possible) == len(cuts)
         else None
     )
 
@@ -89,7 +89,7 @@ def _evenly(points: Ints) -> Ints:
 
 def _with_all_passes(job: PreparedCut, process: TurningProcess, surface: TurnedSurface) -> Recut:
     part = surface.take(_evenly(np.arange(len(surface.points))))
-    few, many = (_heights(job, one) for one in (part, with_all_passes(process.turning, part)))
+    few, many = (_heights(job, cut_surface) for cut_surface in (part, with_all_passes(process.turning, part)))
     return Recut(float(np.abs(many - few).max(initial=0.0)), len(part.points))
 
 
@@ -101,9 +101,9 @@ def _heights(job: PreparedCut, surface: CutSurface) -> Array:
 
 def _recut(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut | None:
     sweep, plain = process.sweep, _whole_tool(job.machine)
-    known = candidates(part, sweep, tips(part, sweep), process.standing)
+    contacts = candidates(part, sweep, tips(part, sweep), process.standing)
     feed = np.array([job.path.timing.moves[i].kind != "rapid" for i in sweep.move.tolist()])
-    rows = _around(known.row, feed)
+    rows = _around(contacts.row, feed)
     near = sweep.take(rows)
     turns = isinstance(process, RotaryMillingProcess)
     zero = np.zeros(3)  # what a work offset would hold, machine axes
@@ -118,8 +118,8 @@ def _recut(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut
         error, way = ways(at, row, share)
         return error if way is None else error - way @ zero
 
-    where = known.row >= 0
-    at, row, share = known.tip[where], np.searchsorted(rows, known.row[where]), known.share[where]
+    where = contacts.row >= 0
+    at, row, share = contacts.tip[where], np.searchsorted(rows, contacts.row[where]), contacts.share[where]
     error, way = ways(at, row, share)
     if (
         way is not None
@@ -133,7 +133,7 @@ def _recut(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut
     shift = np.zeros((*where.shape, 3))
     shift[where] = error if way is None else error - way @ zero
     number = np.where(where, np.arange(where.size).reshape(where.shape), -1)
-    surface = Contacts(known.height, known.cutter, part.normals, number).surface(shift.reshape(-1, 3))
+    surface = Contacts(contacts.height, contacts.cutter, part.normals, number).surface(shift.reshape(-1, 3))
     both = np.isfinite(again.s) & np.isfinite(surface)
     return Recut(float(np.abs(again.s - surface)[both].max(initial=0.0)), int(both.sum()))
 

@@ -63,8 +63,8 @@ class RotaryMotion:
 
     def pose(self, move: Ints, share: Array) -> tuple[Array, Array]:
         """Return the tip and tool axis (k, 3) in workpiece axes at shares of rows of `base`."""
-        found = machine_position(self.base, self.turned, move, share)
-        return tip_and_axis(self.machine, *found, self.offset[move], self.base.axis[move])
+        position = machine_position(self.base, self.turned, move, share)
+        return tip_and_axis(self.machine, *position, self.offset[move], self.base.axis[move])
 
     @cached_property
     def feed_lengths(self) -> tuple[Array, Array]:

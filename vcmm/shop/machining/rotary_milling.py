@@ -71,8 +71,8 @@ class TiltedSolids(Solids):
 def polish_contacts(surface: CutSurface, motion: RotaryMotion, keep: int) -> CutSurface:
     """Return the surface with exact contacts of turning tools, each once, the `keep` lowest of every point."""
     surface = _each_once(surface, motion)
-    known = surface.row >= 0
-    point, k = np.nonzero(known & motion.inexact[np.maximum(surface.row, 0)])
+    is_cut = surface.row >= 0
+    point, k = np.nonzero(is_cut & motion.inexact[np.maximum(surface.row, 0)])
     if not len(point):
         return _lowest(surface, keep)
     row = surface.row[point, k].astype(np.intp)
@@ -80,7 +80,7 @@ def polish_contacts(surface: CutSurface, motion: RotaryMotion, keep: int) -> Cut
     near = np.abs(height - surface.contact_s[point, k]) < ASTRAY
     s, at = surface.contact_s.copy(), surface.t.copy()
     s[point[near], k[near]], at[point[near], k[near]] = height[near], t[near]
-    return _lowest(_sort_by_height(replace(surface, contact_s=np.where(known, s, np.inf), t=at)), keep)
+    return _lowest(_sort_by_height(replace(surface, contact_s=np.where(is_cut, s, np.inf), t=at)), keep)
 
 
 def _least(motion: RotaryMotion, row: Ints, t: Array, points: Array, normals: Array) -> tuple[Array, Array]:
@@ -92,7 +92,7 @@ def _least(motion: RotaryMotion, row: Ints, t: Array, points: Array, normals: Ar
     every = np.arange(len(row))
     for _ in range(ROUNDS):
         share = low + np.linspace(0.0, 1.0, LOOKS)[:, None] * (high - low)
-        heights = np.array([_entries_of_rays(motion, row, one, points, normals) for one in share])
+        heights = np.array([_entries_of_rays(motion, row, at, points, normals) for at in share])
         i = heights.argmin(axis=0)
         lower = heights[i, every] < least
         best = np.where(lower, share[i, every], best)
@@ -146,10 +146,10 @@ def _each_once(surface: CutSurface, motion: RotaryMotion) -> CutSurface:
 
 def _lowest(surface: CutSurface, keep: int) -> CutSurface:
     """Return the `keep` lowest contacts; missing ones have nan, as from the search."""
-    known = surface.row[:, :keep] >= 0
+    is_cut = surface.row[:, :keep] >= 0
     return replace(
-        surface, contact_s=np.where(known, surface.contact_s[:, :keep], np.nan), row=surface.row[:, :keep],
-        t=np.where(known, surface.t[:, :keep], np.nan), normal=np.where(known[:, :, None], surface.normal[:, :keep], np.nan),
+        surface, contact_s=np.where(is_cut, surface.contact_s[:, :keep], np.nan), row=surface.row[:, :keep],
+        t=np.where(is_cut, surface.t[:, :keep], np.nan), normal=np.where(is_cut[:, :, None], surface.normal[:, :keep], np.nan),
     )  # fmt: skip
 
 
@@ -200,15 +200,15 @@ class RotaryMillingProcess(MillingProcess):
         return {"led": led.astype(float), **names}
 
     def cutters(self, surface: CutSurface, candidates: CutCandidates) -> Solids:
-        plain, known = super().cutters(surface, candidates), candidates.row >= 0
-        frame = np.broadcast_to(np.eye(3), (*known.shape, 3, 3)).copy()
-        frame[known] = self.motion.standing(candidates.row[known], candidates.share[known])[1]
+        plain, is_cut = super().cutters(surface, candidates), candidates.row >= 0
+        frame = np.broadcast_to(np.eye(3), (*is_cut.shape, 3, 3)).copy()
+        frame[is_cut] = self.motion.standing(candidates.row[is_cut], candidates.share[is_cut])[1]
         return TiltedSolids(plain.tools, plain.which, plain.arm, frame)
 
     def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
         """Return the lift of a ball that rolls on the surface of the search."""
-        seen = self.surface(job, surface.points[some], surface.normals[some], exact=False)
-        return super().cusp_lift(job, seen, np.arange(len(some)), radius)
+        rough = self.surface(job, surface.points[some], surface.normals[some], exact=False)
+        return super().cusp_lift(job, rough, np.arange(len(some)), radius)
 
     def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
         return self.on_path(job, rows.row, rows.share, rows.at)
@@ -256,13 +256,13 @@ class RotaryMillingProcess(MillingProcess):
         return angle_of(job.program, self.motion, offset) if job.scenario.set_as_cut else np.zeros(3)
 
     def tool_side(
-        self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]
+        self, job: PreparedCut, run: Run, setting: Ints, known_error: Array, inputs: tuple[Input, ...]
     ) -> ToolSide:
         ways = commands_to_work(job.machine, run)
         turn = ways @ np.linalg.inv(ways[np.maximum(setting[:, 0], 0)])
         if "led" in run.columns:  # the control turns its zero with the part
             turn[run.columns["led"] > 0.5] = np.eye(3)
-        return ToolSide(job.machine, run, setting, known, inputs, turn)
+        return ToolSide(job.machine, run, setting, known_error, inputs, turn)
 
     def refusal(self, job: PreparedCut) -> VcmmError | None:
         """Refuse fields over workpiece axes, which are known with rotary axes at zero only."""

@@ -100,10 +100,10 @@ def _counts(
         mine = np.flatnonzero(looks == some)
         at = np.repeat(rows[mine], some + 1)
         share = np.tile(np.linspace(0.0, 1.0, some + 1), len(mine))
-        found = machine_position(base, turned, at, share)
+        position = machine_position(base, turned, at, share)
         tip, axis = (
             v.reshape(len(mine), some + 1, 3)
-            for v in tip_and_axis(machine, *found, offset[at], base.axis[at])
+            for v in tip_and_axis(machine, *position, offset[at], base.axis[at])
         )
         led = tip + height[mine, None, None] * axis
         bend = np.linalg.norm(np.diff(led, 2, axis=1), axis=2).max(axis=1) * some**2

@@ -104,8 +104,8 @@ def scatter_sizes(
     weights = np.outer(_prior(), np.full(len(shares), 1.0 / len(shares)))
     free = _complement(shapes, len(rest))
     if free.shape[1] >= LEAST_FREEDOM:
-        seen = [free.T @ k @ free for k in (other, *kernels, stated @ stated.T)]
-        weights = _posterior(free.T @ rest, seen, shares)
+        covariances = [free.T @ k @ free for k in (other, *kernels, stated @ stated.T)]
+        weights = _posterior(free.T @ rest, covariances, shares)
     total = _median(weights.sum(axis=1), TOTALS)
     move, whole, along = total * np.sqrt(weights.sum(axis=0) @ shares)
     columns = (
@@ -153,9 +153,9 @@ def _prior() -> Array:
     return np.asarray(weight / weight.sum())
 
 
-def _posterior(y: Array, seen: list[Array], shares: Array) -> Array:
+def _posterior(y: Array, covariances: list[Array], shares: Array) -> Array:
     """Return the probability (totals, shares)."""
-    other, *kernels = seen
+    other, *kernels = covariances
     log = np.empty((len(TOTALS), len(shares)))
     for j, share in enumerate(shares):
         kernel = sum((s * k for s, k in zip(share, kernels)), np.zeros_like(other))

@@ -46,10 +46,10 @@ class Spindle:
         here = np.interp(time, self.time, self.turned)
         ahead = np.mod(sense * (phi - self.angle(time)), TURN)  # still to turn until the next pass
         turned = here[:, None] + ahead[:, None] + TURN * np.arange(-count, count)
-        found = np.interp(turned, self.turned, self.time, left=np.nan, right=np.nan)
-        away = np.mod(self.angle(np.nan_to_num(found)) - phi[:, None] + np.pi, TURN) - np.pi
-        good = (sense != 0)[:, None] & np.isfinite(found) & (np.abs(away) < 1e-6)
-        return np.where(good, found, np.nan)
+        seconds = np.interp(turned, self.turned, self.time, left=np.nan, right=np.nan)
+        away = np.mod(self.angle(np.nan_to_num(seconds)) - phi[:, None] + np.pi, TURN) - np.pi
+        good = (sense != 0)[:, None] & np.isfinite(seconds) & (np.abs(away) < 1e-6)
+        return np.where(good, seconds, np.nan)
 
 
 def spindle_of(path: Toolpath) -> Spindle:

@@ -24,13 +24,13 @@ def power_log(job: PreparedCut) -> Series | None:
 
     Of the n-th part in a row it begins with the first: each is cut as the first, without a pause.
     """
-    one = job.scenario.load_log or modelled_power(job)
-    if one is None or job.scenario.batch_part == 1:
-        return one
-    one = of_one_part(one, job.seconds)
-    begin = np.repeat(np.arange(job.scenario.batch_part) * job.seconds, len(one.time))
-    time = begin + np.tile(one.time, job.scenario.batch_part)
-    return Series(time, np.tile(one.value, job.scenario.batch_part))
+    log = job.scenario.load_log or modelled_power(job)
+    if log is None or job.scenario.batch_part == 1:
+        return log
+    log = of_one_part(log, job.seconds)
+    begin = np.repeat(np.arange(job.scenario.batch_part) * job.seconds, len(log.time))
+    time = begin + np.tile(log.time, job.scenario.batch_part)
+    return Series(time, np.tile(log.value, job.scenario.batch_part))
 
 
 def of_one_part(log: Series, seconds: float) -> Series:

@@ -76,19 +76,19 @@ def last_passes(moves: tuple[Move, ...]) -> list[int]:
     Passes that follow one another with one tool and one lead are one thread where both ends lie within two leads: infeed along the
     flank shifts where they begin, and the starts of a thread of several lie within one.
     """
-    found: list[int] = []
+    numbers: list[int] = []
     for k, m in enumerate(moves):
         if m.kind == "thread":
-            if found and _is_same_pass(moves[found[-1]], m):
-                found.pop()
-            found.append(k)
-    return found
+            if numbers and _is_same_pass(moves[numbers[-1]], m):
+                numbers.pop()
+            numbers.append(k)
+    return numbers
 
 
-def _is_same_pass(one: Move, other: Move) -> bool:
+def _is_same_pass(move: Move, other: Move) -> bool:
     lead = _lead(other)
-    near = all(abs(a[2] - b[2]) < 2.0 * lead for a, b in ((one.start, other.start), (one.end, other.end)))
-    return near and one.tool == other.tool and abs(_lead(one) - lead) < SAME
+    near = all(abs(a[2] - b[2]) < 2.0 * lead for a, b in ((move.start, other.start), (move.end, other.end)))
+    return near and move.tool == other.tool and abs(_lead(move) - lead) < SAME
 
 
 def _lead(m: Move) -> float:
@@ -122,10 +122,10 @@ def uncertainty_of(side: ToolSide, operator: Array) -> Array:
     """Return the standard uncertainties (K,) of operator (K, n, 3) on the errors; the scatter of a pass is common to the whole of it."""
     flat = operator.reshape(len(operator), -1)
     terms = []
-    for one in side.influences():
-        own = side.relative(one)
-        rows = own.response.reshape(-1, own.response.shape[2])
-        spread = replace(own, codes=np.repeat(own.codes, 3))
+    for influence in side.influences():
+        relative = side.relative(influence)
+        rows = relative.response.reshape(-1, relative.response.shape[2])
+        spread = replace(relative, codes=np.repeat(relative.codes, 3))
         terms.append(term_of(spread, rows, flat))
     return np.sqrt(np.diag(covariance(terms))) if terms else np.zeros(len(operator))
 
@@ -144,7 +144,7 @@ def asked_along(job: PreparedCut, move: Ints, share: Array, feature: str, normal
     moves = [job.program.moves[i] for i in move.tolist()]
     start, end = (np.array([getattr(m, side) for m in moves]) for side in ("start", "end"))
     tips = start + share[:, None] * (end - start)
-    states, known = states_at(job.path, move, share, tips)
+    states, known_error = states_at(job.path, move, share, tips)
     n = len(share)
     turn = (
         np.tile(2.0 * np.pi * np.arange(ANGLES) / ANGLES, n // ANGLES)
@@ -165,4 +165,4 @@ def asked_along(job: PreparedCut, move: Ints, share: Array, feature: str, normal
     names = {"touch": np.arange(n).astype(str), "feature": np.full(n, feature)}
     run = replace(states, labels={**states.labels, **names})
     inputs = (*job.machine.inputs, *job.scenario.inputs)
-    return of_one_pass(job, run, known, inputs)
+    return of_one_pass(job, run, known_error, inputs)

@@ -49,7 +49,7 @@ def needs_forces(effect: Effect) -> bool:
 class ToolSide:
     """run: rows in which points are cut, then rows in which zeros were set, `rows_per_zero` for each of them.
 
-    setting (n, 3): first of those of each row for X, Y, Z, -1 where nothing is subtracted (offset from elsewhere). known (n, 3): deviation
+    setting (n, 3): first of those of each row for X, Y, Z, -1 where nothing is subtracted (offset from elsewhere). known_error (n, 3): deviation
     of the nominal motion from the programmed path (corners rounded, nominal lag), mm. turn (n, 3, 3): from commanded X, Y, Z
     to workpiece axes in each row, None while all rotary axes stand at zero. phi (n,): angle of the meridian frame of a lathe
     in which errors are wanted, rad; None: workpiece axes. passes (n, r): departure of each row per draw of the scatter of a
@@ -59,7 +59,7 @@ class ToolSide:
     machine: Machine
     run: Run
     setting: Ints
-    known: Array
+    known_error: Array
     inputs: tuple[Input, ...]
     turn: Array | None = None
     phi: Array | None = None
@@ -83,42 +83,44 @@ class ToolSide:
         total = -moves.indication_error(self.run, exact)
         if stated.effects:
             total = total + stated.indication_error(self.run)
-        return self.zero.off_errors(self._to_frame(total)) + self.known
+        return self.zero.off_errors(self._to_frame(total)) + self.known_error
 
     def influences(self) -> tuple[Influence, ...]:
         """Return d moved / d input (n, 3, k), setting not yet subtracted, for every Input that acts on the cut."""
         moves, stated = self.parts
         out = []
-        for one in self.inputs:
-            halves = [(m, s) for m, s in ((moves, -1.0), (stated, 1.0)) if one.is_channel or _acts(m, one)]
-            acting = [(influences(m, self.run, [one])[0], s) for m, s in halves if m.effects]
+        for quantity in self.inputs:
+            halves = [
+                (m, s) for m, s in ((moves, -1.0), (stated, 1.0)) if quantity.is_channel or _acts(m, quantity)
+            ]
+            acting = [(influences(m, self.run, [quantity])[0], s) for m, s in halves if m.effects]
             if acting:
                 total = np.sum([s * f.response for f, s in acting], axis=0)
                 framed = np.moveaxis(self._to_frame(np.moveaxis(total, -1, 0)), 0, -1)
                 out.append(self._by_pass(replace(acting[0][0], response=framed)))
         return tuple(out)
 
-    def _by_pass(self, one: Influence) -> Influence:
+    def _by_pass(self, influence: Influence) -> Influence:
         """Return the scatter of the machine sampled per pass, not per evaluated point."""
-        if self.passes is None or one.input.redraw != "touch" or one.input.effect != Scatter.name:
-            return one
+        if self.passes is None or influence.input.redraw != "touch" or influence.input.effect != Scatter.name:
+            return influence
         return Influence(
-            replace(one.input, redraw=PASS), one.response * self.passes[:, None, :], ("",),
+            replace(influence.input, redraw=PASS), influence.response * self.passes[:, None, :], ("",),
             np.zeros(self.run.n, dtype=np.intp),
         )  # fmt: skip
 
-    def _by_row(self, one: Draws) -> Draws:
+    def _by_row(self, draws: Draws) -> Draws:
         """Return the draws of passes as they act on every row."""
-        if self.passes is None or one.influence.input.redraw != PASS:
-            return one
+        if self.passes is None or draws.influence.input.redraw != PASS:
+            return draws
         rows = tuple(str(i) for i in range(self.run.n))
-        each = replace(one.influence, copies=rows, codes=np.arange(self.run.n))
-        departures = one.departures[:, 0] @ self.passes.T
+        each = replace(draws.influence, copies=rows, codes=np.arange(self.run.n))
+        departures = draws.departures[:, 0] @ self.passes.T
         return Draws(each, departures[:, :, None], departures[:, :, None])
 
-    def relative(self, one: Influence) -> Influence:
+    def relative(self, influence: Influence) -> Influence:
         """Return the influence less that in the row of setting, where both are one draw."""
-        return replace(one, response=self.zero.off_response(one.response, one.codes))
+        return replace(influence, response=self.zero.off_response(influence.response, influence.codes))
 
     def products(self, given: Sequence[Influence]) -> tuple[Product, ...]:
         """Return second-order terms (n, 3) of moved, by the products among the `given` influences."""
@@ -142,7 +144,7 @@ class ToolSide:
         total = -exact_errors(moves, self.run, quiet)
         if stated.effects:
             total = total + exact_errors(stated, self.run, quiet)
-        return self.zero.off_errors(self._to_frame(total)) + self.known
+        return self.zero.off_errors(self._to_frame(total)) + self.known_error
 
     def in_workpiece(self, vectors: Array, row: Ints) -> Array:
         """Return vectors (k, 3) of the frame of the contacts in rows (k,), in workpiece axes: `_to_frame` undone."""
@@ -161,5 +163,5 @@ class ToolSide:
         return np.stack([c * x + s * y, c * y - s * x, z], axis=-1)
 
 
-def _acts(machine: Machine, one: Input) -> bool:
-    return any(acted_on(machine, single) for single, _ in one.scalars)
+def _acts(machine: Machine, quantity: Input) -> bool:
+    return any(acted_on(machine, single) for single, _ in quantity.scalars)

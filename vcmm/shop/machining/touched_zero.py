@@ -150,8 +150,8 @@ def _same_way(program: Program, again: Program, name: str) -> None:
 
 def _zero_sensitivity(program: Program, again: Program) -> Array:
     """Return start and end of every move of `again` less those of `program`, per STEP (m, 2, 3); arcs go with their centres."""
-    one, two = (np.array([_ends(m) for m in p.moves]) for p in (program, again))
-    out = (two - one) / STEP
+    first, second = (np.array([_ends(m) for m in p.moves]) for p in (program, again))
+    out = (second - first) / STEP
     out[np.abs(out) < ROUNDING] = 0.0
     return np.asarray(out)
 
@@ -165,18 +165,22 @@ def _growing(program: Program, further: Sequence[Program]) -> dict[int, GrowingA
         growth = np.array([(_radius(p.moves[k]) - _radius(move)) / STEP for p in further])
         growth[np.abs(growth) < ROUNDING] = 0.0
         if growth.any():
-            one, two, normal = PLANES[move.plane]
-            start, end, centre = ((p[one], p[two]) for p in (move.start, move.end, move.centre))
+            first_axis, second_axis, normal = PLANES[move.plane]
+            start, end, centre = (
+                (p[first_axis], p[second_axis]) for p in (move.start, move.end, move.centre)
+            )
             swept = sweep_of(start, end, centre, bool(move.clockwise), move.turns)
             first = math.atan2(start[1] - centre[1], start[0] - centre[0])
-            out[k] = GrowingArc((one, two, normal), first, swept, growth)
+            out[k] = GrowingArc((first_axis, second_axis, normal), first, swept, growth)
     return out
 
 
 def _radius(move: Move) -> float:
     assert move.centre is not None
-    one, two, _ = PLANES[move.plane]
-    return math.hypot(move.start[one] - move.centre[one], move.start[two] - move.centre[two])
+    first_axis, second_axis, _ = PLANES[move.plane]
+    return math.hypot(
+        move.start[first_axis] - move.centre[first_axis], move.start[second_axis] - move.centre[second_axis]
+    )
 
 
 def _ends(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -202,22 +206,22 @@ def _follows_hand_zero(program: Program, shift: Array, follows: Bools, name: str
 
 def _moves_of(program: Program) -> tuple[int, ...]:
     """Number of the move that ends in each touch."""
-    found, at = [], 0
+    numbers, at = [], 0
     for t in program.touches:
         at = next(
             k
             for k, m in enumerate(program.moves[at:], at)
             if m.source.line == t.line and np.allclose(m.end, t.tip, rtol=0.0, atol=1e-9)
         )
-        found.append(at)
+        numbers.append(at)
         at += 1
-    return tuple(found)
+    return tuple(numbers)
 
 
 def with_scatter(scenario: CutScenario, touched: TouchedZero | None) -> CutScenario:
     """Return the scenario with an Input for the scatter of each touch. Raises UsageError where scatter is stated for a tool that does not probe."""
-    known = {} if touched is None else {t.tool for t in touched.touches}
-    idle = next((tool for tool in scenario.touch_scatter if tool not in known), None)
+    tools = {} if touched is None else {t.tool for t in touched.touches}
+    idle = next((tool for tool in scenario.touch_scatter if tool not in tools), None)
     if idle is not None:
         raise UsageError(
             f"[cut] tools.{idle}.u_touch: {scenario.program} does not probe with tool {idle}; take it out"

@@ -90,14 +90,14 @@ def turned_blank(setup: Setup, program: Program, turning: Turning, zero: float) 
         if m.kind == "rapid" and depth > DEEP:
             hits[m.source.line] = max(hits.get(m.source.line, 0.0), depth)
     forces: Array | None = None
-    said: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     if setup.material is not None:
         forces = _forces(setup, moves, turning, area, worked, side)
         if setup.bar.thrust is None:
-            said = (
+            remarks = (
                 f"cutting forces: thrust_ratio of the stock is not stated; {THRUST:.2f} of the main force is taken (5 : 2 : 1)",
             )
-    return TurnedBlank(before, after, before.volume - after.volume, tuple(hits.items()), forces, said)
+    return TurnedBlank(before, after, before.volume - after.volume, tuple(hits.items()), forces, remarks)
 
 
 def _bar(bar: Bar, turning: Turning, zero: float) -> Profile:
@@ -208,23 +208,23 @@ def _finished_side(z: Array, outer: Array, inner: Array, turning: Turning, i: in
     t = np.linspace(0.0, 1.0, LOOKS)[:, None]
     centre = turning.paths.start[i] + t * (turning.paths.end[i] - turning.paths.start[i])
     beside = np.array([-way[1], way[0]]) * (turning.paths.r[i] + OUT_OF_REACH)
-    found = 0.0
+    balance = 0.0
     for sign in (1.0, -1.0):
         x, at = (centre + sign * beside).T
         inside = (x < np.interp(at, z, outer)) & (x > np.interp(at, z, inner)) & (at > z[0]) & (at < z[-1])
-        found += sign * inside.sum()
-    return float(np.sign(found))
+        balance += sign * inside.sum()
+    return float(np.sign(balance))
 
 
 def _reach(z: Array, path: NoseStretch) -> tuple[Array, Array]:
     """Return the lowest and highest radius (n,) that a stretch reaches at places z (n,); inf and -inf beside it."""
     low, high = np.full(len(z), np.inf), np.full(len(z), -np.inf)
     for shift in dict.fromkeys(path.edge):
-        one = _nose_reach(z, path.start + [0.0, shift], path.end + [0.0, shift], path.r)
-        low, high = np.minimum(low, one[0]), np.maximum(high, one[1])
+        reach = _nose_reach(z, path.start + [0.0, shift], path.end + [0.0, shift], path.r)
+        low, high = np.minimum(low, reach[0]), np.maximum(high, reach[1])
     if path.edge[1] > path.edge[0]:
-        one = _edge_reach(z, path)
-        low, high = np.minimum(low, one[0]), np.maximum(high, one[1])
+        reach = _edge_reach(z, path)
+        low, high = np.minimum(low, reach[0]), np.maximum(high, reach[1])
     return low, high
 
 
@@ -233,8 +233,11 @@ def _edge_reach(z: Array, path: NoseStretch) -> tuple[Array, Array]:
     dx, dz = path.end - path.start
     first, last = z - path.start[1] - path.edge[1], z - path.start[1] - path.edge[0]
     if abs(dz) > 1e-12:
-        one, two = first / dz, last / dz
-        begins, ends = np.maximum(np.minimum(one, two), 0.0), np.minimum(np.maximum(one, two), 1.0)
+        at_first, at_second = first / dz, last / dz
+        begins, ends = (
+            np.maximum(np.minimum(at_first, at_second), 0.0),
+            np.minimum(np.maximum(at_first, at_second), 1.0),
+        )
     else:
         begins, ends = (
             np.where((first <= 0) & (last >= 0), 0.0, 1.0),

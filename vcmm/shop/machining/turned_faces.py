@@ -50,8 +50,8 @@ def radii(feature: Feature, pose: Pose, turning: Turning) -> tuple[float, float]
     r = np.linspace(0.0, 1.0, LOOKS)[1:] * outer * (1 - MARGIN)
     points = _on(feature, np.zeros(len(r)), r)
     normals = normal(feature, points)
-    found = turned_surface(turning, pose.apply(points), pose.turn(normals), 0.5, 0.5, 2.0)
-    s = np.where(np.isfinite(found.s), found.s, np.inf)
+    surface = turned_surface(turning, pose.apply(points), pose.turn(normals), 0.5, 0.5, 2.0)
+    s = np.where(np.isfinite(surface.s), surface.s, np.inf)
     there = np.abs(s) < NEAR
     if there.any():
         there &= np.abs(s - np.median(s[there])) < FILLET

@@ -52,16 +52,16 @@ def crest_lift(turning: Turning, surface: TurnedSurface, mine: Ints, radius: flo
 
 
 def _crest_lift(turning: Turning, surface: TurnedSurface, radius: float) -> Array:
-    one = replace(surface, time=surface.time[:, :1])
-    times = _around(turning, one, BALL_PASSES)
+    nearest = replace(surface, time=surface.time[:, :1])
+    times = _around(turning, nearest, BALL_PASSES)
     passes = passes_at(turning, times, surface.flat, surface.flat_normals)
     row, t = passes.row, passes.t
     p, n = surface.flat[:, [0, 2]], surface.flat_normals[:, [0, 2]]
     across = np.stack([-n[:, 1], n[:, 0]], axis=1)
-    known = row >= 0
+    is_cut = row >= 0
     centre, r = np.full((*row.shape, 2), 1e9), np.ones(row.shape)
-    centre[known] = nose.noses(turning.sweep, row[known], t[known])
-    r[known] = nose.nose_radius(turning.sweep)[row[known]]
+    centre[is_cut] = nose.noses(turning.sweep, row[is_cut], t[is_cut])
+    r[is_cut] = nose.nose_radius(turning.sweep)[row[is_cut]]
 
     def lift(a: Array) -> Array:
         """Return the height (m, A) at which the ball would rest if it touched over offsets a (m, A)."""

@@ -330,12 +330,12 @@ def backs(turning: Turning, surface: TurnedSurface, features: np.typing.NDArray[
     size = np.hypot(tip[:, 0], tip[:, 1])
     facing = -(tip * surface.flat_normals[:, [0, 2]]).sum(axis=1) / np.where(size > 0, size, 1.0)
     bad = (row >= 0) & (size > 0) & (facing < np.cos(np.radians(75.0)))
-    said = []
+    remarks = []
     for name in dict.fromkeys(features[bad].tolist()):
-        one = int(turning.sweep.move[row[np.flatnonzero(bad & (features == name))[0]]])
-        line = turning.path.timing.moves[one].source.line
-        said.append(
+        number = int(turning.sweep.move[row[np.flatnonzero(bad & (features == name))[0]]])
+        line = turning.path.timing.moves[number].source.line
+        remarks.append(
             f"{name}: line {line} cuts it with the back of the nose, more than 75 deg from where the tip points; flanks are not "
             "modelled, check the orientation of the tool"
         )
-    return said
+    return remarks

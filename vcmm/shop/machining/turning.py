@@ -87,22 +87,22 @@ class TurningProcess(Process):
 
     def candidates(self, job: PreparedCut, surface: CutSurface) -> CutCandidates:
         """Return the passes of the nose that the surface holds; tip: the imaginary one of the insert, machine axes."""
-        known, tip = surface.row >= 0, np.zeros((*surface.row.shape, 3))
-        row, share = surface.row[known], surface.t[known]
+        is_cut, tip = surface.row >= 0, np.zeros((*surface.row.shape, 3))
+        row, share = surface.row[is_cut], surface.t[is_cut]
         centre = nose.noses(self.sweep, row, share)
         at = np.zeros((len(row), 3))
         at[:, [0, 2]] = centre + nose.nose_radius(self.sweep)[row][:, None] * self.turning.to_tip[row]
         at[:, :2] += self.turning.centre
-        tip[known] = at
-        height = np.where(known, surface.contact_s, np.inf)
+        tip[is_cut] = at
+        height = np.where(is_cut, surface.contact_s, np.inf)
         return CutCandidates(height, surface.normal, tip, surface.row, surface.t)
 
     def cutters(self, surface: CutSurface, candidates: CutCandidates) -> NoseCircles:
-        flat, known = _as_turned(surface).flat, candidates.row >= 0
-        row, point = candidates.row[known], np.nonzero(known)[0]
-        arm, r = np.zeros((*known.shape, 2)), np.ones(known.shape)
-        arm[known] = flat[point][:, [0, 2]] - nose.noses(self.sweep, row, candidates.share[known])
-        r[known] = nose.nose_radius(self.sweep)[row]
+        flat, is_cut = _as_turned(surface).flat, candidates.row >= 0
+        row, point = candidates.row[is_cut], np.nonzero(is_cut)[0]
+        arm, r = np.zeros((*is_cut.shape, 2)), np.ones(is_cut.shape)
+        arm[is_cut] = flat[point][:, [0, 2]] - nose.noses(self.sweep, row, candidates.share[is_cut])
+        r[is_cut] = nose.nose_radius(self.sweep)[row]
         return NoseCircles(arm, r, flat[:, 0])
 
     def cusp_lift(self, job: PreparedCut, surface: CutSurface, some: Ints, radius: float) -> Array:
@@ -114,13 +114,13 @@ class TurningProcess(Process):
     def states(self, job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
         """Return the states with axis C at the angle at which the tool passes the section of the point."""
         time = _as_turned(rows.surface).time[rows.point, rows.candidate]
-        states, known = states_when(job.path, self.sweep.move[rows.row], time, rows.tip)
+        states, known_error = states_when(job.path, self.sweep.move[rows.row], time, rows.tip)
         cut = np.interp(time, job.path.time, chip_length(job.path, self.turning.centre))
         turned = {"C": self.turning.position_c(self._phi(rows))} if self.turning.rotary else {}
         states = replace(
             states, position={**states.position, **turned}, offset=states.offset + rows.at - rows.tip
         )
-        return states.with_columns({"cut_length_mm": cut}), known
+        return states.with_columns({"cut_length_mm": cut}), known_error
 
     def _phi(self, rows: ContactRows) -> Array:
         """Return the angle (rows,) by which workpiece axes are turned from the section: zero where the spindle is no axis."""
@@ -155,10 +155,12 @@ class TurningProcess(Process):
         return replace(rows, position={**rows.position, "C": self.turning.position_c(turn)})
 
     def tool_side(
-        self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]
+        self, job: PreparedCut, run: Run, setting: Ints, known_error: Array, inputs: tuple[Input, ...]
     ) -> ToolSide:
         phi = run.position["C"] if self.turning.rotary else np.zeros(run.n)
-        return ToolSide(job.machine, run, setting, known, inputs, phi=phi, rows_per_zero=self.rows_per_zero)
+        return ToolSide(
+            job.machine, run, setting, known_error, inputs, phi=phi, rows_per_zero=self.rows_per_zero
+        )
 
     def blank(self, job: PreparedCut, zero: Array) -> TurnedBlank | None:
         return turned_blank(job.scenario.setup, job.program, self.turning, float(zero[2]))
@@ -174,10 +176,10 @@ class TurningProcess(Process):
         if settings.engine != "auto":
             return settings, ()
         trials = min(settings.trials, EXACT_TRIALS)
-        said = f"computed by {trials} exact trials, as feed marks move along with the errors"
+        text = f"computed by {trials} exact trials, as feed marks move along with the errors"
         if trials < settings.trials:
-            said += f"; all {settings.trials} with --engine exact, or a linear model with --engine montecarlo"
-        return replace(settings, engine="exact", trials=trials), (said,)
+            text += f"; all {settings.trials} with --engine exact, or a linear model with --engine montecarlo"
+        return replace(settings, engine="exact", trials=trials), (text,)
 
     def remarks(self) -> Sequence[str]:
         return self.turning.notes
@@ -206,8 +208,8 @@ def chip_length(path: Toolpath, centre: Array) -> Array:
     feeding = np.array([m.kind in CUTS for m in path.timing.moves], dtype=bool)[path.move]
     step = np.where(feeding, rate * middle * np.diff(path.time, prepend=path.time[:1]), 0.0)
     tools, out = path.columns["tool_number"], np.zeros(path.n)
-    for one in np.unique(tools):
-        mine = tools == one
+    for tool in np.unique(tools):
+        mine = tools == tool
         out[mine] = np.cumsum(np.where(mine, step, 0.0))[mine]
     return out
 

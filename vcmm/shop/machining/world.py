@@ -44,7 +44,7 @@ class Cutting:
     @cached_property
     def level(self) -> Array:
         """Surface without errors of the machine (P,): the form of the task, so no error."""
-        return self.contacts.surface(self.tool.known)
+        return self.contacts.surface(self.tool.known_error)
 
     @cached_property
     def tool_errors(self) -> Array:
@@ -65,9 +65,9 @@ class Cutting:
         """Number of each influence of the measuring machine among all."""
         ids = [f.input.id for f in self._cut]
         out, following = [], len(ids)
-        for one in self._probing:
-            shared = one.input.id in ids
-            out.append(ids.index(one.input.id) if shared else following)
+        for influence in self._probing:
+            shared = influence.input.id in ids
+            out.append(ids.index(influence.input.id) if shared else following)
             following += not shared
         return out
 
@@ -95,19 +95,19 @@ class Cutting:
     def influences(self) -> tuple[Influence, ...]:
         row, gain = self.makers()
         out = [self._at_touches(self.tool.relative(f), row, gain) for f in self._cut]
-        for number, one in zip(self._place, self._probing):
+        for number, influence in zip(self._place, self._probing):
             if number < len(self._cut):
-                out[number] = _together(out[number], one)
+                out[number] = _together(out[number], influence)
             else:
-                out.append(one)
+                out.append(influence)
         return tuple(out)
 
-    def _at_touches(self, one: Influence, row: Ints, gain: Array) -> Influence:
-        height = np.einsum("pi,pik->pk", gain, one.response[row])
+    def _at_touches(self, influence: Influence, row: Ints, gain: Array) -> Influence:
+        height = np.einsum("pi,pik->pk", gain, influence.response[row])
         response = height[:, None, :] * self.measuring.task.touches.run.normal[:, :, None]
-        return replace(one, response=response, codes=one.codes[row])
+        return replace(influence, response=response, codes=influence.codes[row])
 
-    def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
+    def products(self, influences: Sequence[Influence]) -> tuple[Product, ...]:
         row, gain = self.makers()
         n = self.measuring.task.touches.run.normal
         out = [
@@ -124,15 +124,15 @@ class Cutting:
         height = self.contacts.surface(self.tool.exact(mine)) - self.level
         return np.asarray(self._outward(height) + self.measuring.exact_errors(theirs))
 
-    def machine_of(self, one: Input) -> tuple[Machine, Run]:
-        if any(one is i for f in self._cut for i in (f.input, *f.input.members)):
+    def machine_of(self, quantity: Input) -> tuple[Machine, Run]:
+        if any(quantity is i for f in self._cut for i in (f.input, *f.input.members)):
             return self.tool.machine, self.tool.run
-        return self.measuring.machine_of(one)
+        return self.measuring.machine_of(quantity)
 
 
 def _together(cut: Influence, probing: Influence) -> Influence:
     """Return one draw that acts on both: the machine is the same. Raises UsageError where a touch and its cut have two draws."""
-    label = [np.array(one.copies)[one.codes] for one in (cut, probing)]
+    label = [np.array(influence.copies)[influence.codes] for influence in (cut, probing)]
     other = np.flatnonzero(label[0] != label[1])
     if len(other):
         what, first = cut.input.redraw, int(other[0])
@@ -145,8 +145,8 @@ def _together(cut: Influence, probing: Influence) -> Influence:
 
 def _drawn_for(drawn: Draws, probing: Influence) -> Draws:
     """Return the draws with the copies that the probing knows: fewer than the cut has, where not all offsets are probed."""
-    known = drawn.influence.copies
-    if known == probing.copies:
+    copies = drawn.influence.copies
+    if copies == probing.copies:
         return replace(drawn, influence=probing)
-    pick = [known.index(one) for one in probing.copies]
+    pick = [copies.index(copy) for copy in probing.copies]
     return Draws(probing, drawn.raw[:, pick], drawn.departures[:, pick])

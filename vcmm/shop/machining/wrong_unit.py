@@ -31,7 +31,7 @@ def unit_hint(scenario: CutScenario, hits: Hits) -> str:
     """Return an addition to the message about a program that misses the part; empty where the other unit does not hit it either."""
     text = read_bytes(scenario.program)
     dialect = scenario.dialect or scenario.setup.dialect or guess(text, scenario.program)[0]
-    other, said, line = exchange_unit(text, dialect)
+    other, unit_code, line = exchange_unit(text, dialect)
     if not other:
         return ""
     try:
@@ -41,9 +41,11 @@ def unit_hint(scenario: CutScenario, hits: Hits) -> str:
         return ""
     if hit < ENOUGH * asked:
         return ""
-    unit = UNITS.get(said, "inches" if said in ("G70", "G700") else "millimetres")
+    unit = UNITS.get(unit_code, "inches" if unit_code in ("G70", "G700") else "millimetres")
     wanted = "millimetres" if unit == "inches" else "inches"
-    where = f'"{said}" in line {line}' if line else f'"{said}" is taken, as the program states no unit'
+    where = (
+        f'"{unit_code}" in line {line}' if line else f'"{unit_code}" is taken, as the program states no unit'
+    )
     return (
         f". The program is read in {unit} ({where}); in {wanted} it would cut {hit} of the {asked} inspection points: "
         "correct the unit in the program"
@@ -68,8 +70,8 @@ def exchange_unit(text: str, dialect: str) -> tuple[str, str, int]:
 
 def _state_unit(text: str, dialect: str) -> tuple[str, str, int]:
     """Return the text with the other unit stated in front of its first motion; a program without a code of the unit is in millimetres."""
-    found = re.search(r"^(?!\s*(?:%|[O:]\s*\d|\())(?=.*[A-Z])", text, re.IGNORECASE | re.MULTILINE)
-    if found is None:
+    first_block = re.search(r"^(?!\s*(?:%|[O:]\s*\d|\())(?=.*[A-Z])", text, re.IGNORECASE | re.MULTILINE)
+    if first_block is None:
         return "", "", 0
     inch, metric = ("G70", "G71") if dialect == "sinumerik" else ("G20", "G21")
-    return f"{text[: found.start()]}{inch}\n{text[found.start() :]}", metric, 0
+    return f"{text[: first_block.start()]}{inch}\n{text[first_block.start() :]}", metric, 0

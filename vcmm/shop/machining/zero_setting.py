@@ -44,8 +44,8 @@ class ProbedRows:
         k = len(self.reads)
         rows = np.arange(self.first, self.first + k)
         weight = self.weight
-        for one in codes:
-            weight = weight * (one[:, None] == one[rows])[:, None, :]
+        for code in codes:
+            weight = weight * (code[:, None] == code[rows])[:, None, :]
         read = np.einsum("ki...,ki->k...", response[rows], self.reads)
         return np.asarray(np.einsum("nik,k...->ni...", weight, read))
 
@@ -84,8 +84,8 @@ class ZeroRows:
         if not self.any:
             return response
         same = self.first >= 0
-        for one in codes:
-            same = same & (one[:, None] == one[np.maximum(self.first, 0)])
+        for code in codes:
+            same = same & (code[:, None] == code[np.maximum(self.first, 0)])
         taken = np.stack([response[self._back(i), i].mean(axis=1) for i in range(3)], axis=1)
         taken = np.where(same.reshape(*same.shape, *(1,) * (response.ndim - 2)), taken, 0.0)
         if self.touches is not None:
@@ -94,15 +94,15 @@ class ZeroRows:
             taken = np.einsum("nij,nj...->ni...", self.turn, taken)
         return np.asarray(response - taken)
 
-    def quiet(self, one: Draws) -> Draws:
+    def quiet(self, draws: Draws) -> Draws:
         """Draws of copies that only rows of setting have count as nothing: they belong to the uncertainty of the zero."""
-        codes = one.influence.codes
+        codes = draws.influence.codes
         rows = (np.unique(self.first[self.first >= 0])[:, None] + np.arange(self.count)).ravel()
         if self.touches is not None:
             rows = np.concatenate([rows, self.touches.first + np.arange(len(self.touches.reads))])
         used = np.unique(codes[~np.isin(np.arange(len(codes)), rows)])
-        keep = np.isin(np.arange(one.departures.shape[1]), used)
-        return replace(one, departures=one.departures * keep[None, :, None])
+        keep = np.isin(np.arange(draws.departures.shape[1]), used)
+        return replace(draws, departures=draws.departures * keep[None, :, None])
 
     def _back(self, axis: int) -> Ints:
         """Return the rows (n, count) in which the zero of X, Y or Z (0, 1, 2) of each row was set."""

@@ -31,16 +31,18 @@ class Elements:
 
 
 def elements_of(
-    moves: Sequence[Move], own: Curves, joints: Joints, limits: Limits
+    moves: Sequence[Move], curves_of_moves: Curves, joints: Joints, limits: Limits
 ) -> tuple[Elements, Curves, Ints, Ints]:
     """Return (elements, curves with the roundings behind those of the moves, first and last element of each stretch)."""
-    n, rounded, smooth = own.n, np.flatnonzero(joints.reach > 0), joints.smooth
+    n, rounded, smooth = curves_of_moves.n, np.flatnonzero(joints.reach > 0), joints.smooth
     reach = joints.reach[rounded]
-    curves = own.with_polynomials(blend_coefficients(own, rounded, rounded + 1, reach, reach), 2 * reach)
+    curves = curves_of_moves.with_polynomials(
+        blend_coefficients(curves_of_moves, rounded, rounded + 1, reach, reach), 2 * reach
+    )
     curves = curves.with_polynomials(smooth.coefficients, smooth.length)
     lead = np.concatenate([np.zeros(min(n, 1)), joints.reach])
-    begins = np.cumsum(own.length) - own.length
-    straight = own.length - lead - np.concatenate([joints.reach, np.zeros(min(n, 1))])
+    begins = np.cumsum(curves_of_moves.length) - curves_of_moves.length
+    straight = curves_of_moves.length - lead - np.concatenate([joints.reach, np.zeros(min(n, 1))])
     kept = np.flatnonzero((straight > TINY) & ~smooth.whole)
     corners, pieces = len(rounded), len(smooth.begin)
     kind = np.repeat([0, 0, 1], [len(kept), pieces, corners])  # a rounding comes after its move
@@ -57,7 +59,7 @@ def elements_of(
     later: Ints = np.searchsorted(owner, stops, side="right")
     first = np.concatenate([np.zeros(min(n, 1), dtype=np.intp), later])
     last = np.append(first[1:], len(curve))[: len(first)] - 1
-    edge = np.append(starts, begins[-1] + own.length[-1]) if n else np.zeros(1)
+    edge = np.append(starts, begins[-1] + curves_of_moves.length[-1]) if n else np.zeros(1)
     edge[first] = np.append(0.0, begins[stops + 1])[: len(first)]
     speed, needs = _ability(curves, curve, feeds, limits)
     return Elements(edge, curve, offset, speed, needs), curves, first, last.astype(np.intp)

@@ -153,5 +153,5 @@ def _with_ends(timing: Timing, s: Array, time: Array, owner: Ints) -> tuple[Arra
 def rest_points(owner: Ints) -> tuple[Bools, Bools]:
     """Return the (first, last) knot of each stretch, (n,) each: there the axes are at rest."""
     change = np.diff(owner) > 0
-    one = np.ones(min(len(owner), 1), dtype=bool)
-    return np.concatenate([one, change]), np.concatenate([change, one])
+    first = np.ones(min(len(owner), 1), dtype=bool)
+    return np.concatenate([first, change]), np.concatenate([change, first])

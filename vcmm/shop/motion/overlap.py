@@ -61,21 +61,21 @@ class _Overlaps(NamedTuple):
 
 
 def overlap_stops(
-    plan: StretchPlan, own: Curves, joints: Joints, limits: Limits
+    plan: StretchPlan, curves: Curves, joints: Joints, limits: Limits
 ) -> tuple[StretchPlan, Bools]:
     """Return (the plan with overlaps at the stops that only a corner requires, which of the joints (n-1,) they are)."""
     none = np.zeros(len(joints.stop), dtype=bool)
     if not joints.held.any():
         return plan, none
-    found = _overlaps(plan, own, joints, limits)
-    if not len(found.stop):
+    overlaps = _overlaps(plan, curves, joints, limits)
+    if not len(overlaps.stop):
         return plan, none
     overlapped = none.copy()
-    overlapped[np.flatnonzero(joints.stop)[found.stop]] = True
-    return _join(plan, found), overlapped
+    overlapped[np.flatnonzero(joints.stop)[overlaps.stop]] = True
+    return _join(plan, overlaps), overlapped
 
 
-def _overlaps(plan: StretchPlan, own: Curves, joints: Joints, limits: Limits) -> _Overlaps:
+def _overlaps(plan: StretchPlan, curves: Curves, joints: Joints, limits: Limits) -> _Overlaps:
     """Return the stops at corners of two lines whose axes can do both at once, with the longest overlap that tolerance and phases allow."""
     joint = np.flatnonzero(joints.stop)
     stop = np.flatnonzero(joints.held[joint])
@@ -84,8 +84,8 @@ def _overlaps(plan: StretchPlan, own: Curves, joints: Joints, limits: Limits) ->
     lines = _is_straight(plan, end) & _is_straight(plan, begin)
     last = np.searchsorted(plan.stretch, stop, side="right") - 1
     j1, j2 = plan.phase[last, 3], plan.phase[last + 1, 3]
-    u1 = own.at(joint, own.length[joint], 1)
-    u2, corner = own.at(joint + 1, np.zeros(len(joint)), 1), own.at(joint + 1, np.zeros(len(joint)))
+    u1 = curves.at(joint, curves.length[joint], 1)
+    u2, corner = curves.at(joint + 1, np.zeros(len(joint)), 1), curves.at(joint + 1, np.zeros(len(joint)))
     most = np.abs(u1 * j1[:, None] + u2 * j2[:, None])
     able = lines & (j1 > 0) & (j2 > 0) & (most <= limits.jerk * (1 + SAME)).all(axis=1)
     j1, j2 = np.where(able, j1, 1.0), np.where(able, j2, 1.0)
@@ -103,17 +103,17 @@ def _is_straight(plan: StretchPlan, element: Ints) -> Bools:
     return np.asarray((plan.curves.arc[curve] < 0) & ~plan.curves.coefficients[curve, 2:].any(axis=(1, 2)))
 
 
-def _join(plan: StretchPlan, found: _Overlaps) -> StretchPlan:
+def _join(plan: StretchPlan, overlaps: _Overlaps) -> StretchPlan:
     """Join two stretches and the overlap between them into one."""
-    e, d = plan.elements, found.reach
-    begin = plan.first[found.stop + 1]  # the elements behind the corners
+    e, d = plan.elements, overlaps.reach
+    begin = plan.first[overlaps.stop + 1]  # the elements behind the corners
     corner = e.edge[begin]
     edge, offset = e.edge.copy(), e.offset.copy()
     edge[begin] += d[:, 1]
     offset[begin] += d[:, 1]
-    curves = plan.curves.with_timed(_coefficients(found), d)
+    curves = plan.curves.with_timed(_coefficients(overlaps), d)
     number = plan.curves.n + np.arange(len(begin))
-    slowest = found.before * found.after / (found.before + found.after) * found.seconds**2 / 2
+    slowest = overlaps.before * overlaps.after / (overlaps.before + overlaps.after) * overlaps.seconds**2 / 2
     elements = Elements(
         np.insert(edge, begin, corner - d[:, 0]),
         np.insert(e.curve, begin, number),
@@ -122,33 +122,40 @@ def _join(plan: StretchPlan, found: _Overlaps) -> StretchPlan:
         np.insert(e.needs, begin, 0.0, axis=0),
     )
     stays = np.ones(len(plan.first), dtype=bool)
-    stays[found.stop + 1] = False
+    stays[overlaps.stop + 1] = False
     first = plan.first[stays]
     first = first + np.searchsorted(begin, first, side="left")
     last = np.append(first[1:], len(elements.curve)) - 1
-    phase, stretch = _phases(plan, found, corner, stays)
+    phase, stretch = _phases(plan, overlaps, corner, stays)
     return StretchPlan(elements, curves, first, last.astype(np.intp), phase, stretch)
 
 
-def _coefficients(found: _Overlaps) -> Array:
+def _coefficients(overlaps: _Overlaps) -> Array:
     """Return q = corner - u1 d1 (1 - u)^3 + u2 d2 u^3 by powers of u = t / T, (k, 6, 6)."""
-    leaving, joining = found.leaving * found.reach[:, :1], found.joining * found.reach[:, 1:]
+    leaving, joining = overlaps.leaving * overlaps.reach[:, :1], overlaps.joining * overlaps.reach[:, 1:]
     nothing = np.zeros_like(leaving)
     return np.stack(
-        [found.corner - leaving, 3 * leaving, -3 * leaving, leaving + joining, nothing, nothing], axis=1
+        [overlaps.corner - leaving, 3 * leaving, -3 * leaving, leaving + joining, nothing, nothing], axis=1
     )
 
 
-def _phases(plan: StretchPlan, found: _Overlaps, corner: Array, stays: Bools) -> tuple[Array, Ints]:
+def _phases(plan: StretchPlan, overlaps: _Overlaps, corner: Array, stays: Bools) -> tuple[Array, Ints]:
     """Return the phases with the last T before and the first T behind each corner as one of constant jerk j1 + j2."""
-    phase, t, d = plan.phase.copy(), found.seconds, found.reach
-    behind = np.searchsorted(plan.stretch, found.stop + 1, side="left")
+    phase, t, d = plan.phase.copy(), overlaps.seconds, overlaps.reach
+    behind = np.searchsorted(plan.stretch, overlaps.stop + 1, side="left")
     phase[behind - 1, 4] -= t
     phase[behind, 0] = corner + d[:, 1]
-    phase[behind, 1], phase[behind, 2] = found.after * t**2 / 2, found.after * t
+    phase[behind, 1], phase[behind, 2] = overlaps.after * t**2 / 2, overlaps.after * t
     phase[behind, 4] -= t
     both = np.stack(
-        [corner - d[:, 0], found.before * t**2 / 2, -found.before * t, found.before + found.after, t], axis=1
+        [
+            corner - d[:, 0],
+            overlaps.before * t**2 / 2,
+            -overlaps.before * t,
+            overlaps.before + overlaps.after,
+            t,
+        ],
+        axis=1,
     )
     number = (np.cumsum(stays) - 1)[plan.stretch]
     phase, stretch = np.insert(phase, behind, both, axis=0), np.insert(number, behind, number[behind])

@@ -65,14 +65,14 @@ def rotary_position(
     """
     letters = rotary_of(machine)
     if posture is None:
-        found = _newton(machine, axis, near, letters)
-        step = None if found is None else _within(machine, found, near, letters)
+        close_by = _newton(machine, axis, near, letters)
+        step = None if close_by is None else _within(machine, close_by, near, letters)
         if step is not None and np.abs(step - near).max() < 0.1:
             return step  # a small step from where the axes stand
     every = positions(machine, axis, near)
     if posture is not None:
         every = _asked_for(machine, every, near, posture)
-    reached = [q for q in (_within(machine, one, near, letters) for one in every) if q is not None]
+    reached = [q for q in (_within(machine, angles, near, letters) for angles in every) if q is not None]
     if not reached:
         return None
     if posture is not None and posture.by_axis and not posture.sign:
@@ -99,12 +99,12 @@ def swept(machine: Machine, start: Array, end: Array, share: Array) -> Array | N
     out, now = np.empty((len(share), 3)), start
     for k, s in enumerate(share.tolist()):
         axis = (np.sin((1.0 - s) * between) * first + np.sin(s * between) * last) / np.sin(between)
-        found = rotary_position(machine, axis / np.linalg.norm(axis), now)
-        if found is None or np.abs(found - now).max() > JUMP + np.abs(end - start).max() / max(
+        angles = rotary_position(machine, axis / np.linalg.norm(axis), now)
+        if angles is None or np.abs(angles - now).max() > JUMP + np.abs(end - start).max() / max(
             len(share) - 1, 1
         ):
             return None
-        out[k] = now = found
+        out[k] = now = angles
     if share[-1] == 1.0 and np.abs(out[-1] - end).max() > 1e-6:
         return None
     return out
@@ -117,15 +117,15 @@ def positions(machine: Machine, axis: Array, near: Array) -> list[Array]:
     out: list[Array] = []
     has_free = False
     for start in _starts(near, letters):
-        found = _newton(machine, axis, start, letters)
-        if found is None:
+        position = _newton(machine, axis, start, letters)
+        if position is None:
             continue
-        if _is_free(machine, found, letters):
+        if _is_free(machine, position, letters):
             if has_free:
                 continue
             has_free = True
-        if all(np.abs(_wrap_angle(found - one)).max() > SAME_ANGLE for one in out):
-            out.append(found)
+        if all(np.abs(_wrap_angle(position - other)).max() > SAME_ANGLE for other in out):
+            out.append(position)
     return out
 
 
@@ -157,25 +157,25 @@ def _asked_for(machine: Machine, every: Sequence[Array], near: Array, posture: P
     axis, letters = reference_axis(machine, posture), rotary_of(machine)
     if posture.sign:
         kept = []
-        for one in every:
-            value = _value(machine, float(one[axis]), axis)
-            value = float(_wrap_angle(one[axis])) if value is None else value
+        for angles in every:
+            value = _value(machine, float(angles[axis]), axis)
+            value = float(_wrap_angle(angles[axis])) if value is None else value
             if value * posture.sign > -SAME_ANGLE:
-                kept.append(one)
+                kept.append(angles)
         return kept
     if not posture.larger:
         return list(every)
-    reached = [one for one in every if _within(machine, one, near, letters) is not None]
+    reached = [angles for angles in every if _within(machine, angles, near, letters) is not None]
     chosen = every if posture.binding else reached
     if not chosen:
         return []
 
-    def size(one: Array) -> float:
-        value = _value(machine, float(one[axis]), axis)
-        return posture.larger * (float(_wrap_angle(one[axis])) if value is None else value)
+    def size(angles: Array) -> float:
+        value = _value(machine, float(angles[axis]), axis)
+        return posture.larger * (float(_wrap_angle(angles[axis])) if value is None else value)
 
-    most = max(size(one) for one in chosen)
-    return [one for one in chosen if size(one) > most - SAME_ANGLE]
+    most = max(size(angles) for angles in chosen)
+    return [angles for angles in chosen if size(angles) > most - SAME_ANGLE]
 
 
 def _turns_by_axis(machine: Machine, angle: Array, near: Array) -> tuple[float, ...]:
@@ -196,8 +196,8 @@ def _is_free(machine: Machine, angle: Array, letters: list[int]) -> bool:
     moved = np.tile(angle, (len(letters) + 1, 1))
     for row, letter in enumerate(letters, 1):
         moved[row, letter] += SMALL
-    found = _direction(machine, moved)
-    return bool(np.linalg.norm(found[1:] - found[0], axis=1).min() < 1e-5 * SMALL)
+    directions = _direction(machine, moved)
+    return bool(np.linalg.norm(directions[1:] - directions[0], axis=1).min() < 1e-5 * SMALL)
 
 
 def _laid_along(machine: Machine, angle: Array, along: Array) -> Array | None:
@@ -233,11 +233,11 @@ def _newton(machine: Machine, axis: Array, start: Array, letters: list[int]) -> 
         moved = np.tile(angle, (len(letters) + 1, 1))
         for row, letter in enumerate(letters, 1):
             moved[row, letter] += SMALL
-        found = _direction(machine, moved)
-        miss = axis - found[0]
+        directions = _direction(machine, moved)
+        miss = axis - directions[0]
         if np.linalg.norm(miss) < LEAST_TILT * 10:
             return angle
-        slope = (found[1:] - found[0]).T / SMALL
+        slope = (directions[1:] - directions[0]).T / SMALL
         step = np.linalg.pinv(slope, rcond=1e-5) @ miss
         size = float(np.abs(step).max(initial=0.0))
         if size < 1e-14:

@@ -312,8 +312,8 @@ def _deviation(path: Path) -> Array:
     if path.kernel:
         from vcmm.shop.motion._curve_kernels import largest_deviation
 
-        found = largest_deviation(path.s, path.off, path.q[2], WEIGHT, np.array(LOOKS))
-        return np.where(np.diff(path.row) == 0, found, 0.0)
+        largest = largest_deviation(path.s, path.off, path.q[2], WEIGHT, np.array(LOOKS))
+        return np.where(np.diff(path.row) == 0, largest, 0.0)
     length, bend, worst = np.diff(path.s)[:, None], path.q[2], np.zeros(len(path.s) - 1)
     for t in LOOKS:
         a, b = (1 - t) ** 3 - (1 - t), t**3 - t

@@ -128,8 +128,8 @@ def plan_motion(
     curves = curves_of(moves)
     _check(moves, curves, limits)
     moving = np.flatnonzero(curves.length > TINY)
-    own = _only(curves, moving)
-    return _fastest(_Work(moves, moving, own, control, limits, kernel))
+    moving_curves = _only(curves, moving)
+    return _fastest(_Work(moves, moving, moving_curves, control, limits, kernel))
 
 
 def _fastest(work: _Work) -> Timing:
@@ -184,19 +184,23 @@ class _Work:
 
 def _plan(work: _Work, wish: Wish) -> Timing:
     """Plan the motion with a stop at some corners, or below some tolerance."""
-    own, moves = work.own, work.moves
-    joints = joints_of(moves, work.moving, own, work.control, work.limits, replace(wish, kernel=work.kernel))
-    elements, all_curves, first, last = elements_of([moves[i] for i in work.moving], own, joints, work.limits)
+    curves, moves = work.own, work.moves
+    joints = joints_of(
+        moves, work.moving, curves, work.control, work.limits, replace(wish, kernel=work.kernel)
+    )
+    elements, all_curves, first, last = elements_of(
+        [moves[i] for i in work.moving], curves, joints, work.limits
+    )
     phase, stretch = plan_stretches(elements, first, last, work.kernel)
     plan, overlapped = overlap_stops(
-        StretchPlan(elements, all_curves, first, last, phase, stretch), own, joints, work.limits
+        StretchPlan(elements, all_curves, first, last, phase, stretch), curves, joints, work.limits
     )
     stop = joints.stop & ~overlapped
     start = np.cumsum(plan.phase[:, 4]) - plan.phase[:, 4]
     held = np.concatenate([joints.pause[:1], joints.pause[1:-1][stop]]) if len(first) else np.zeros(0)
     start += np.cumsum(held)[plan.stretch]
     return Timing(
-        moves=tuple(moves), moving=work.moving, ends=np.cumsum(own.length), curves=plan.curves, elements=plan.elements,
+        moves=tuple(moves), moving=work.moving, ends=np.cumsum(curves.length), curves=plan.curves, elements=plan.elements,
         joints=replace(joints, stop=stop, overlapped=overlapped), first=plan.first, last=plan.last, phase=plan.phase,
         stretch=plan.stretch, start=start, limits=work.limits, control=work.control,
     )  # fmt: skip
@@ -204,8 +208,8 @@ def _plan(work: _Work, wish: Wish) -> Timing:
 
 def _way_seconds(timing: Timing, stop: Bools) -> Array:
     """Return the time of motion between the joints `stop` (n-1,), at each of which `timing` stops, too."""
-    own = np.append(0, np.cumsum(stop))[np.append(0, np.flatnonzero(timing.joints.stop) + 1)]
-    return np.asarray(np.bincount(own[timing.stretch], weights=timing.phase[:, 4]))
+    stretch = np.append(0, np.cumsum(stop))[np.append(0, np.flatnonzero(timing.joints.stop) + 1)]
+    return np.asarray(np.bincount(stretch[timing.stretch], weights=timing.phase[:, 4]))
 
 
 def _check(moves: Sequence[Move], curves: Curves, limits: Limits) -> None:

@@ -36,9 +36,9 @@ from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis, tip_as_at_zero
 
 def check_axes(moves: Sequence[Move], machine: Machine, name: str) -> None:
     """Raises UsageError at the first move that turns a rotary axis which the machine has not."""
-    found = without_axis(moves, machine.axes)
-    if found is not None:
-        move, axis = found
+    lacking_axis = without_axis(moves, machine.axes)
+    if lacking_axis is not None:
+        move, axis = lacking_axis
         raise UsageError(f"{name}:{move.source.line}: {lacking(machine.axes, axis)}")
 
 
@@ -69,8 +69,8 @@ class Leading:
 
     def pose(self, offset: Array) -> tuple[Array, Array]:
         """Return the tip and tool axis (3,) in the workpiece."""
-        found = tip_and_axis(self.machine, self.tip[None], self.angle[None], offset[None])
-        return found[0][0], found[1][0]
+        tip = tip_and_axis(self.machine, self.tip[None], self.angle[None], offset[None])
+        return tip[0][0], tip[1][0]
 
 
 def leads(moves: Sequence[Move]) -> bool:
@@ -242,16 +242,16 @@ def _angle(state: Leading, m: Move, axis: Array) -> Array:
     is_chosen = m.posture is None or state.chosen == (m.posture, aim)
     if np.abs(now - axis).max() < SAME and is_chosen:
         return state.angle
-    found = rotary_position(state.machine, axis, state.angle, m.posture)
+    angles = rotary_position(state.machine, axis, state.angle, m.posture)
     state.chosen = None if m.posture is None else (m.posture, aim)
-    if found is None:
+    if angles is None:
         letters = " and ".join(ROTARY[i] for i in rotary_of(state.machine))
         as_asked = f" as {m.posture.said} asks for" if m.posture is not None and m.posture.said else ""
         raise ModelLimit(
             f"{state.name}:{m.source.line}: no position of {letters} within their travels{as_asked} points the tool along ({axis[0]:.4f} {axis[1]:.4f} "
             f"{axis[2]:.4f}) of the workpiece; turn the part in its fixture, or check travels and structure of {state.machine.name}"
         )
-    return found
+    return angles
 
 
 def _bring_tool(state: Leading, m: Move, angle: Array) -> None:
@@ -315,13 +315,13 @@ def _turning(state: Leading, m: Move, target: Array, share: Array) -> Array:
     angle = state.angle + share[:, None] * (target - state.angle)
     if not m.sweeps or np.abs(target - state.angle).max() <= STILL:
         return angle
-    found = swept(state.machine, state.angle, target, share)
-    if found is None:
+    angles = swept(state.machine, state.angle, target, share)
+    if angles is None:
         raise ModelLimit(
             f"{state.name}:{m.source.line}: the rotary axes cannot sweep the tool axis from one direction to the other (PATHCTRL VECTOR, "
             "ORIVECT) without a jump of an axis; program a direction between, or interpolate the axes (PATHCTRL AXIS, ORIAXES)"
         )
-    return found
+    return angles
 
 
 def _pieces(state: Leading, m: Move, share: Array, at: Array, angle: Array) -> list[Move]:

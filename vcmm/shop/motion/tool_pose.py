@@ -85,12 +85,12 @@ def tip_as_at_zero(machine: Machine, at: Array, angle: Array, offset: Array) -> 
     """Return the inverse: tips (k, 3) as with rotary axes at zero that lead to points (k, 3) of the workpiece at angles (k, 3)."""
     count = len(at)
     corners = np.concatenate([np.zeros((1, 3)), np.eye(3)])
-    found, _ = tip_and_axis(
+    tips, _ = tip_and_axis(
         machine, np.tile(corners, (count, 1)), np.repeat(angle, 4, axis=0), np.repeat(offset, 4, axis=0)
     )
-    found = found.reshape(count, 4, 3)
-    ways = np.moveaxis(found[:, 1:] - found[:, :1], 1, 2)
-    return np.asarray(np.linalg.solve(ways, (at - found[:, 0])[:, :, None])[:, :, 0])
+    tips = tips.reshape(count, 4, 3)
+    ways = np.moveaxis(tips[:, 1:] - tips[:, :1], 1, 2)
+    return np.asarray(np.linalg.solve(ways, (at - tips[:, 0])[:, :, None])[:, :, 0])
 
 
 def rotary_of(machine: Machine) -> list[int]:

@@ -65,7 +65,7 @@ class Toolpath:
     def assumptions(self) -> tuple[str, ...]:
         """The assumptions that were needed because nothing was stated, one sentence each."""
         control = self.timing.control
-        said = list(self.timing.limits.assumptions)
+        texts = list(self.timing.limits.assumptions)
         for key, text in (
             ("tolerance", f"corners are rounded within {control.tolerance * 1e3:g} um"),
             (
@@ -75,13 +75,13 @@ class Toolpath:
             ("tool_change", f"a tool change takes {control.tool_change:g} s"),
         ):
             if key not in control.stated:
-                said.append(f"control: {text} (not stated)")
+                texts.append(f"control: {text} (not stated)")
         first = self.timing.moves[0].tool if self.timing.moves else 0
         if first:
-            said.append(
+            texts.append(
                 f"control: tool {first} is in the spindle when the program begins: its change, before the first move, takes no time"
             )
-        return tuple(said)
+        return tuple(texts)
 
     def run(self, followed: bool = False) -> Run:
         """Return the rows as a Run: positions as commanded, offset such that the nominal tip is the tool tip.

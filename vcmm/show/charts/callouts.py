@@ -46,7 +46,7 @@ def callouts(
     Labels stand on the side of their spots, in the order of their heights, so that leaders cross little. The lengths are no scale.
     """
     lines = project(np.asarray(outlines, float).reshape(-1, 3)).reshape(-1, 2, 2)
-    spots = [project(np.asarray(one.spots, float).reshape(-1, 3)) for one in labels]
+    spots = [project(np.asarray(callout.spots, float).reshape(-1, 3)) for callout in labels]
     flat = np.vstack([lines.reshape(-1, 2), *spots])
     low, high = flat.min(axis=0), flat.max(axis=0)
     middle, size = (low + high) / 2, float((high - low).max()) or 1.0
@@ -62,9 +62,9 @@ def callouts(
     drawn.add_collection(
         LineCollection(list(scale * (lines - middle)), colors=LIGHT["faint"], linewidths=0.8)
     )
-    for side, own in zip((-1, 1), sides):
-        heights = [float(spots[i][:, 1].mean()) for i in own]
-        order = [own[k] for k in np.argsort(heights)[::-1]]
+    for side, of_side in zip((-1, 1), sides):
+        heights = [float(spots[i][:, 1].mean()) for i in of_side]
+        order = [of_side[k] for k in np.argsort(heights)[::-1]]
         step = 2 * half / (len(order) + 1)
         for row, i in enumerate(order, 1):
             _label(drawn, labels[i], scale * (spots[i] - middle), (side * COLUMN, half - step * row))

@@ -58,8 +58,8 @@ def as_data(values: Any) -> Any:
     given = np.asarray(values, dtype=float)
     if given.size <= MOST_NUMBERS:
         return [as_data(row) for row in given] if given.ndim > 1 else [float(f"{v:.6g}") for v in given]
-    known = given[np.isfinite(given)]
-    return {"numbers": given.size, "ends": [float(known.min()), float(known.max())] if known.size else []}
+    finite = given[np.isfinite(given)]
+    return {"numbers": given.size, "ends": [float(finite.min()), float(finite.max())] if finite.size else []}
 
 
 def panels(count: int, width: float = 6.4, height: float = 2.2, rows: Sequence[int] = ()) -> list[Any]:

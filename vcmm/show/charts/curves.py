@@ -63,8 +63,8 @@ def curve(
 ) -> Axes:
     """Curves with bands, each curve in a colour of its own. DataError: x, y, low, high of a series differ in length."""
     drawn = canvas(ax)
-    for k, one in enumerate(series):
-        _draw(drawn, _check_series(one), one, LIGHT[one.colour or SERIES[k % len(SERIES)]])
+    for k, line in enumerate(series):
+        _draw(drawn, _check_series(line), line, LIGHT[line.colour or SERIES[k % len(SERIES)]])
     for band_ in bands:
         x = np.asarray(drawn.get_xlim() if band_.x is None else band_.x, dtype=np.float64)
         low, high = (
@@ -79,8 +79,8 @@ def curve(
     drawn.margins(x=0.01)
     drawn.ticklabel_format(useOffset=False)
     numbers = [
-        {"name": one.name} | dict(zip(("x", "y", "low", "high"), map(as_data, _check_series(one))))
-        for one in series
+        {"name": line.name} | dict(zip(("x", "y", "low", "high"), map(as_data, _check_series(line))))
+        for line in series
     ]
     drawn = carrying(drawn, chart="curve", x_label=x_label, y_label=y_label, series=numbers)
     return plain(add_legend(drawn), title, x_label, y_label)

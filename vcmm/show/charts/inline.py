@@ -76,11 +76,11 @@ def _lay_out(figure: Any, dpi: int) -> None:
     engine = figure.get_layout_engine()
     if engine is None:
         return
-    own = figure.dpi
+    screen_dpi = figure.dpi
     figure.dpi = dpi
     engine.execute(figure)
     figure.set_layout_engine("none")
-    figure.dpi = own
+    figure.dpi = screen_dpi
 
 
 def _within_a_page(text: str, title: str, width: float, height: float) -> str:
@@ -107,5 +107,5 @@ def _within_a_page(text: str, title: str, width: float, height: float) -> str:
     return f"{head}{body}</svg>"
 
 
-def _short(found: re.Match[str]) -> str:
-    return f"{float(found[0]):.2f}".rstrip("0").rstrip(".")
+def _short(match: re.Match[str]) -> str:
+    return f"{float(match[0]):.2f}".rstrip("0").rstrip(".")

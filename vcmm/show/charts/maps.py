@@ -76,8 +76,8 @@ def heat_map(
             _mark(drawn, name, mx, my, mx > (xc[0] + xc[-1]) / 2)
     add_colour_bar(drawn, made, scale, unit)
     plain(drawn, title, x_label, y_label, grid="")
-    known = data[np.isfinite(data)]
-    least, most = (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
+    finite = data[np.isfinite(data)]
+    least, most = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
     held = {
         "x": as_data(xc), "y": as_data(yc), "values": as_data(data), "marks": [[name, mx, my] for name, mx, my in marks],
         "least": least, "most": most, "levels": scale.levels,

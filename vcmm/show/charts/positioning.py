@@ -58,8 +58,8 @@ def positioning_band(
         drawn.annotate(name, (x, high), (0, 3), textcoords="offset points", ha="center", fontsize=TICK, color=LIGHT["ink"])  # fmt: skip
     drawn.set_xlim(place.min() - 0.03 * width, place.max() + 0.17 * width)
     drawn.ticklabel_format(useOffset=False)
-    said = ", ".join(f"{name} {number(v, 3)}" for name, v in figures.items())
-    plain(add_legend(drawn), f"{title}\n{said} {unit} (ISO 230-2).", label, f"deviation / {unit}")
+    figures_text = ", ".join(f"{name} {number(v, 3)}" for name, v in figures.items())
+    plain(add_legend(drawn), f"{title}\n{figures_text} {unit} (ISO 230-2).", label, f"deviation / {unit}")
     return carrying(
         drawn, chart="positioning", unit=unit, figures=dict(figures), targets=place, mean_up=mean[0], mean_down=mean[1],
         band_up=spread[0], band_down=spread[1], spans=ends,

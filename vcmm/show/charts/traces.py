@@ -97,18 +97,18 @@ def traces(
     low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
     around = np.linspace(0.0, 2.0 * np.pi, 181)
     drawn.plot(around, np.zeros(around.size), color=LIGHT["faint"], linewidth=0.9)
-    for one, band, (angle, radius) in zip(lines, bands, kept):
+    for line, band, (angle, radius) in zip(lines, bands, kept):
         if band:
-            around_it = [np.append(v, v[0]) for v in (angle, *band)] if one.closed else [angle, *band]
-            drawn.fill_between(*around_it, color=LIGHT[one.colour], alpha=0.18, linewidth=0.0)
-        shut = one.closed and bool(np.isfinite(radius).all())
+            around_it = [np.append(v, v[0]) for v in (angle, *band)] if line.closed else [angle, *band]
+            drawn.fill_between(*around_it, color=LIGHT[line.colour], alpha=0.18, linewidth=0.0)
+        shut = line.closed and bool(np.isfinite(radius).all())
         both = [np.append(v, v[0]) if shut else v for v in (angle, radius)]
         drawn.plot(
             *both,
-            color=LIGHT[one.colour],
-            linewidth=0.8 if one.thin else 1.4,
-            alpha=0.75 if one.thin else 1.0,
-            label=plain_label(one.name),
+            color=LIGHT[line.colour],
+            linewidth=0.8 if line.thin else 1.4,
+            alpha=0.75 if line.thin else 1.0,
+            label=plain_label(line.name),
         )
     for circle in circles:
         half = circle.width_um / 2 if circle.zone else 0.0
@@ -119,11 +119,11 @@ def traces(
     _frame(drawn, low, high)
     drawn.set_xticks(np.radians([0, 45, 135, 180, 225, 270, 315]))  # the keys stand above 90 degrees
     widths = {
-        one.name: float(np.nanmax(r) - np.nanmin(r)) if one.width_um is None else one.width_um
-        for one, (_, r) in zip(lines, kept)
+        line.name: float(np.nanmax(r) - np.nanmin(r)) if line.width_um is None else line.width_um
+        for line, (_, r) in zip(lines, kept)
     }
-    said = ", ".join([f"{name}: {number(w, 3)} µm" for name, w in widths.items()] + [f"{c.name}: {number(c.width_um, 3)} µm" for c in circles])  # fmt: skip
-    add_title(add_legend(drawn), f"{title}\nHighest less lowest point; {said}.")
+    widths_text = ", ".join([f"{name}: {number(w, 3)} µm" for name, w in widths.items()] + [f"{c.name}: {number(c.width_um, 3)} µm" for c in circles])  # fmt: skip
+    add_title(add_legend(drawn), f"{title}\nHighest less lowest point; {widths_text}.")
     about = {c.name: {"radius": c.radius_um, "x": c.x_um, "y": c.y_um, "width": c.width_um} for c in circles}
     return carrying(drawn, chart="trace", unit="µm", width=widths, circles=about, scale=[low, high])
 

@@ -90,20 +90,20 @@ def zones(
     bar = span or (value - expanded, value + expanded)
     parts, drawn = zone_list(lower, upper, guard), canvas(ax, 190)
     limits = [v for v in (lower, upper) if v is not None]
-    known = math.isfinite(value) and math.isfinite(expanded)
+    is_finite = math.isfinite(value) and math.isfinite(expanded)
     reach = [e for v in limits for e in (v - guard, v + guard)]
-    reach += [value, *bar] if known else [value] if math.isfinite(value) else []
+    reach += [value, *bar] if is_finite else [value] if math.isfinite(value) else []
     room = ROOM * (max(reach) - min(reach)) or max(abs(reach[0]), 1.0) * 0.1
     ends = min(reach) - room, max(reach) + room
     drawn.set_xlim(*ends)
     drawn.set_ylim(0.0, 1.0)
     _stripes(drawn, parts, ends, limits)
     verdict = "The result is not available."
-    if known:
+    if is_finite:
         words = f"{of} {span[0]:.3g} to {span[1]:.3g}" if span else with_uncertainty(value, expanded)
         _result(drawn, value, bar, f"{words} {unit}".strip())
-        said = f"Decision: {decision}. " if decision else ""
-        verdict = f"{said}{_where(span, limits, of) if span else _in_zone(value, parts)}"
+        decision_text = f"Decision: {decision}. " if decision else ""
+        verdict = f"{decision_text}{_where(span, limits, of) if span else _in_zone(value, parts)}"
     _ticks(drawn, limits, ends)
     drawn.set_yticks([])
     plain(
@@ -150,10 +150,10 @@ def _where(span: tuple[float, float], limits: list[float], of: str) -> str:
 
 def _stripes(drawn: Any, parts: list[Zone], ends: tuple[float, float], limits: list[float]) -> None:
     """Zones in their colours, each kind named once; a line at every limit, a thin one where a guard band begins."""
-    seen: set[str] = set()
+    labels: set[str] = set()
     for zone in parts:
-        name = None if zone.kind in seen else NAMES[zone.kind].removesuffix(" zone")
-        seen.add(zone.kind)
+        name = None if zone.kind in labels else NAMES[zone.kind].removesuffix(" zone")
+        labels.add(zone.kind)
         low, high = max(zone.low, ends[0]), min(zone.high, ends[1])
         drawn.axvspan(low, high, 0.0, 0.6, facecolor=LIGHT[f"{zone.kind}-soft"], linewidth=0.0, label=name)
     for a, b in pairwise(parts):

@@ -78,11 +78,11 @@ def sources_of_all(paths: Iterable[Path]) -> list[Path]:
     """The same of several files, one after another; a file that many of them name is read once."""
     named, out = cache(_named_in), dict[Path, None]()
     for path in paths:
-        found = [path]
-        for one in found:  # grows while it is read
-            if one.suffix == ".toml":
-                found += [p for p in named(one) if p not in found]
-        out.update(dict.fromkeys(found))
+        reached = [path]
+        for file in reached:  # grows while it is read
+            if file.suffix == ".toml":
+                reached += [p for p in named(file) if p not in reached]
+        out.update(dict.fromkeys(reached))
     return list(out)
 
 

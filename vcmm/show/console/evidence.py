@@ -76,13 +76,13 @@ def write_pack(
     """words: the command after `vcmm`, files as Path. Raises Environment where the pack cannot be written."""
     root = Path(os.path.commonpath([f.resolve().parent for f in files]))
     names = {f.resolve(): str(PurePosixPath(FILES, *f.resolve().relative_to(root).parts)) for f in files}
-    said = {
+    record = {
         "schema": SCHEMA, "version": __version__, "python": platform.python_version(), "libraries": libraries(),
         "platform": platform.platform(), "command": [names[w.resolve()] if isinstance(w, Path) else w for w in words],
         "seed": content.get("seed"), "influences": [asdict(i) for i in influences],
         "files": [{"file": n, "sha256": _sha(f.read_bytes())} for f, n in names.items()],
     }  # fmt: skip
-    held = {EVIDENCE: _text(said), DOCUMENT: _text(content)} | {n: f.read_bytes() for f, n in names.items()}
+    held = {EVIDENCE: _text(record), DOCUMENT: _text(content)} | {n: f.read_bytes() for f, n in names.items()}
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as pack:
@@ -148,20 +148,20 @@ def unpack_evidence(pack: Path, folder: Path) -> dict[str, Any]:
         raise DataError(
             f"{pack}: {EVIDENCE} or {DOCUMENT} is missing; --evidence pack.zip of a job writes a pack"
         )
-    said = _read(pack, EVIDENCE, data)
-    if said.get("schema") != SCHEMA:
+    record = _read(pack, EVIDENCE, data)
+    if record.get("schema") != SCHEMA:
         raise DataError(
-            f'{pack}: {EVIDENCE} has the schema "{said.get("schema")}"; this version reads {SCHEMA}'
+            f'{pack}: {EVIDENCE} has the schema "{record.get("schema")}"; this version reads {SCHEMA}'
         )
-    _check_hashes(pack, said, data)
-    for name in (one["file"] for one in said["files"]):
+    _check_hashes(pack, record, data)
+    for name in (entry["file"] for entry in record["files"]):
         target = folder / name
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(data[name])
         except (OSError, ValueError):
             raise DataError(f"{pack}: {name[:80]!r} cannot be the name of a file here") from None
-    return said | {"document": _read(pack, DOCUMENT, data)}
+    return record | {"document": _read(pack, DOCUMENT, data)}
 
 
 def _check_members(pack: Path, held: zipfile.ZipFile) -> None:
@@ -178,24 +178,26 @@ def _check_members(pack: Path, held: zipfile.ZipFile) -> None:
 
 def _read(pack: Path, name: str, data: dict[str, bytes]) -> dict[str, Any]:
     try:
-        found = json.loads(data[name])
-        json.dumps(found)  # refuses what is too deep to be compared
+        content = json.loads(data[name])
+        json.dumps(content)  # refuses what is too deep to be compared
     except (ValueError, RecursionError) as error:
         raise DataError(f"{pack}: {name} is no JSON ({brief(str(error), 100)})") from None
-    if not isinstance(found, dict):
+    if not isinstance(content, dict):
         raise DataError(f"{pack}: {name} holds no document")
-    return found
+    return content
 
 
-def _check_hashes(pack: Path, said: dict[str, Any], data: dict[str, bytes]) -> None:
+def _check_hashes(pack: Path, record: dict[str, Any], data: dict[str, bytes]) -> None:
     problems = []
-    files = said.get("files")
+    files = record.get("files")
     if not isinstance(files, list) or not all(
-        isinstance(one, dict) and isinstance(one.get("file"), str) and isinstance(one.get("sha256"), str)
-        for one in files
+        isinstance(entry, dict)
+        and isinstance(entry.get("file"), str)
+        and isinstance(entry.get("sha256"), str)
+        for entry in files
     ):
         raise DataError(f"{pack}: {EVIDENCE} lists no files with their SHA-256")
-    listed = {one["file"]: one["sha256"] for one in files}
+    listed = {entry["file"]: entry["sha256"] for entry in files}
     for name, sha in listed.items():
         if name not in data:
             problems.append(f"{pack}: {name} is listed and missing")
@@ -204,27 +206,27 @@ def _check_hashes(pack: Path, said: dict[str, Any], data: dict[str, bytes]) -> N
     problems += [
         f"{pack}: {n} is not listed" for n in data if n not in listed and n not in (EVIDENCE, DOCUMENT)
     ]
-    if not isinstance(said.get("command"), list) or not all(isinstance(w, str) for w in said["command"]):
+    if not isinstance(record.get("command"), list) or not all(isinstance(w, str) for w in record["command"]):
         problems.append(f"{pack}: {EVIDENCE} states no command")
     due = {"version": str, "libraries": dict, "influences": list}
     problems += [
-        f"{pack}: {EVIDENCE} lacks {k}" for k, kind in due.items() if not isinstance(said.get(k), kind)
+        f"{pack}: {EVIDENCE} lacks {k}" for k, kind in due.items() if not isinstance(record.get(k), kind)
     ]
     named = {"influence", "status"}
-    if not problems and not all(isinstance(i, dict) and named <= set(i) for i in said["influences"]):
+    if not problems and not all(isinstance(i, dict) and named <= set(i) for i in record["influences"]):
         problems.append(f"{pack}: {EVIDENCE} lists influences without name and status")
     if problems:
         raise DataError(problems)
 
 
-def differences(was: Any, found: Any, key: str = "") -> Iterator[ComparedNumber]:
+def differences(was: Any, now: Any, key: str = "") -> Iterator[ComparedNumber]:
     """Every value that differs, by its key; paths, versions and warnings are not compared."""
-    if isinstance(was, dict) and isinstance(found, dict):
-        for name in dict.fromkeys((*was, *found)):
+    if isinstance(was, dict) and isinstance(now, dict):
+        for name in dict.fromkeys((*was, *now)):
             if key or name not in NOT_COMPARED:
-                yield from differences(was.get(name), found.get(name), f"{key}.{name}".lstrip("."))
-    elif isinstance(was, list) and isinstance(found, list) and len(was) == len(found):
-        for i, (a, b) in enumerate(zip(was, found)):
+                yield from differences(was.get(name), now.get(name), f"{key}.{name}".lstrip("."))
+    elif isinstance(was, list) and isinstance(now, list) and len(was) == len(now):
+        for i, (a, b) in enumerate(zip(was, now)):
             yield from differences(a, b, f"{key}[{i}]")
-    elif isinstance(was, bool) is not isinstance(found, bool) or was != found:
-        yield ComparedNumber(key, was, found)
+    elif isinstance(was, bool) is not isinstance(now, bool) or was != now:
+        yield ComparedNumber(key, was, now)

@@ -25,12 +25,15 @@ NAMES = {"230-2": "positioning of an axis", "230-4": "circles"}
 
 
 def acceptance_page(
-    tests: Sequence[RecordedTest], iso: str, found: Sequence[Figure], warnings: Sequence[str] = ()
+    tests: Sequence[RecordedTest],
+    iso: str,
+    acceptance_figures: Sequence[Figure],
+    warnings: Sequence[str] = (),
 ) -> str:
-    """One self-contained HTML file; found: the figures of the table, of all tests in their order."""
+    """One self-contained HTML file; acceptance_figures: the figures of the table, of all tests in their order."""
     make = positioning_picture if iso == "230-2" else circle_picture
-    pictures = [make(test, found) for test in tests]
-    blocks = [r.heading("Figures"), html(figures_table(iso, found))]
+    pictures = [make(test, acceptance_figures) for test in tests]
+    blocks = [r.heading("Figures"), html(figures_table(iso, acceptance_figures))]
     blocks += [r.note(w) for w in warnings]
     blocks += [
         r.heading("Recordings"),
@@ -43,17 +46,17 @@ def acceptance_page(
         f"ISO {iso}, {NAMES[iso]}: {names}",
         blocks,
         footer=footer,
-        answers=acceptance_answers(found, recorded=True),
+        answers=acceptance_answers(acceptance_figures, recorded=True),
         facts=facts("", machine, more=[("recordings", names)]),
     )
 
 
-def positioning_picture(test: RecordedTest, found: Sequence[Figure]) -> str:
+def positioning_picture(test: RecordedTest, acceptance_figures: Sequence[Figure]) -> str:
     """The band chart of one axis."""
     axis = axis_of(test.recording)
     up, down, targets = axis_line(test.recording, axis).runs()
     value = test.value * test.scale
-    stated = {f.name: f.value_um for f in found}
+    stated = {f.name: f.value_um for f in acceptance_figures}
     figures = {n: float(v) for n in SHOWN if (v := stated.get(f"{n} {axis}")) is not None}
     return draw.on_page(
         draw.positioning_band, targets, value[up], value[down], figures,
@@ -62,11 +65,11 @@ def positioning_picture(test: RecordedTest, found: Sequence[Figure]) -> str:
     )  # fmt: skip
 
 
-def circle_picture(test: RecordedTest, found: Sequence[Figure]) -> str:
+def circle_picture(test: RecordedTest, acceptance_figures: Sequence[Figure]) -> str:
     """The trace of one circle in both senses, about their common centre (that of G(b))."""
     paths = circle_paths(test)
-    stated = {f.name: f.value_um for f in found}
-    said = ", ".join(
+    stated = {f.name: f.value_um for f in acceptance_figures}
+    radii_text = ", ".join(
         f"{n} {v:.3g} µm" for n in ("G+", "G-", "G(b)", "H") if (v := stated.get(f"{n} {paths.plane}")) is not None
     )  # fmt: skip
     lines = [
@@ -87,5 +90,5 @@ def circle_picture(test: RecordedTest, found: Sequence[Figure]) -> str:
             width_um=stated.get(f"G- {paths.plane}"),
         ),
     ]
-    title = f"{test.recording.name}, {paths.plane}: {said}"
+    title = f"{test.recording.name}, {paths.plane}: {radii_text}"
     return draw.on_page(draw.traces, lines, title=title)

@@ -24,18 +24,22 @@ if TYPE_CHECKING:
 MOST, DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots of one
 
 
-def calibration_page(found: Calibration, figures: Sequence[Figure] = (), files: Sequence[Path] = ()) -> str:
+def calibration_page(
+    calibration: Calibration, figures: Sequence[Figure] = (), files: Sequence[Path] = ()
+) -> str:
     """One self-contained HTML file. figures: A, R, E, M of the calibrated machine (ISO 230-2); files: what was read."""
-    blocks = r.notices(found.warnings)
-    blocks += [r.heading("Errors by name"), html(errors_by_name(found))]
-    blocks += [r.heading("Not identified"), *missing(found)]
+    blocks = r.notices(calibration.warnings)
+    blocks += [r.heading("Errors by name"), html(errors_by_name(calibration))]
+    blocks += [r.heading("Not identified"), *missing(calibration)]
     if figures:
         blocks += [r.heading("Positioning (ISO 230-2)"), html(positioning(figures))]
     blocks += [r.heading("Errors over the travel, 95 % bands")]
-    pictures = [draw.on_page(found.plot, c.component) for c in found.kept.curves]
+    pictures = [draw.on_page(calibration.plot, c.component) for c in calibration.kept.curves]
     blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)]
-    blocks += titled_html(residuals(found))
-    left = sorted(residuals(found).rows, key=lambda row: -rms(row.residual) / (rms(row.part.u) * row.noise.u))
+    blocks += titled_html(residuals(calibration))
+    left = sorted(
+        residuals(calibration).rows, key=lambda row: -rms(row.residual) / (rms(row.part.u) * row.noise.u)
+    )
     pictures = [scatter(row) for row in left[:MOST]]
     blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)] + files_block(files)
     footer = (
@@ -43,14 +47,16 @@ def calibration_page(found: Calibration, figures: Sequence[Figure] = (), files: 
         "squareness (ISO 230-1)."
     )
     return r.page(
-        f"Calibration report: {found.machine.name}",
+        f"Calibration report: {calibration.machine.name}",
         blocks,
         footer=footer,
-        answers=calibration_answers(found, figures),
+        answers=calibration_answers(calibration, figures),
         facts=facts(
             "",
-            f"{found.machine.name}, structure {found.machine.chain.structure}",
-            joined_record([found.machine.record, *(one.recording.record for one in found.readings)]),
+            f"{calibration.machine.name}, structure {calibration.machine.chain.structure}",
+            joined_record(
+                [calibration.machine.record, *(reading.recording.record for reading in calibration.readings)]
+            ),
             asked=OF_MACHINES,
         ),
     )
@@ -74,7 +80,7 @@ def scatter(row: Residuals) -> str:
     )
 
 
-def missing(found: Calibration) -> list[str]:
-    if not found.identified.combinations:
+def missing(calibration: Calibration) -> list[str]:
+    if not calibration.identified.combinations:
         return [r.paragraph("Everything is identified.")]
-    return [r.paragraph(c.text) for c in found.identified.combinations]
+    return [r.paragraph(c.text) for c in calibration.identified.combinations]

@@ -25,12 +25,12 @@ MOST_LINES = 3000  # of the outline: a mesh with more creases is drawn by its fe
 
 
 def callout_picture(
-    part: Part, found: Sequence[CharacteristicResult], places: Mapping[str, Array]
+    part: Part, results: Sequence[CharacteristicResult], places: Mapping[str, Array]
 ) -> list[str]:
     """The part with its results; nothing where no result has a place. places: feature -> points (n, 3) of it, drawing frame."""
     asked = {c.name: c for c in part.characteristics}
     labels = []
-    for c in found:
+    for c in results:
         of = asked.get(c.name)
         if of is None:
             continue
@@ -69,8 +69,8 @@ def outlines(part: Part) -> Array:
         lines = creases(np.asarray(part.mesh.vertices), np.asarray(part.mesh.faces))
         if 0 < len(lines) <= MOST_LINES:
             return lines
-    found = [_outline(f) for f in part.features.values()]
-    return np.concatenate(found) if found else np.zeros((0, 2, 3))
+    outlines_of = [_outline(f) for f in part.features.values()]
+    return np.concatenate(outlines_of) if outlines_of else np.zeros((0, 2, 3))
 
 
 def _outline(feature: Feature) -> Array:

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 WAYS = ((1.0, "forwards", "o"), (-1.0, "backwards", "s"), (0.0, "read", "o"))
 
 
-def number_over_time(track: Track, one: NumberOverTime, ax: Axes | ChartSheet | None = None) -> Axes:
+def number_over_time(track: Track, course: NumberOverTime, ax: Axes | ChartSheet | None = None) -> Axes:
     """A number over the days with its band, checks, alarms and forecast."""
     return charts.over_time(
-        one.when - one.when[0], one.value, one.u, name=one.name, unit=one.unit, start=track.checks[0].date,
-        alarms=[c.when - one.when[0] for c in track.alarms], ahead=np.array(one.ahead), what=one.what, ax=ax,
+        course.when - course.when[0], course.value, course.u, name=course.name, unit=course.unit, start=track.checks[0].date,
+        alarms=[c.when - course.when[0] for c in track.alarms], ahead=np.array(course.ahead), what=course.what, ax=ax,
     )  # fmt: skip
 
 

@@ -62,8 +62,8 @@ def _pictures(rows: Sequence[Comparison], k: int) -> list[str]:
 def _columns(part: Misfit, covariate: str) -> list[str]:
     """Axes and columns of the run that the words of a covariate name."""
     words = covariate.replace(" (periodic)", "").replace(" (step)", "").replace(" (zone)", "").split(" and ")
-    known = {short(c): c for c in part.run.columns} | {a: a for a in part.run.position}
-    return [known[w] for w in words if w in known]
+    columns = {short(c): c for c in part.run.columns} | {a: a for a in part.run.position}
+    return [columns[w] for w in words if w in columns]
 
 
 def _values(part: Misfit, name: str) -> tuple[Array, str]:

@@ -93,16 +93,16 @@ def _answer_text(d: Diagnosis, a: Answer) -> str:
         if foreign
         else ""
     )
-    said = plain_words(a.effect, a.where, a.parameters)
+    words = plain_words(a.effect, a.where, a.parameters)
     if a.probability < LEAST_TOLD:  # it has the shape that was fitted, not the name
-        said = f"Most probably {' or '.join(a.cannot_be_told_from)}; what was fitted has the shape of"
+        words = f"Most probably {' or '.join(a.cannot_be_told_from)}; what was fitted has the shape of"
     elif a.doubtful:
-        said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}"
-    own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
+        words = f"Perhaps, less probable than not: {words[:1].lower()}{words[1:]}"
+    remark = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
     sure = f"probability {probability_text(a)}"
     if opened:
         sure = f"probability of the family {a.family} {a.family_probability:.3f}, of this shape of it {probability_text(a)}"
-    return f"{said} {_name(a)}: {values_text(a)}; its own variance is {a.share:.0%} of the excess; {sure}.{rivals}{own}".strip()
+    return f"{words} {_name(a)}: {values_text(a)}; its own variance is {a.share:.0%} of the excess; {sure}.{rivals}{remark}".strip()
 
 
 def _of_unknown(d: Diagnosis) -> list[str]:
@@ -248,7 +248,7 @@ def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str
 
 
 def _over_what_named_it(
-    recording: Recording, before: Array, after: Array, d: Diagnosis, unit: str, found: bool
+    recording: Recording, before: Array, after: Array, d: Diagnosis, unit: str, explained: bool
 ) -> list[str]:
     """Before and after over the covariate that told most, along the direction in which it did: of readings within 45 degrees of it."""
     place = next((p for p in d.location if _covariate(recording, p.covariate) is not None), None)
@@ -264,7 +264,7 @@ def _over_what_named_it(
             label, along = f"{place.covariate}, of readings along {place.direction}", np.where(mine, np.sign(share), np.nan)  # fmt: skip
     kept = np.isfinite(along)
     before, after = (v[kept] * along[kept] for v in (before, after))
-    return [_scatter(x[kept], before, after, label, unit, found)]
+    return [_scatter(x[kept], before, after, label, unit, explained)]
 
 
 def residuals(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[Array, Array]:
@@ -277,16 +277,16 @@ def residuals(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[Arr
 def after_text(d: Diagnosis) -> str:
     """What stands behind "after": all rows as they are, with the machine that is written; and what was thought of beside it."""
     fit = d.fit
-    said = (
+    text = (
         f"All rows as they are, the nuisance refitted: rms {micro_text(d, fit.before)} with the machine file as it was,"
         f" {micro_text(d, fit.after)} with the one that is written"
     )
     if fit.candidates < CLEARLY_LESS * fit.after:
-        said += (
+        text += (
             f", {micro_text(d, fit.candidates)} if the candidates and what belongs to the instrument or to single events were"
             " taken off too"
         )
-    return f"{said}; the scatter found is {micro_text(d, fit.noise)}."
+    return f"{text}; the scatter found is {micro_text(d, fit.noise)}."
 
 
 def _covariate(recording: Recording, name: str) -> Array | None:
@@ -298,8 +298,8 @@ def _covariate(recording: Recording, name: str) -> Array | None:
     return run.position[name][recording.row] if name in run.position else None
 
 
-def _scatter(x: Array, before: Array, after: Array, label: str, unit: str, found: bool) -> str:
-    both = [("before", before, BEFORE), *([("after", after, AFTER)] if found else [])]
+def _scatter(x: Array, before: Array, after: Array, label: str, unit: str, explained: bool) -> str:
+    both = [("before", before, BEFORE), *([("after", after, AFTER)] if explained else [])]
     if draw.is_grouped(x):
         title = f"Residual over {label}"
         return draw.on_page(draw.boxes, x, both, label=label, y_label=f"residual / {unit}", title=title)

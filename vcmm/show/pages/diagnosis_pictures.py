@@ -71,12 +71,12 @@ def bar_traces(recording: Recording, machine: Machine, before: Array, after: Arr
         return []
     test = RecordedTest(recording, machine)
     try:
-        found = [radial_of(test, values) for values in (before, after)]
+        radii = [radial_of(test, values) for values in (before, after)]
     except UsageError:
         return []
-    every = 1e3 * np.concatenate([radial for _, radial in found])
+    every = 1e3 * np.concatenate([radial for _, radial in radii])
     out = []
-    for (circle, radial), word, colour in zip(found, ("before", "after"), (BEFORE, AFTER)):
+    for (circle, radial), word, colour in zip(radii, ("before", "after"), (BEFORE, AFTER)):
         ways = (("counter-clockwise", 1.0, False), ("clockwise", -1.0, True))
         lines = [
             draw.PolarTrace(

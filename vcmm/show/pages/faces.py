@@ -18,41 +18,41 @@ if TYPE_CHECKING:
     from vcmm.learn.calibration.face_map import FaceMap
 
 
-def face_page(found: FaceMap) -> str:
+def face_page(face: FaceMap) -> str:
     """One self-contained HTML file."""
-    blocks = [r.heading("Figures"), html(tables.figures(found))]
-    blocks += [r.note(text) for text in found.warnings]
-    blocks += [r.heading("Map of the face"), charts.on_page(face_picture, found)]
-    if found.r is not None:
-        blocks += [r.heading("Profile over the radius"), charts.on_page(profile_picture, found)]
-    made = facts("", found.machine or "no machine file", more=[("scan", found.scan.name)])
+    blocks = [r.heading("Figures"), html(tables.figures(face))]
+    blocks += [r.note(text) for text in face.warnings]
+    blocks += [r.heading("Map of the face"), charts.on_page(face_picture, face)]
+    if face.r is not None:
+        blocks += [r.heading("Profile over the radius"), charts.on_page(profile_picture, face)]
+    made = facts("", face.machine or "no machine file", more=[("scan", face.scan.name)])
     return r.page(
-        f"Face {found.scan.name}",
+        f"Face {face.scan.name}",
         blocks,
         footer=f"vcmm {__version__}. Heights along +Z above the programmed face.",
         facts=made,
     )
 
 
-def face_picture(found: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
+def face_picture(face: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
     """The map, µm."""
     return charts.heat_map(
-        found.height * 1e3, found.x, found.y, x_label="x of the part / mm", y_label="y / mm", unit="µm",
+        face.height * 1e3, face.x, face.y, x_label="x of the part / mm", y_label="y / mm", unit="µm",
         title="Height above the programmed face", symmetric=True, ax=ax,
     )  # fmt: skip
 
 
-def profile_picture(found: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
+def profile_picture(face: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
     """Profile with its 95 % band (2 u), and the odd part of the slide's error."""
-    assert found.r is not None
-    assert found.profile is not None
-    p, u = found.profile * 1e3, 2e3 * found.u_profile
-    series = [PlotSeries(found.r, p, "part", low=p - u, high=p + u)]
-    if found.odd is not None and found.u_odd is not None:
-        odd, wide = found.odd * 1e3, 2e3 * found.u_odd
+    assert face.r is not None
+    assert face.profile is not None
+    p, u = face.profile * 1e3, 2e3 * face.u_profile
+    series = [PlotSeries(face.r, p, "part", low=p - u, high=p + u)]
+    if face.odd is not None and face.u_odd is not None:
+        odd, wide = face.odd * 1e3, 2e3 * face.u_odd
         series.append(
             PlotSeries(
-                found.r, odd, "odd part of the slide's error", low=odd - wide, high=odd + wide, dashed=True
+                face.r, odd, "odd part of the slide's error", low=odd - wide, high=odd + wide, dashed=True
             )
         )
     return charts.curve(

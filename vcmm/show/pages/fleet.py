@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from vcmm.files.learned.fleet import Change
 
 
-def fleet_page(folder: str, records: Sequence[tables.Record], found: Sequence[Change]) -> str:
+def fleet_page(folder: str, records: Sequence[tables.Record], changes: Sequence[Change]) -> str:
     """One self-contained HTML file."""
-    far = [i for i, c in enumerate(found) if not c.steady]
-    blocks = [r.heading("What changed"), html(tables.changes(found), emphasise=far)] if found else []
+    far = [i for i, c in enumerate(changes) if not c.steady]
+    blocks = [r.heading("What changed"), html(tables.changes(changes), emphasise=far)] if changes else []
     blocks += [r.heading("What each holds"), html(tables.recordings(folder, records))]
     return r.page(
         f"Recordings of {folder}",
         blocks,
         footer=f"vcmm {__version__}",
-        answers=folder_answers(records, found),
+        answers=folder_answers(records, changes),
         facts=facts(more=[("recordings", f"{len(records)}")]),
     )

@@ -29,16 +29,16 @@ def facts(
     """Names and values. record: the table [record] of a scenario, machine or recording; None where the job has no such table. asked:
     what is said to be open where the record does not hold it.
     """
-    known = record or {}
-    serial = f", serial number {known['machine_serial']}" if known.get("machine_serial") else ""
+    stated = record or {}
+    serial = f", serial number {stated['machine_serial']}" if stated.get("machine_serial") else ""
     out = [("part", part)] if part else []
-    out += [(NAMES[key], known[key]) for key in NAMES if known.get(key) and key != "date"]
+    out += [(NAMES[key], stated[key]) for key in NAMES if stated.get(key) and key != "date"]
     out += [("machine", machine + serial)] if machine else []
-    out += [("date", known["date"])] if known.get("date") else []
+    out += [("date", stated["date"])] if stated.get("date") else []
     out += list(more)
     out.append(("software", f"vcmm {__version__}" + ("" if seed is None else f", seed {seed}")))
     if record is not None:
-        missing = [NAMES[key] for key in asked if not known.get(key)]
+        missing = [NAMES[key] for key in asked if not stated.get(key)]
         missing += [] if serial else ["serial number of the machine"]
         if missing:
             out.append(

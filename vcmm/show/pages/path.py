@@ -106,11 +106,11 @@ def _lines_to_list(moving: Sequence[int], count: int) -> Sequence[int]:
 
 def _picture(path: FollowedPath, text: Sequence[str], name: str = "") -> PathPicture:
     move, line = path.move[:MOST].tolist(), path.line[:MOST].tolist()
-    own = [path.moves[i] for i in move]
+    moves = [path.moves[i] for i in move]
     at = path.points[: len(move) + 1]
     return PathPicture(
-        points=[tuple(p) for p in at.tolist()], line=line, tool=[m.tool for m in own],
-        feed=[None if m.feed is None else round(m.feed, 3) for m in own], rapid=[m.kind == "rapid" for m in own],
+        points=[tuple(p) for p in at.tolist()], line=line, tool=[m.tool for m in moves],
+        feed=[None if m.feed is None else round(m.feed, 3) for m in moves], rapid=[m.kind == "rapid" for m in moves],
         error=[None if np.isnan(e) else 1e3 * e for e in path.error[:MOST].tolist()],
         text={n: text[n - 1].strip()[:100] for n in _lines_to_list(line, len(text))},
         view="lathe" if np.ptp(at[:, 1]) < 1e-9 else "space", name=name,

@@ -16,26 +16,30 @@ if TYPE_CHECKING:
     from vcmm.task.measuring.scenario import Scenario
 
 
-def routes_page(scenario: Scenario, found: RoutesResult) -> str:
+def routes_page(scenario: Scenario, compared: RoutesResult) -> str:
     """One self-contained HTML file."""
-    verdict = "All routes agree." if found.agree else "Not all routes agree: at least one |E_n| is above 1."
+    verdict = (
+        "All routes agree." if compared.agree else "Not all routes agree: at least one |E_n| is above 1."
+    )
     notes = [
-        *found.remarks,
-        *(f"{c.name}, {e.route}: {t}" for c in found.characteristics for e in c.routes for t in e.remarks),
+        *compared.remarks,
+        *(f"{c.name}, {e.route}: {t}" for c in compared.characteristics for e in c.routes for t in e.remarks),
     ]
-    blocks = [r.note(verdict, "info" if found.agree else "warning")]
-    blocks += [r.heading("By every route"), html(routes_table(found))]
-    blocks += [r.heading("Agreement"), html(agreements_table(found))]
-    blocks += [r.heading("What the uncertainties are made of"), html(contributions_table(found))]
+    blocks = [r.note(verdict, "info" if compared.agree else "warning")]
+    blocks += [r.heading("By every route"), html(routes_table(compared))]
+    blocks += [r.heading("Agreement"), html(agreements_table(compared))]
+    blocks += [r.heading("What the uncertainties are made of"), html(contributions_table(compared))]
     blocks += r.notices(notes)
     how = (
-        "Everything was measured on one drawn machine; the routes do not know it." if found.simulated else ""
+        "Everything was measured on one drawn machine; the routes do not know it."
+        if compared.simulated
+        else ""
     )
-    footer = f"vcmm {__version__}, seed {found.seed}. {how}"
+    footer = f"vcmm {__version__}, seed {compared.seed}. {how}"
     return r.page(
         f"Routes to one result: {scenario.name}",
         blocks,
         footer=footer,
-        answers=routes_answers(found),
-        facts=facts("", scenario.machine.name, scenario.record, found.seed),
+        answers=routes_answers(compared),
+        facts=facts("", scenario.machine.name, scenario.record, compared.seed),
     )

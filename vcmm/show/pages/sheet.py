@@ -198,7 +198,9 @@ def _budget(c: CharacteristicResult) -> str:
         f"{further}u(y) = {r.number(c.u * scale, 3)} {word}, ν_eff = {'∞' if math.isinf(nu) else f'{nu:.0f}'}, "
         f"coverage factor k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word}, p = {c.p:.0%}."
     )
-    return "".join([html(table), r.paragraph(total), *(r.paragraph(said) for said in not_added_up([c]))])
+    return "".join(
+        [html(table), r.paragraph(total), *(r.paragraph(sentence) for sentence in not_added_up([c]))]
+    )
 
 
 def shown_lines(ranked: Sequence[BudgetRow]) -> tuple[list[BudgetRow], list[BudgetRow]]:
@@ -246,6 +248,6 @@ def _compensation_text(scenario: Scenario) -> str:
         elif with_ == {0.0}:
             out.append(f"{what}: not corrected to 20 °C")
         else:
-            said = ", ".join(f"{v * 1e6:g}" for v in sorted(with_))
-            out.append(f"{what}: corrected to 20 °C with {said} µm/(m K)")
+            coefficients = ", ".join(f"{v * 1e6:g}" for v in sorted(with_))
+            out.append(f"{what}: corrected to 20 °C with {coefficients} µm/(m K)")
     return "; ".join(out)

@@ -28,31 +28,31 @@ MINUTE = 60.0  # s
 DIRECTIONS = "XYZ"
 
 
-def thermal_page(found: ThermalModel, machine: Machine, rows: Sequence[TermRow]) -> str:
+def thermal_page(model: ThermalModel, machine: Machine, rows: Sequence[TermRow]) -> str:
     """One self-contained HTML file."""
     blocks = [r.heading("What was found"), html(terms(rows))]
-    plain = ThermalFit(found.fit.parts, (), np.zeros(0))
+    plain = ThermalFit(model.fit.parts, (), np.zeros(0))
     before = plain.solve(plain.lags, plain.weights())[1]
-    after = found.fit.solve(found.lags, found.fit.weights())[1]
-    for part, was, left in zip(found.fit.parts, before, after):
+    after = model.fit.solve(model.lags, model.fit.weights())[1]
+    for part, was, left in zip(model.fit.parts, before, after):
         blocks.append(r.heading(part.recording.name))
-        blocks.append(charts.on_page(temperatures, part, sorted(found.trained)))
+        blocks.append(charts.on_page(temperatures, part, sorted(model.trained)))
         sides = _sides(part)
         for name, mine in sides.items():
             blocks.append(charts.on_page(drift, part, was, left, mine, name if len(sides) > 1 else ""))
     blocks.append(
         r.note(
             "Before: readings less what the machine file says and less what set-up and zero may be. After: less the terms found too. "
-            f"{found.outliers} single readings stand out from their neighbours; they are drawn and were not fitted."
+            f"{model.outliers} single readings stand out from their neighbours; they are drawn and were not fitted."
         )
     )
-    unused = [f"{sensor}: {why}" for sensor, why in found.unused.items()]
+    unused = [f"{sensor}: {why}" for sensor, why in model.unused.items()]
     blocks += [r.note(f"Not used: {'; '.join(unused)}.")] if unused else []
     return r.page(
         f"Thermal report: {machine.name}",
         blocks,
         footer=f"vcmm {__version__}",
-        answers=thermal_answers(found, len(rows)),
+        answers=thermal_answers(model, len(rows)),
         facts=facts("", machine.name, machine.record, asked=OF_MACHINES),
     )
 
@@ -90,7 +90,9 @@ def _minutes(time: np.ndarray) -> np.ndarray:
 def _sides(part: WarmReadings) -> dict[str, np.ndarray]:
     """Rows by the axis that their observation lies nearest to; all under one name where the recording states no direction."""
     given = [part.observer.run.columns.get(f"n{letter}") for letter in "xyz"]
-    if any(one is None for one in given):
+    if any(direction is None for direction in given):
         return {"": np.ones(len(part.value), dtype=bool)}
-    towards = np.abs(np.stack([np.asarray(one) for one in given], axis=1)[part.recording.row]).argmax(axis=1)
+    towards = np.abs(
+        np.stack([np.asarray(direction) for direction in given], axis=1)[part.recording.row]
+    ).argmax(axis=1)
     return {name: towards == i for i, name in enumerate(DIRECTIONS) if (towards == i).any()}

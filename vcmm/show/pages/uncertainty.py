@@ -86,12 +86,12 @@ def deviation_items(task: Task, factor: float) -> list[Item]:
     for colour, name, sign in KINDS:
         rows = np.flatnonzero(sign * form > 0)
         if len(rows):
-            said = [f"{names[i]}\ndeviation {1e3 * form[i]:+.2f} µm" for i in rows]
+            labels = [f"{names[i]}\ndeviation {1e3 * form[i]:+.2f} µm" for i in rows]
             feet = t.pose.apply(t.points[rows])
             tips = feet + factor * form[rows, None] * t.pose.turn(t.normals[rows])
             items += [
                 Lines(np.stack([feet, tips], axis=1), colour, 2.0, name=name),
-                Points(tips, colour, 1.8, hover=said),
+                Points(tips, colour, 1.8, hover=labels),
             ]
     return items
 
@@ -124,10 +124,10 @@ def _round(c: Characteristic, shown: RoundPoints) -> str:
         kept = 1e3 * shown.filtered[order]
         lines.append(draw.PolarTrace("filtered", angle, kept, "c1"))
     circles = []
-    for name, found, zone in (
+    for name, element, zone in (
         ("LSC", least_squares_circle, False), ("MZC", minimum_zone_circles, True),
     ):  # fmt: skip
-        (radius, x, y), width = found(angle, kept)
+        (radius, x, y), width = element(angle, kept)
         circles.append(draw.ReferenceCircle(name, float(radius), float(x), float(y), width, zone=zone))
     return draw.on_page(draw.traces, lines, title=f"{c.name}: profile as indicated", circles=circles)
 
@@ -139,8 +139,13 @@ def uncertainty_page(
     scenario: Scenario, result: UncertaintyResult, files: Sequence[Path] = (), title: str = PREDICTED
 ) -> str:
     """One self-contained HTML file. files: what was read; title: of a prediction, or of what was measured (`MEASURED`)."""
-    found = result.characteristics
-    why = [*stated_with(found), *undecided_because(found), *not_covered(found), *how_well_known(found)]
+    characteristics = result.characteristics
+    why = [
+        *stated_with(characteristics),
+        *undecided_because(characteristics),
+        *not_covered(characteristics),
+        *how_well_known(characteristics),
+    ]
     leaves = [
         [
             r.heading("Results"),

@@ -154,14 +154,14 @@ def part_items(features: Sequence[Feature], pose: Pose, mesh: Mesh | None = None
 
 
 def touch_items(
-    t: Touches, covariances: Array | None = None, said: Sequence[str] | None = None
+    t: Touches, covariances: Array | None = None, hover: Sequence[str] | None = None
 ) -> list[Item]:
     """Touches in the machine, with ellipsoids of their standard uncertainty where covariances (n, 3, 3) are given.
 
-    said: what each touch tells when pointed at (default: its feature, number and place).
+    hover: what each touch tells when pointed at (default: its feature, number and place).
     """
     points = t.pose.apply(t.points)
-    names = said or touch_names(t)
+    names = hover or touch_names(t)
     items: list[Item] = [Points(points, "accent", 2.2, hover=names, name="touches")]
     if covariances is not None:
         items.append(
@@ -187,8 +187,8 @@ def touches_of(task: Task, influences: Sequence[Influence]) -> list[Item]:
     """The part alone, every touch with the ellipsoid of its standard uncertainty and what owns it."""
     t = task.touches
     items = part_items(list(task.part.features.values()), t.pose, task.part.mesh)
-    said = touch_sources(task, influences)
-    return [*items, *touch_items(t, touch_covariances(task, influences), said)]
+    sources = touch_sources(task, influences)
+    return [*items, *touch_items(t, touch_covariances(task, influences), sources)]
 
 
 def touch_names(t: Touches) -> list[str]:
@@ -206,11 +206,11 @@ def touch_sources(task: Task, influences: Sequence[Influence]) -> list[str]:
     t = task.touches
     normals = t.pose.turn(t.normals)
     parts: dict[str, Array] = {}
-    for one in influences:
-        spread = _spread(one)
+    for influence in influences:
+        spread = _spread(influence)
         if spread is not None:
             along = np.einsum("ni,nik->nk", normals, spread)
-            parts[one.input.id] = (along**2).sum(axis=1)
+            parts[influence.input.id] = (along**2).sum(axis=1)
     total = np.sum(list(parts.values()), axis=0) if parts else np.zeros(len(normals))
     out = []
     for i, name in enumerate(touch_names(t)):
@@ -248,8 +248,8 @@ def rounded_down(factor: float) -> float:
 def touch_covariances(task: Task, influences: Sequence[Influence]) -> Array:
     """(n, 3, 3) mm^2: covariance of the indication of each touch from all Inputs (those with a finite variance)."""
     total = np.zeros((task.touches.run.n, 3, 3))
-    for one in influences:
-        spread = _spread(one)
+    for influence in influences:
+        spread = _spread(influence)
         if spread is not None:
             total += np.einsum("nik,njk->nij", spread, spread)
     return total

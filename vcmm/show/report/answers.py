@@ -77,12 +77,12 @@ def value_and_U(value: float, expanded: float, unit: str, small: bool = False) -
             else f"{math.degrees(value):.6f}°"
         )
         return written.replace("-", MINUS), DASH if not math.isfinite(expanded) else f"0.000 {word}"
-    said = f"{expanded * scale:.{places_of(expanded * scale)}f} {word}"
+    text = f"{expanded * scale:.{places_of(expanded * scale)}f} {word}"
     large = expanded if unit == "mm" else math.degrees(expanded)
     shown = value if unit == "mm" else math.degrees(value)
     return f"{shown + 0.0:.{min(9, places_of(large))}f}{' mm' if unit == 'mm' else '°'}".replace(
         "-", MINUS
-    ), said
+    ), text
 
 
 def answer_of(c: Any) -> AnswerLine:
@@ -94,16 +94,16 @@ def answer_of(c: Any) -> AnswerLine:
     if p is not None:
         verdict += f", {percent(p)}"
     owner: Any = max(c.budget, key=lambda line: line.u, default=None)
-    known = owner is not None and c.u * SMALL[c.unit][1] >= LEAST_U and owner.share > LEAST_SHOWN
+    is_known = owner is not None and c.u * SMALL[c.unit][1] >= LEAST_U and owner.share > LEAST_SHOWN
     return AnswerLine(
         c.name, result, coverage=coverage, limits=limits_text(c), verdict=verdict, kind=STATE.get(verdict.split(",")[0], "muted"),
-        because=f"{contributor(owner)}, {whole(owner.share)} of\u00a0u²" if known else "",
-        change=_what_helps(c, owner) if known else "",
+        because=f"{contributor(owner)}, {whole(owner.share)} of\u00a0u²" if is_known else "",
+        change=_what_helps(c, owner) if is_known else "",
         link=f"{c.name} ({c.type})",
         numbers={
             "name": c.name, f"value_{c.unit}": c.value, f"U_{c.unit}": c.stated[0], "k": c.stated[1], "p": c.p,
             f"interval_{c.unit}": list(c.interval), f"tolerance_{c.unit}": c.tolerance, "decision": decided and decided.text,
-            "p_conform": p, "contributor": owner.input if known else None, "share": owner.share if known else None,
+            "p_conform": p, "contributor": owner.input if is_known else None, "share": owner.share if is_known else None,
         },
     )  # fmt: skip
 
@@ -142,7 +142,7 @@ def percent(p: float) -> str:
 def _result_and_coverage(c: Any) -> tuple[str, str]:
     """Value ± U with k, or where the interval does not lie about the value both of them, with p."""
     expanded, k = c.stated
-    value, said = value_and_U(c.value, expanded, c.unit, small=c.nominal == 0)
+    value, interval_text = value_and_U(c.value, expanded, c.unit, small=c.nominal == 0)
     if not math.isfinite(expanded):
         return f"{value}, U unbounded", f"p = {whole(c.p)}"
     if is_about_value(c):
@@ -153,12 +153,12 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
             if math.isfinite(k) and expanded * SMALL[c.unit][1] >= LEAST_U
             else ""
         )
-        return f"{value} ± {said}", f"{factor}p = {whole(c.p)}"
+        return f"{value} ± {interval_text}", f"{factor}p = {whole(c.p)}"
     word, scale = SMALL[c.unit]
     digits = places_of(expanded * scale)
     ends = [f"{(x - c.nominal) * scale + 0.0:.{digits}f}".replace("-", MINUS) for x in c.interval]
     from_nominal = "" if c.nominal == 0 else " from nominal"
-    return f"{value}, U = {said}", f"p = {whole(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}"
+    return f"{value}, U = {interval_text}", f"p = {whole(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}"
 
 
 def is_about_value(c: Any) -> bool:

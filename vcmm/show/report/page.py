@@ -42,7 +42,7 @@ LEAST = 3  # sections from which on a page has a list of contents
 
 def with_anchors(body: str) -> tuple[str, dict[str, str]]:
     """The page with an id at every section, and heading -> id in their order."""
-    found: dict[str, str] = {}
+    anchors: dict[str, str] = {}
     taken: set[str] = set()
 
     def heading_with_anchor(match: re.Match[str]) -> str:
@@ -50,31 +50,31 @@ def with_anchors(body: str) -> tuple[str, dict[str, str]]:
         plain = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "section"
         name = next(n for n in _number_headings(plain) if n not in taken)
         taken.add(name)
-        found.setdefault(title, name)
+        anchors.setdefault(title, name)
         return f'<h2 id="{name}">{match[1]}</h2>'
 
-    return _HEADING.sub(heading_with_anchor, body), found
+    return _HEADING.sub(heading_with_anchor, body), anchors
 
 
 def _number_headings(plain: str) -> list[str]:
     return [plain, *(f"{plain}-{k}" for k in range(2, 1000))]
 
 
-def link_headings(block: str, found: Mapping[str, str]) -> str:
+def link_headings(block: str, anchors: Mapping[str, str]) -> str:
     """Links to headings by their words; where the page has no such section the words stand alone."""
 
     def one(match: re.Match[str]) -> str:
-        name = found.get(html.unescape(match[1]))
+        name = anchors.get(html.unescape(match[1]))
         return match[2] if name is None else f'<a href="#{name}">{match[2]}</a>'
 
     return _LINK.sub(one, block)
 
 
-def contents(found: Mapping[str, str]) -> str:
+def contents(anchors: Mapping[str, str]) -> str:
     """Links to all sections; empty where there are few."""
-    if len(found) < LEAST:
+    if len(anchors) < LEAST:
         return ""
-    items = "".join(f'<li><a href="#{name}">{escape(title)}</a></li>' for title, name in found.items())
+    items = "".join(f'<li><a href="#{name}">{escape(title)}</a></li>' for title, name in anchors.items())
     return f'<nav class="contents" aria-label="Contents"><ol>{items}</ol></nav>'
 
 
@@ -130,8 +130,8 @@ def page(
 
     `blocks` are HTML strings made by this package; texts are escaped here.
     """
-    body, found = with_anchors("\n".join(blocks))
-    first = link_headings(answers_block(answers), found) + facts_list(facts) + contents(found)
+    body, anchors = with_anchors("\n".join(blocks))
+    first = link_headings(answers_block(answers), anchors) + facts_list(facts) + contents(anchors)
     script = scripts() if "data-scene" in body else ""
     style = css_variables() + "\n" + asset("style.css")
     below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""
@@ -196,9 +196,9 @@ def notices(texts: Iterable[str]) -> list[str]:
         by_severity[notice(text).severity].append(text)
     out = [note(text, "error") for text in by_severity["error"]]
     out += [note(text, "warning") for text in by_severity["warning"]]
-    if said := by_severity["note"]:
-        items = "".join(f"<li>{escape(micro(text))}</li>" for text in said)
-        word = "Note." if len(said) == 1 else "Notes."
+    if notes := by_severity["note"]:
+        items = "".join(f"<li>{escape(micro(text))}</li>" for text in notes)
+        word = "Note." if len(notes) == 1 else "Notes."
         out.append(f'<div class="note info" role="note"><strong>{word}</strong><ul>{items}</ul></div>')
     return out
 

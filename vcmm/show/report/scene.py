@@ -89,17 +89,17 @@ def _faces(items: Sequence[Item], scale: Bands | None) -> tuple[Array, Array]:
     for item in items:
         if isinstance(item, SceneBox) and item.opacity > 0:
             vertices, faces = box_mesh(item.lo, item.hi)
-            own = np.tile(_rgb(item.colour), (len(faces), 1))
+            face_colours = np.tile(_rgb(item.colour), (len(faces), 1))
         elif isinstance(item, SceneMesh):
             vertices, faces = mesh_arrays(item)
-            own = _own_colours(item, len(faces), scale)
+            face_colours = _own_colours(item, len(faces), scale)
         else:
             continue
         shade = 0.72 + 0.28 * np.abs(normals(vertices, faces) @ LIGHT)
         if isinstance(item, SceneMesh) and item.values is not None and scale is not None:
             shade = np.ones(len(faces))  # its colours are numbers
         triangles.append(vertices[faces])
-        colours.append(np.column_stack([own * shade[:, None], np.full(len(faces), item.opacity)]))
+        colours.append(np.column_stack([face_colours * shade[:, None], np.full(len(faces), item.opacity)]))
     return np.concatenate(triangles), np.concatenate(colours).clip(0.0, 1.0)
 
 
@@ -271,18 +271,18 @@ def _unit(items: Sequence[Item]) -> str:
 
 
 def _missing(items: Sequence[Item]) -> bool:
-    found = (face_values(i) for i in items if isinstance(i, SceneMesh))
-    return any(v is not None and bool(np.isnan(v).any()) for v in found)
+    values = (face_values(i) for i in items if isinstance(i, SceneMesh))
+    return any(v is not None and bool(np.isnan(v).any()) for v in values)
 
 
 def magnification(items: Sequence[Item]) -> str:
     """The sentence on how much arrows and ellipsoids are magnified ("" if there are none)."""
-    said = []
+    texts = []
     for kind, what in ((Arrows, "Arrows"), (Ellipsoids, "Ellipsoids (semi-axes: standard uncertainty)")):
         scales = sorted({float(i.scale) for i in items if isinstance(i, kind)})
         if scales and scales != [1.0]:
-            said.append(f"{what} magnified {' and '.join(f'{_thousands(s)} ×' for s in scales)}.")
-    return " ".join(said)
+            texts.append(f"{what} magnified {' and '.join(f'{_thousands(s)} ×' for s in scales)}.")
+    return " ".join(texts)
 
 
 def _thousands(value: float) -> str:

@@ -131,12 +131,12 @@ def _mesh(item: SceneMesh, scale: Bands | None) -> list[Trace]:
         band = scale.index(values)
         colours = [NO_VALUE if b < 0 else scale.colours[b] for b in band]
         at_corners = _corner_values(item, values, len(vertices), faces)
-        said = ["not evaluated" if not np.isfinite(v) else f"{v:.4g} {item.unit}" for v in at_corners]
+        texts = ["not evaluated" if not np.isfinite(v) else f"{v:.4g} {item.unit}" for v in at_corners]
         solid |= {
             "lighting": FLAT,
             "opacity": 1.0,
             "facecolor": colours,
-            "hovertext": said,
+            "hovertext": texts,
             "hoverinfo": "text",
         }
     out = [solid]
@@ -185,7 +185,7 @@ def _lines(segments: Array, colour: str, width: float, name: str, dashed: bool =
 def _points(item: Points) -> Trace:
     xyz = array(item.xyz, (None, 3), "Points")
     x, y, z = _xyz(xyz)
-    said = _hover_texts(item.hover or item.labels, len(xyz), "points")
+    texts = _hover_texts(item.hover or item.labels, len(xyz), "points")
     marker = {"size": 1.7 * item.size, "color": _role(item.colour), "line": {"width": 0}}
     out = {
         "type": "scatter3d",
@@ -202,7 +202,7 @@ def _points(item: Points) -> Trace:
             "text": [_plain(t) for t in item.labels],
             "textposition": "top center",
         }
-    return out | ({"hovertext": said, "hoverinfo": "text"} if said else {"hoverinfo": "skip"})
+    return out | ({"hovertext": texts, "hoverinfo": "text"} if texts else {"hoverinfo": "skip"})
 
 
 def _arrows(item: Arrows, size: float) -> list[Trace]:
@@ -215,8 +215,8 @@ def _arrows(item: Arrows, size: float) -> list[Trace]:
     way = (b - a)[drawn] / long[drawn, None]
     u, v, w = _xyz(way)
     x, y, z = _xyz(b[drawn])
-    said = _hover_texts(item.hover, len(a), "arrows")
-    texts = [t for t, keep in zip(said, drawn) if keep] if said else _lengths(item, a[drawn], long[drawn])
+    hovers = _hover_texts(item.hover, len(a), "arrows")
+    texts = [t for t, keep in zip(hovers, drawn) if keep] if hovers else _lengths(item, a[drawn], long[drawn])
     head = {
         "type": "cone", "x": x, "y": y, "z": z, "u": u, "v": v, "w": w, "anchor": "tip", "sizemode": "absolute",
         "sizeref": HEAD * size, "showscale": False, "colorscale": [[0, _role(item.colour)], [1, _role(item.colour)]],
@@ -242,13 +242,13 @@ def _ellipsoids(item: Ellipsoids) -> list[Trace]:
     ball, faces = sphere_mesh(np.zeros(3), 1.0, n=FINE if len(centres) <= MANY else COARSE)
     value, vector = np.linalg.eigh(covariances)
     roots = item.scale * vector * np.sqrt(value.clip(0))[:, None, :]
-    said = _hover_texts(item.hover, len(centres), "ellipsoids") or [_axes(v) for v in np.sqrt(value.clip(0))]
+    texts = _hover_texts(item.hover, len(centres), "ellipsoids") or [_axes(v) for v in np.sqrt(value.clip(0))]
     solid = _solid(ball, faces, item.colour, 0.45, item.name)
     meta = {
         "centres": _short(centres),
         "roots": _short(roots.reshape(-1, 9)),
     }
-    solid |= {"flatshading": False, "hovertext": said, "hoverinfo": "text", "meta": meta}
+    solid |= {"flatshading": False, "hovertext": texts, "hoverinfo": "text", "meta": meta}
     return [solid, _points(Points(centres, item.colour, 2.0))]
 
 

@@ -88,8 +88,8 @@ def _fill_in_place(words: str, line: Any) -> str:
 
 
 def _where(line: Any) -> str:
-    found = _PLACE.search(line.input)
-    return "" if found is None or found[1] == "*" else found[1].replace(",", ", ")
+    place = _PLACE.search(line.input)
+    return "" if place is None or place[1] == "*" else place[1].replace(",", ", ")
 
 
 def _cause(line: Any) -> str:

@@ -181,10 +181,10 @@ def compare_answers(rows: Sequence[Comparison], names: Sequence[str]) -> list[An
     return out
 
 
-def routes_answers(found: RoutesResult) -> list[AnswerLine]:
+def routes_answers(compared: RoutesResult) -> list[AnswerLine]:
     """Every characteristic by its first route, and whether all routes agree."""
     out = []
-    for c in found.characteristics:
+    for c in compared.characteristics:
         first = c.routes[0]
         scale, word = SMALL_SCALE[c.unit], {"mm": "µm", "rad": "µrad"}[c.unit]
         apart = max(

@@ -24,32 +24,32 @@ if TYPE_CHECKING:
 MOST_FIGURES = 3  # errors named beside an axis
 
 
-def calibration_answers(found: Calibration, figures: Sequence[Figure] = ()) -> list[AnswerLine]:
+def calibration_answers(calibration: Calibration, figures: Sequence[Figure] = ()) -> list[AnswerLine]:
     """Per axis A, R, E, M of ISO 230-2 where they are known, and its largest errors by name; then what is not identified."""
-    rows = {str(f["error"]): f for f in found.figures()}
-    known = {f.name: f for f in figures}
+    rows = {str(f["error"]): f for f in calibration.figures()}
+    by_name = {f.name: f for f in figures}
     out = []
-    for axis in found.machine.axes:
-        own = [name for name in rows if name[-1] == axis and name[0] == "E"]
-        if not own and not any(n.endswith(f" {axis}") for n in known):
+    for axis in calibration.machine.axes:
+        errors = [name for name in rows if name[-1] == axis and name[0] == "E"]
+        if not errors and not any(n.endswith(f" {axis}") for n in by_name):
             continue
-        out.append(_axis_line(axis, own, rows, known))
+        out.append(_axis_line(axis, errors, rows, by_name))
     pairs = [name for name in rows if name[0] != "E"]
     out += [_pair_line(name, rows[name]) for name in pairs]
-    return [*out, _identified_line(found)]
+    return [*out, _identified_line(calibration)]
 
 
 def _axis_line(
-    axis: str, own: Sequence[str], rows: Mapping[str, Mapping[str, Any]], known: dict[str, Figure]
+    axis: str, errors: Sequence[str], rows: Mapping[str, Mapping[str, Any]], by_name: dict[str, Figure]
 ) -> AnswerLine:
-    iso = {n: known.get(f"{n} {axis}") for n in ("A", "R", "E", "M")}
+    iso = {n: by_name.get(f"{n} {axis}") for n in ("A", "R", "E", "M")}
     told = [
         f"{n} = {signed_value(f.value_um, K * (f.u_um or 0.0), 'µm')}"
         for n, f in iso.items()
         if f is not None and f.value_um is not None
     ]
     missing = [n for n, f in iso.items() if f is not None and f.value_um is None]
-    ranked = sorted(own, key=lambda n: -_size(rows[n]))
+    ranked = sorted(errors, key=lambda n: -_size(rows[n]))
     worst = [f"{words_of(n)} ({n}) {_error_text(rows[n])}" for n in ranked[:MOST_FIGURES]]
     coverage = f"k = {K:.0f}, ISO 230-2" + (
         f"; {', '.join(missing)} not known: no repeats" if missing else ""
@@ -58,7 +58,7 @@ def _axis_line(
         f"{axis} axis",
         "; ".join(told) or _positioning_text(f"E{axis}{axis}", rows),
         coverage=coverage if told else "",
-        verdict=f"{len(own)} errors found",
+        verdict=f"{len(errors)} errors found",
         kind="good",
         because=", ".join(worst),
         link="Errors by name",

@@ -41,18 +41,18 @@ def parts_answers(parts: Sequence[EvaluatedPart]) -> list[AnswerLine]:
 
 
 def _of_all(results: Sequence[tuple[str, CharacteristicResult]]) -> AnswerLine:
-    part, worst = min(results, key=lambda one: _badness(one[1]))
+    part, worst = min(results, key=lambda pair: _badness(pair[1]))
     counts = {
         text: sum(c.decision is not None and c.decision.text == text for _, c in results) for text in ORDER
     }
-    said = [f"{n} {PLURAL[text]}" for text, n in counts.items() if n]
+    counts_text = [f"{n} {PLURAL[text]}" for text, n in counts.items() if n]
     line = answer_of(worst)
     kind: Kind = next((STATE[text] for text in ORDER if counts[text]), "muted")
     return replace(
         line,
         name=f"{line.name}, {len(results)} parts",
         coverage=f"{line.coverage}; the worst: part {part}",
-        verdict=", ".join(said),
+        verdict=", ".join(counts_text),
         kind=kind,
         link="",
         numbers={**line.numbers, "part": part, "parts": len(results), **{k.replace(" ", "_"): v for k, v in counts.items()}},
@@ -125,46 +125,50 @@ def certificate_answers(w: CertificateWorth, least: float) -> list[AnswerLine]:
     """U by the certificate as stated, what a further fact makes of it, and whether machines at the limit are held."""
     out = []
     for name in dict.fromkeys(u.characteristic for u in w.by_fact):
-        own = [u for u in w.by_fact if u.characteristic == name]
+        of_characteristic = [u for u in w.by_fact if u.characteristic == name]
         counted = [c for c in w.covered if c.characteristic == name]
         share = min((c.share for c in counted), default=None)
-        word, scale = SMALL[own[0].unit]
-        best = min(own, key=lambda u: u.expanded)
+        word, scale = SMALL[of_characteristic[0].unit]
+        best = min(of_characteristic, key=lambda u: u.expanded)
         out.append(
             AnswerLine(
                 name,
-                f"U = {own[0].expanded * scale:.2f} {word}",
-                coverage=f"half the 95 % interval, by {own[0].known}",
+                f"U = {of_characteristic[0].expanded * scale:.2f} {word}",
+                coverage=f"half the 95 % interval, by {of_characteristic[0].known}",
                 verdict="" if share is None else f"holds {percent(share)} of machines at the limit",
                 kind="muted" if share is None else "good" if share >= least else "bad",
-                because=f"U = {best.expanded * scale:.2f} {word}" if best is not own[0] else "",
+                because=f"U = {best.expanded * scale:.2f} {word}" if best is not of_characteristic[0] else "",
                 link="U with every further fact",
-                numbers={"name": name, f"U_{own[0].unit}": own[0].expanded, "share": share},
+                numbers={
+                    "name": name,
+                    f"U_{of_characteristic[0].unit}": of_characteristic[0].expanded,
+                    "share": share,
+                },
                 labels=("", f"with {best.known.lstrip('+ ')} too:", ""),
             )
         )
     return out
 
 
-def machine_answers(order: Sequence[str], found: Mapping[str, Mapping[str, Any]]) -> list[AnswerLine]:
+def machine_answers(order: Sequence[str], rows: Mapping[str, Mapping[str, Any]]) -> list[AnswerLine]:
     """Which machine suits the part, and by how much it is ahead of the next."""
-    best = found[order[0]]
+    best = rows[order[0]]
     pose, amount = best["words"]
     ahead = ""
     if len(order) > 1:
-        other = found[order[1]]
+        other = rows[order[1]]
         ahead = f"{order[1]}: {other['words'][1]}"
-    refused = sum(bool(one["refused"]) for one in found.values())
+    refused = sum(bool(row["refused"]) for row in rows.values())
     return [
         AnswerLine(
             f"Machine {order[0]}",
             amount,
             coverage=pose,
-            verdict=f"best of {len(found)} machines",
+            verdict=f"best of {len(rows)} machines",
             kind="good",
             because=ahead,
             change="" if not refused else f"{refused} cannot take the part",
-            numbers={"machine": order[0], "value": best["value"], "machines": len(found)},
+            numbers={"machine": order[0], "value": best["value"], "machines": len(rows)},
             labels=("", "next:", ""),
         )
     ]

@@ -25,11 +25,11 @@ NO_U = "u of the readings not in it"
 NOTHING = "nothing missing"  # verdict of a diagnosis
 
 
-def folder_answers(records: Sequence[Mapping[str, Any]], found: Sequence[Change]) -> list[AnswerLine]:
+def folder_answers(records: Sequence[Mapping[str, Any]], changes: Sequence[Change]) -> list[AnswerLine]:
     """Of a folder of recordings: per machine what changed and when; then what could not be diagnosed."""
 
     good = [r for r in records if not r["problem"]]
-    lines = [_machine_line(m, good, found) for m in dict.fromkeys(r["machine"] for r in good)]
+    lines = [_machine_line(m, good, changes) for m in dict.fromkeys(r["machine"] for r in good)]
     bad = [r for r in records if r["problem"]]
     if bad:
         lines.append(
@@ -47,28 +47,35 @@ def folder_answers(records: Sequence[Mapping[str, Any]], found: Sequence[Change]
     return lines
 
 
-def _machine_line(machine: str, records: Sequence[Mapping[str, Any]], found: Sequence[Change]) -> AnswerLine:
+def _machine_line(
+    machine: str, records: Sequence[Mapping[str, Any]], changes: Sequence[Change]
+) -> AnswerLine:
     from vcmm.show.tables.fleet import trend_text  # with all that diagnoses a folder
 
-    own = [r for r in records if r["machine"] == machine]
-    lacking = sum(r["verdict"] != NOTHING for r in own)
+    of_machine = [r for r in records if r["machine"] == machine]
+    lacking = sum(r["verdict"] != NOTHING for r in of_machine)
     moved = sorted(
-        (c for c in found if c.machine == machine and not c.steady), key=lambda c: -abs(c.deviations or 0.0)
+        (c for c in changes if c.machine == machine and not c.steady), key=lambda c: -abs(c.deviations or 0.0)
     )
     verdict, kind = ("changed", "warning") if moved else ("one recording", "muted")
-    if len(own) > 1 and not moved:
+    if len(of_machine) > 1 and not moved:
         verdict, kind = "no change shown", "good"
     first = moved[0] if moved else None
     return AnswerLine(
         machine or "machine without a name",
-        f"{lacking} of {len(own)} recordings",
+        f"{lacking} of {len(of_machine)} recordings",
         coverage="hold what the machine file lacks",
         verdict=verdict,
         kind=kind,  # type: ignore[arg-type]
         because=f"{first.name} {first.parameter}: {micro(trend_text(first))}" if first else "",
         change=f"vcmm diagnose {first.last[0]}" if first else "",
         link="What changed" if moved else "What each holds",
-        numbers={"machine": machine, "recordings": len(own), "lacking": lacking, "changed": len(moved)},
+        numbers={
+            "machine": machine,
+            "recordings": len(of_machine),
+            "lacking": lacking,
+            "changed": len(moved),
+        },
         labels=("", "most:", "to confirm:"),
     )
 
@@ -142,9 +149,9 @@ def acceptance_answers(figures: Sequence[Figure], recorded: bool = False) -> lis
     recorded: from readings, whose u is that of the instrument alone; where it brings none there is no U to state.
     """
     limited = sorted((f for f in figures if f.p_pass is not None), key=lambda f: f.p_pass or 0.0)
-    known = [f for f in figures if f.value_um is not None]
-    whole = [f for f in known if not set("+-") & set(f.name)]  # of both directions, before those of one
-    rest = (whole or known)[:MOST]
+    evaluated = [f for f in figures if f.value_um is not None]
+    whole = [f for f in evaluated if not set("+-") & set(f.name)]  # of both directions, before those of one
+    rest = (whole or evaluated)[:MOST]
     return [_figure_line(f, recorded) for f in limited or rest]
 
 
@@ -195,16 +202,16 @@ def _audit_line(a: AuditResult) -> AnswerLine:
     )
 
 
-def thermal_answers(found: ThermalModel, terms: int) -> list[AnswerLine]:
+def thermal_answers(model: ThermalModel, terms: int) -> list[AnswerLine]:
     """Whether temperatures explain what the readings do, by what was held out."""
-    before, after = (1e3 * rms for rms in found.held_out)
+    before, after = (1e3 * rms for rms in model.held_out)
     helps = after < before
     return [
         AnswerLine(
             "What temperatures do",
             f"{before:.2f} to {after:.2f} µm rms",
             coverage="blocks of time predicted from the others",
-            limits=f"all readings {found.before * 1e3:.2f} to {found.after * 1e3:.2f} µm",
+            limits=f"all readings {model.before * 1e3:.2f} to {model.after * 1e3:.2f} µm",
             verdict=f"{terms} numbers found" if helps else "prediction is not better",
             kind="good" if helps else "warning",
             numbers={"held_out_before_um": before, "held_out_after_um": after},
@@ -218,18 +225,18 @@ def design_answers(
 ) -> list[AnswerLine]:
     """Which set-ups to make: the cheapest that leave nothing open, else what all of them leave open; and the best within a budget."""
     left = [c.text for c in everything.identified.combinations]
-    one = cheapest or everything
+    proposal = cheapest or everything
     lines = [
         AnswerLine(
             "Set-ups to make",
-            f"{len(one.names)} of {len(everything.names)}, {one.minutes:.0f} min",
+            f"{len(proposal.names)} of {len(everything.names)}, {proposal.minutes:.0f} min",
             coverage="nothing stays open" if cheapest else f"{len(left)} open, even by all",
             verdict="complete" if cheapest else "not complete",
             kind="good" if cheapest else "bad",
-            because=", ".join(one.names),
+            because=", ".join(proposal.names),
             change="" if cheapest else left[0] if left else "",
             labels=("limits", "these:", "not identified:"),
-            numbers={"setups": len(one.names), "minutes": one.minutes, "open": len(left)},
+            numbers={"setups": len(proposal.names), "minutes": proposal.minutes, "open": len(left)},
         )
     ]
     if best is not None:

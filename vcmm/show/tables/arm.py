@@ -91,7 +91,7 @@ POSE_TESTS: tuple[Column[PoseTest], ...] = (
 
 def link_rows(fit: ArmFit) -> list[LinkRow]:
     """Every number of every link, nominal and found; u from the covariance of what was fitted, by central differences."""
-    ideal, found = link_numbers(fit.nominal, fit.nominal), link_numbers(fit.machine, fit.nominal)
+    ideal, fitted = link_numbers(fit.nominal, fit.nominal), link_numbers(fit.machine, fit.nominal)
     slopes = []
     for k in range(len(fit.theta)):
         step = np.zeros(len(fit.theta))
@@ -103,18 +103,18 @@ def link_rows(fit: ArmFit) -> list[LinkRow]:
         slopes.append([_change(a, b) / (2 * STEP) for a, b in zip(up, down)])
     slope: Array = np.array(slopes).T
     u = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slope, fit.covariance, slope), 0.0))
-    return [_link_row(a, b, float(s)) for a, b, s in zip(ideal, found, u)]
+    return [_link_row(a, b, float(s)) for a, b, s in zip(ideal, fitted, u)]
 
 
-def _change(one: LinkNumber, two: LinkNumber) -> float:
-    """one - two; angles by the shorter way."""
-    difference = one.value - two.value
-    return float(np.angle(np.exp(1j * difference))) if one.is_angle else difference
+def _change(first: LinkNumber, second: LinkNumber) -> float:
+    """first - second; angles by the shorter way."""
+    difference = first.value - second.value
+    return float(np.angle(np.exp(1j * difference))) if first.is_angle else difference
 
 
-def _link_row(ideal: LinkNumber, found: LinkNumber, u: float) -> LinkRow:
+def _link_row(ideal: LinkNumber, fitted: LinkNumber, u: float) -> LinkRow:
     unit, scale, small, fine = UNITS[ideal.is_angle]
-    change = _change(found, ideal)
+    change = _change(fitted, ideal)
     return LinkRow(
         joint=ideal.joint,
         following=ideal.following,

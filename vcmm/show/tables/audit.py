@@ -90,8 +90,8 @@ TASKS: tuple[Column[OfTask], ...] = (
 
 
 def tasks_table(rows: Sequence[OfTask]) -> ResultTable[OfTask]:
-    one = audit_table([])
-    return ResultTable(one.title, TASKS, rows, one.caption)
+    plain = audit_table([])
+    return ResultTable(plain.title, TASKS, rows, plain.caption)
 
 
 def tasks_json(

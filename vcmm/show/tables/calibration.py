@@ -108,18 +108,18 @@ PROPOSALS: tuple[Column[Proposal], ...] = (
 )
 
 
-def errors(found: Calibration) -> ResultTable[Sequence[str]]:
+def errors(calibration: Calibration) -> ResultTable[Sequence[str]]:
     """Size and u of every identified error."""
     rows = []
-    for f in found.figures():
+    for f in calibration.figures():
         size = f"{f['value']:+.3f}" if "value" in f else f"{f['low']:+.3f} to {f['high']:+.3f}"
         rows.append((str(f["error"]), f"{size} {f['unit']}", f"{f['u']:.2g} {f['unit']}"))
     return listing("errors of the machine", ("error", "from ... to", "u (rms over the travel)"), rows)
 
 
-def errors_by_name(found: Calibration) -> ResultTable[Sequence[str]]:
+def errors_by_name(calibration: Calibration) -> ResultTable[Sequence[str]]:
     """The same with the words of ISO 230-1: positioning of X, EXX."""
-    rows = [(words_of(name), name, size, u) for name, size, u in errors(found).rows]
+    rows = [(words_of(name), name, size, u) for name, size, u in errors(calibration).rows]
     heads = ("error", "name", "from ... to", "u (rms over the travel)")
     return listing("Errors by name", heads, rows, words=(0, 1))
 
@@ -146,30 +146,30 @@ def positioning(figures: Sequence[Figure]) -> ResultTable[Sequence[str]]:
     return listing("Positioning (ISO 230-2)", ("axis", *(words for _, words in kinds)), rows, caption=caption)
 
 
-def residuals(found: Calibration) -> ResultTable[Residuals]:
+def residuals(calibration: Calibration) -> ResultTable[Residuals]:
     """rms of what is left per recording, against its noise."""
-    post = found.posterior
-    rows = [Residuals(*one) for one in zip(found.readings, post.residual, post.noise)]
+    post = calibration.posterior
+    rows = [Residuals(*reading) for reading in zip(calibration.readings, post.residual, post.noise)]
     return ResultTable("Residuals", RESIDUALS, rows)
 
 
-def figures(iso: str, found: Sequence[Figure]) -> ResultTable[Figure]:
+def figures(iso: str, acceptance_figures: Sequence[Figure]) -> ResultTable[Figure]:
     """Figures of an acceptance test, iso such as "230-2"."""
-    return ResultTable(f"ISO {iso}", figure_columns(iso), found)
+    return ResultTable(f"ISO {iso}", figure_columns(iso), acceptance_figures)
 
 
 def figure_columns(iso: str) -> tuple[Column[Figure], ...]:
     return LENGTHS if iso == "10360-2" else FIGURES
 
 
-def interpolations(found: Sequence[PredictedPositions]) -> ResultTable[PredictedPositions]:
+def interpolations(predicted: Sequence[PredictedPositions]) -> ResultTable[PredictedPositions]:
     """How each interpolation predicts readings that it was not given."""
-    return ResultTable("Positions held out", HELD_OUT, found)
+    return ResultTable("Positions held out", HELD_OUT, predicted)
 
 
-def independent_tests(found: Sequence[IndependentTest]) -> ResultTable[IndependentTest]:
+def independent_tests(tests: Sequence[IndependentTest]) -> ResultTable[IndependentTest]:
     """What the machine file predicts of recordings that it was not made from."""
-    return ResultTable("Independent tests", TESTS, found)
+    return ResultTable("Independent tests", TESTS, tests)
 
 
 def setups(choices: Sequence[tuple[str, Proposal]]) -> ResultTable[Sequence[str]]:

@@ -18,8 +18,8 @@ CAPTION = (
 
 def short_names(paths: Sequence[str]) -> list[str]:
     """Each path by as few of its last parts as tell it from the others; of "a, b", the files of several recordings, each."""
-    every = [one.replace("\\", "/") for path in paths for one in path.split(", ")]
-    return [", ".join(_short(one.replace("\\", "/"), every) for one in path.split(", ")) for path in paths]
+    every = [name.replace("\\", "/") for path in paths for name in path.split(", ")]
+    return [", ".join(_short(name.replace("\\", "/"), every) for name in path.split(", ")) for path in paths]
 
 
 def _short(path: str, others: Sequence[str]) -> str:

@@ -103,7 +103,7 @@ def _component(what: str, axis: int, corrected_points: CorrectedPoints, row: int
     return float(getattr(corrected_points, what)[row, axis])
 
 
-def points_csv(found: CorrectedPoints) -> str:
+def points_csv(corrected: CorrectedPoints) -> str:
     """Corrected and indicated points, mm, and the errors that were taken off, um."""
     columns: list[Column[int]] = []
     for what, heading, file in (
@@ -112,7 +112,7 @@ def points_csv(found: CorrectedPoints) -> str:
         ("error", "e{}_um", in_file(4, 1e3)),
     ):
         columns += [
-            Column(None, partial(_component, what, i, found), csv=heading.format(c), file=file)
+            Column(None, partial(_component, what, i, corrected), csv=heading.format(c), file=file)
             for i, c in enumerate("xyz")
         ]
-    return csv_text(ResultTable("", columns, range(len(found.error))))
+    return csv_text(ResultTable("", columns, range(len(corrected.error))))

@@ -195,7 +195,7 @@ def cut_json(result: CutResult) -> dict[str, Any]:
     return {
         "trials": result.uncertainty.trials,
         "characteristics": [
-            characteristic_json(c) | more | own for c, more, own in zip(result.characteristics, added, _own_readings(result))
+            characteristic_json(c) | more | reading for c, more, reading in zip(result.characteristics, added, _own_readings(result))
         ],
         "surface": {
             "max_um": s.max_um, "rms_um": s.rms_um, "points": s.points, "uncut": s.uncut, "gouges": s.gouges,

@@ -92,7 +92,7 @@ ANSWERS: tuple[Column[Answer], ...] = (
 def answers(d: Diagnosis) -> list[ResultTable[Answer]]:
     """What was found, and what is only a candidate; parts without an answer are left away."""
     parts = [(FOUND_PHYSICS, d.found), (CANDIDATES, d.candidates)]
-    return [ResultTable(title, ANSWERS, found) for title, found in parts if found]
+    return [ResultTable(title, ANSWERS, rows) for title, rows in parts if rows]
 
 
 @dataclass(frozen=True)

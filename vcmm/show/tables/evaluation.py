@@ -59,9 +59,11 @@ PART_COLUMNS: tuple[Column[EvaluatedCharacteristic], ...] = (
 
 def _columns(parts: Sequence[EvaluatedPart]) -> tuple[tuple[Column[EvaluatedCharacteristic], ...], str, str]:
     """Columns, what the interval is called, caption: no true value is spoken of where a known bias is left in."""
-    found = [e for p in parts for e in p.characteristics]
-    told = LEFT_IN * any(_bias_left_in(e) for e in found) + SPREAD * any(_spread_alone(e) for e in found)
-    if not any(_spread_alone(e) for e in found):
+    evaluated = [e for p in parts for e in p.characteristics]
+    told = LEFT_IN * any(_bias_left_in(e) for e in evaluated) + SPREAD * any(
+        _spread_alone(e) for e in evaluated
+    )
+    if not any(_spread_alone(e) for e in evaluated):
         return PART_COLUMNS, "the {:.0%} interval of the true value", CAPTION + told
     heads = {"true value from nominal": "interval from nominal"}
     columns = tuple(replace(c, head=heads.get(str(c.head), c.head)) for c in PART_COLUMNS)
@@ -149,13 +151,13 @@ def joint_json(joint: JointJudgement | None) -> dict[str, Any]:
     """The key `joint`: null with fewer than two tolerances."""
     if joint is None:
         return {"joint": None}
-    known = not joint.reason
+    is_known = not joint.reason
     return {
         "joint": {
             "characteristics": list(joint.names),
-            "p_conform_least": joint.least if known else None,
-            "p_conform_most": joint.most if known else None,
-            "p_independent": joint.independent if known else None,
+            "p_conform_least": joint.least if is_known else None,
+            "p_conform_most": joint.most if is_known else None,
+            "p_independent": joint.independent if is_known else None,
             "decision": joint.decision,
             "reason": joint.reason or None,
         }
@@ -206,11 +208,11 @@ def warnings_of_parts(parts: Sequence[EvaluatedPart]) -> list[str]:
 
 def told_once(of_parts: Sequence[tuple[str, Iterable[str]]]) -> list[str]:
     """Sentences by part, each one once: with the names of the parts that it is about, unless it is about all."""
-    said: dict[str, list[str]] = {}
+    names_of: dict[str, list[str]] = {}
     for name, sentences in of_parts:
         for text in dict.fromkeys(sentences):
-            said.setdefault(text, []).append(name)
+            names_of.setdefault(text, []).append(name)
     return [
         text if len(names) == len(of_parts) else "part " + ", ".join(f'"{n}"' for n in names) + f": {text}"
-        for text, names in said.items()
+        for text, names in names_of.items()
     ]

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 SIZES = {"mm": (1e3, "µm", "um"), "rad": (1e6, "µrad", "urad")}
 
 
-def figures(found: FaceMap) -> ResultTable[Any]:
+def figures(face: FaceMap) -> ResultTable[Any]:
     """Every figure with its standard uncertainty."""
-    rows = [(f.name, _text(f.value, f.unit), _text(f.u, f.unit)) for f in found.figures]
-    return listing(f"face {found.scan.name}", ("figure", "value", "u"), rows)
+    rows = [(f.name, _text(f.value, f.unit), _text(f.u, f.unit)) for f in face.figures]
+    return listing(f"face {face.scan.name}", ("figure", "value", "u"), rows)
 
 
 def _text(value: float, unit: str) -> str:
@@ -26,42 +26,42 @@ def _text(value: float, unit: str) -> str:
     return f"{value * scale:.3g} {word}"
 
 
-def profile_csv(found: FaceMap) -> str:
+def profile_csv(face: FaceMap) -> str:
     """Profile of a turned face: radius, height, u, and the odd part of the slide's error."""
-    assert found.r is not None
-    assert found.profile is not None
-    heads, columns = ["r_mm", "height_um", "u_um"], [found.r, found.profile * 1e3, found.u_profile * 1e3]
-    if found.odd is not None and found.u_odd is not None:
+    assert face.r is not None
+    assert face.profile is not None
+    heads, columns = ["r_mm", "height_um", "u_um"], [face.r, face.profile * 1e3, face.u_profile * 1e3]
+    if face.odd is not None and face.u_odd is not None:
         heads += ["odd_um", "u_odd_um"]
-        columns += [found.odd * 1e3, found.u_odd * 1e3]
+        columns += [face.odd * 1e3, face.u_odd * 1e3]
     return csv_of([heads, *([f"{v:.6g}" for v in row] for row in np.column_stack(columns))])
 
 
-def map_csv(found: FaceMap) -> str:
+def map_csv(face: FaceMap) -> str:
     """Cells of the map that hold readings."""
     rows = [
-        [f"{found.x[j]:.6g}", f"{found.y[i]:.6g}", f"{found.height[i, j] * 1e3:.6g}", f"{found.u[i, j] * 1e3:.6g}"]
-        for i, j in zip(*np.nonzero(np.isfinite(found.height)))
+        [f"{face.x[j]:.6g}", f"{face.y[i]:.6g}", f"{face.height[i, j] * 1e3:.6g}", f"{face.u[i, j] * 1e3:.6g}"]
+        for i, j in zip(*np.nonzero(np.isfinite(face.height)))
     ]  # fmt: skip
     return csv_of([["x_mm", "y_mm", "height_um", "u_um"], *rows])
 
 
-def face_json(found: FaceMap) -> dict[str, Any]:
+def face_json(face: FaceMap) -> dict[str, Any]:
     """The body of vcmm.face/1."""
     body: dict[str, Any] = {
-        "name": found.scan.name,
-        "kind": "spiral" if found.scan.spiral else "raster",
-        "machine": found.machine or None,
-        "readings": len(found.scan.x),
-        "noise_um": found.noise * 1e3,
-        "memory": found.memory,
-        "figures": [_figure(f) for f in found.figures],
-        "map": {"x_mm": found.x.tolist(), "y_mm": found.y.tolist(), "height_um": _cells(found.height), "u_um": _cells(found.u)},
+        "name": face.scan.name,
+        "kind": "spiral" if face.scan.spiral else "raster",
+        "machine": face.machine or None,
+        "readings": len(face.scan.x),
+        "noise_um": face.noise * 1e3,
+        "memory": face.memory,
+        "figures": [_figure(f) for f in face.figures],
+        "map": {"x_mm": face.x.tolist(), "y_mm": face.y.tolist(), "height_um": _cells(face.height), "u_um": _cells(face.u)},
     }  # fmt: skip
-    if found.r is not None and found.profile is not None:
-        body["profile"] = {"r_mm": found.r.tolist(), "height_um": (found.profile * 1e3).tolist(), "u_um": (found.u_profile * 1e3).tolist()}  # fmt: skip
-    if found.odd is not None and found.u_odd is not None:
-        body["odd_part"] = {"height_um": (found.odd * 1e3).tolist(), "u_um": (found.u_odd * 1e3).tolist()}
+    if face.r is not None and face.profile is not None:
+        body["profile"] = {"r_mm": face.r.tolist(), "height_um": (face.profile * 1e3).tolist(), "u_um": (face.u_profile * 1e3).tolist()}  # fmt: skip
+    if face.odd is not None and face.u_odd is not None:
+        body["odd_part"] = {"height_um": (face.odd * 1e3).tolist(), "u_um": (face.u_odd * 1e3).tolist()}
     return body
 
 

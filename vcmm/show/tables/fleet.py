@@ -29,9 +29,9 @@ def _names(record: Record) -> str:
     if record["problem"]:
         return str(record["problem"])
     unknown = record["unknown"]
-    said = [f"{name_of(a)} ({_values(a)})" for a in _found_answers(record)]
-    said += [f"something without a name over {', '.join(unknown['covariates'])}"] if unknown else []
-    return "; ".join(said) or "–"
+    names = [f"{name_of(a)} ({_values(a)})" for a in _found_answers(record)]
+    names += [f"something without a name over {', '.join(unknown['covariates'])}"] if unknown else []
+    return "; ".join(names) or "–"
 
 
 def _values(answer: Mapping[str, Any]) -> str:
@@ -107,8 +107,8 @@ def numbers(records: Sequence[Record]) -> ResultTable[NumberRow]:
     """One line for every number that was found, for a spreadsheet; one for a recording without any."""
     rows: list[NumberRow] = []
     for record in records:
-        own = [NumberRow(record, a, p) for a in _found_answers(record) for p in a["parameters"]]
-        rows += own or [NumberRow(record)]
+        number_rows = [NumberRow(record, a, p) for a in _found_answers(record) for p in a["parameters"]]
+        rows += number_rows or [NumberRow(record)]
     return ResultTable("", NUMBERS, rows)
 
 
@@ -146,13 +146,13 @@ CHANGES: tuple[Column[Change], ...] = (
 
 def trend_text(c: Change) -> str:
     """'drifts by +1.62 ± 0.05 um', 'appears between 2026-07-15 and 2026-08-15; steady'."""
-    said = [c.there[0] + _between(c, *c.there[1:])] if c.there[0] != ALWAYS else []
+    phrases = [c.there[0] + _between(c, *c.there[1:])] if c.there[0] != ALWAYS else []
     went = WORDS[c.went.kind]
     if c.went.amount is not None and c.went.u is not None:
         size = value_text((c.went.amount, c.went.u), c.unit)
         went += f" by {'' if size.startswith('-') else '+'}{size}"
         went += _between(c, c.went.first, c.went.last) if c.went.kind == STEP else ""
-    return "; ".join(part for part in (*said, went) if part)
+    return "; ".join(part for part in (*phrases, went) if part)
 
 
 def _between(c: Change, first: int | None, last: int | None) -> str:
@@ -163,5 +163,5 @@ def _when(end: tuple[str, str]) -> str:
     return f"{end[1]} ({end[0]})" if end[1] else end[0]
 
 
-def changes(found: Sequence[Change]) -> ResultTable[Change]:
-    return ResultTable("what changed", CHANGES, found, CHANGE_COLUMNS)
+def changes(changed: Sequence[Change]) -> ResultTable[Change]:
+    return ResultTable("what changed", CHANGES, changed, CHANGE_COLUMNS)

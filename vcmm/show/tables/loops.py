@@ -52,7 +52,9 @@ def loop_json(loop: LoopRecord) -> dict[str, Any]:
     """The body of vcmm.loop/1."""
     d, proof = loop.diagnosis, loop.proof
     crisp = {id(a) for a in answers_to_write(d.answer)}
-    found = [answer | {"written": id(a) in crisp} for answer, a in zip(diagnosis_json(d)["answer"], d.answer)]
+    answers = [
+        answer | {"written": id(a) in crisp} for answer, a in zip(diagnosis_json(d)["answer"], d.answer)
+    ]
     now = {"by": "measured", **_figures(loop.cut.off), "characteristics": _measured_values(loop.cut)}
     after = None
     if proof.after is not None and not loop.refused:
@@ -65,15 +67,15 @@ def loop_json(loop: LoopRecord) -> dict[str, Any]:
         after["not_explained"] = _figures(loop.rest)
         after["characteristics"] = _values(loop.after)
     return {
-        "verdict": d.verdict, "found": found, "machine": _name(loop.machine), "program": _name(loop.program),
+        "verdict": d.verdict, "found": answers, "machine": _name(loop.machine), "program": _name(loop.program),
         "rms_um": {"before": _um(d.fit.before), "after": _um(d.fit.after), "noise": _um(d.fit.noise)},
         "held_out": _held_out(loop.held_out), "scatter_um": _scatter(loop.cut),
         "open": loop.left or loop.setting or None, "part_now": now, "part_next": after, "refused": loop.refused or None, **proof_json(proof),
     }  # fmt: skip
 
 
-def loop_text(loop: LoopRecord, said: Sequence[str]) -> Iterator[str]:
-    """Lines for the terminal: what the next part will be, then what was found (said), then the characteristics."""
+def loop_text(loop: LoopRecord, notes: Sequence[str]) -> Iterator[str]:
+    """Lines for the terminal: what the next part will be, then what was found (notes), then the characteristics."""
     now, proof = loop.cut.off * 1e3, loop.proof
     was = f"this part departs by {np.abs(now).max():.2f} µm at most and {np.abs(now).mean():.2f} µm in the mean ({len(now)} measured points)"
     if loop.refused:
@@ -91,7 +93,7 @@ def loop_text(loop: LoopRecord, said: Sequence[str]) -> Iterator[str]:
         yield f"Open: {loop.left}."
     elif loop.setting:
         yield f"Not in that figure: {loop.setting}."
-    yield from said
+    yield from notes
     if loop.after is not None:
         yield ""
         yield "characteristic, from nominal: measured now, next part"
@@ -118,10 +120,10 @@ def _measured_values(cut: MeasuredCut) -> list[dict[str, Any]]:
     ]
 
 
-def _values(found: Measurement | None) -> list[dict[str, Any]]:
+def _values(measurement: Measurement | None) -> list[dict[str, Any]]:
     return [
         {"name": c.name, f"value_{c.unit}": c.value, f"deviation_{c.unit}": c.value - c.nominal}
-        for c in (found.values if found else ())
+        for c in (measurement.values if measurement else ())
     ]
 
 

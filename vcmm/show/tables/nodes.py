@@ -55,25 +55,27 @@ NODE_COLUMNS: tuple[Column[NodeRow], ...] = (
 )
 
 
-def nodes_table(found: NodeScatter) -> ResultTable[NodeRow]:
+def nodes_table(scatter: NodeScatter) -> ResultTable[NodeRow]:
     """One line per node."""
-    rows = [NodeRow(found, k) for k in range(len(found.place))]
+    rows = [NodeRow(scatter, k) for k in range(len(scatter.place))]
     return ResultTable("Nodes: where the machine stops when it comes from many sides", NODE_COLUMNS, rows)
 
 
-def sentences(found: NodeScatter) -> list[str]:
+def sentences(scatter: NodeScatter) -> list[str]:
     """What the lengths say as a whole."""
-    one = found.located
-    d, own, single = (np.quantile(v, [0, 0.5, 1]) * 1e3 for v in (found.d, found.instrument, found.single))
-    known = float(np.sqrt((found.deviation_u**2).mean())) * 1e3
-    covered = float((found.instrument > found.d / 2).mean())
+    located = scatter.located
+    d, instrument, single = (
+        np.quantile(v, [0, 0.5, 1]) * 1e3 for v in (scatter.d, scatter.instrument, scatter.single)
+    )
+    deviation_u = float(np.sqrt((scatter.deviation_u**2).mean())) * 1e3
+    covered = float((scatter.instrument > scatter.d / 2).mean())
     return [
-        f"{len(one.residual)} lengths, {len(one.points)} points, {len(one.stations)} stations: {one.left} degrees of freedom, residuals "
-        f"{one.u * 1e3:.3f} µm",
-        f"d {_range(d)} µm; of it the lengths' own u makes {_range(own)} µm, more than half of d in {covered:.0%} of the directions",
+        f"{len(located.residual)} lengths, {len(located.points)} points, {len(located.stations)} stations: {located.left} degrees of freedom, residuals "
+        f"{located.u * 1e3:.3f} µm",
+        f"d {_range(d)} µm; of it the lengths' own u makes {_range(instrument)} µm, more than half of d in {covered:.0%} of the directions",
         f"one approach: {_range(single)} µm, d freed of what changes between stations and of the instrument",
-        f"mean deviations are known to {known:.2f} µm (rms of their u)",
-        f"chi-squared against the t-law: {found.rejection_share():.0%} of {found.test.size} tests below 0.05",
+        f"mean deviations are known to {deviation_u:.2f} µm (rms of their u)",
+        f"chi-squared against the t-law: {scatter.rejection_share():.0%} of {scatter.test.size} tests below 0.05",
     ]
 
 

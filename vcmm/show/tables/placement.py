@@ -208,14 +208,14 @@ RANKING: tuple[Column[RankedMachine], ...] = (
 )
 
 
-def ranking(order: Sequence[str], found: Mapping[str, Mapping[str, Any]]) -> ResultTable[RankedMachine]:
-    """The machines in their order, then those that cannot take the part. found: per file name, value, pose and amount."""
-    first = found[order[0]]["value"]
+def ranking(order: Sequence[str], results: Mapping[str, Mapping[str, Any]]) -> ResultTable[RankedMachine]:
+    """The machines in their order, then those that cannot take the part. results: per file name, value, pose and amount."""
+    first = results[order[0]]["value"]
     rows = []
     for m in order:
-        pose, amount = found[m]["words"]
-        rows.append(RankedMachine(m, found[m]["name"], pose, amount, found[m]["value"], first))
-    for m, one in found.items():
+        pose, amount = results[m]["words"]
+        rows.append(RankedMachine(m, results[m]["name"], pose, amount, results[m]["value"], first))
+    for m, row in results.items():
         if m not in order:
-            rows.append(RankedMachine(m, one["name"], "cannot take the part", "–", None, first))
+            rows.append(RankedMachine(m, row["name"], "cannot take the part", "–", None, first))
     return ResultTable("machines, the part at the best pose found on each", RANKING, rows)

@@ -95,8 +95,8 @@ def extents(program: Program, total: ProgramSummary) -> ResultTable[Any]:
 
 def remarks(name: str, program: Program) -> ResultTable[Any]:
     """What `unused_table` does not say."""
-    said = {u.text for u in program.unused}
-    rows = [[f"{name}:{w.line}:{w.column}", w.text] for w in program.warnings if w.text not in said]
+    texts = {u.text for u in program.unused}
+    rows = [[f"{name}:{w.line}:{w.column}", w.text] for w in program.warnings if w.text not in texts]
     return listing("remarks", ["where", "what"], rows, words=(0, 1))
 
 
@@ -192,11 +192,11 @@ def reason_kind(reason: str) -> str:
 
 def folder_reasons(rows: Sequence[FolderRow]) -> ResultTable[Any]:
     """Reasons of refusals, the most frequent first, with one program of each."""
-    found: dict[str, list[FolderRow]] = {}
+    reasons: dict[str, list[FolderRow]] = {}
     for row in rows:
         if row.reason:
-            found.setdefault(reason_kind(row.reason), []).append(row)
-    ordered = sorted(found.items(), key=lambda item: (-len(item[1]), item[0]))
+            reasons.setdefault(reason_kind(row.reason), []).append(row)
+    ordered = sorted(reasons.items(), key=lambda item: (-len(item[1]), item[0]))
     return listing(
         "refused",
         ["number", "reason", "for example"],

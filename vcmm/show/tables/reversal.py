@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from vcmm.learn.calibration.reversal import ReversalResult
 
 
-def reversals(found: Sequence[ReversalResult]) -> ResultTable[Sequence[str]]:
+def reversals(results: Sequence[ReversalResult]) -> ResultTable[Sequence[str]]:
     """Every error that was separated, with its u and the artefact beside it."""
     rows = []
-    for one in found:
-        for row in one.rows():
+    for result in results:
+        for row in result.rows():
             size = f"{row['value']:+.4g}" if "value" in row else f"{row['low']:+.4g} to {row['high']:+.4g}"
             unit, u = row["unit"], float(str(row["u"]))
             rows.append(
-                (one.file.name, one.file.kind, str(row["error"]), f"{size} {unit}", f"{u:.2g} {unit}")
+                (result.file.name, result.file.kind, str(row["error"]), f"{size} {unit}", f"{u:.2g} {unit}")
             )
     return listing(
         "errors separated from the artefact", ("recording", "test", "error", "from ... to", "u"), rows
@@ -49,6 +49,6 @@ SPINDLE: tuple[Column[Figure], ...] = (
 )
 
 
-def spindle_figures(found: Sequence[Figure]) -> ResultTable[Figure]:
+def spindle_figures(figures: Sequence[Figure]) -> ResultTable[Figure]:
     """ISO 230-7 values of a turning axis, nm and urad."""
-    return ResultTable("ISO 230-7", SPINDLE, found)
+    return ResultTable("ISO 230-7", SPINDLE, figures)

@@ -98,35 +98,37 @@ CHARACTERISTICS: tuple[Column[RoutedCharacteristic], ...] = (
 )
 
 
-def _route_rows(found: Iterable[RoutedCharacteristic]) -> list[RouteRow]:
-    return [RouteRow(c, r) for c in found for r in c.routes]
+def _route_rows(compared: Iterable[RoutedCharacteristic]) -> list[RouteRow]:
+    return [RouteRow(c, r) for c in compared for r in c.routes]
 
 
-def _pair_rows(found: Iterable[RoutedCharacteristic]) -> list[AgreementRow]:
-    return [AgreementRow(c, a) for c in found for a in c.agreements]
+def _pair_rows(compared: Iterable[RoutedCharacteristic]) -> list[AgreementRow]:
+    return [AgreementRow(c, a) for c in compared for a in c.agreements]
 
 
-def routes_table(found: RoutesResult) -> ResultTable[RouteRow]:
-    where = ", measured on a drawn machine and parts that no route knows" if found.simulated else ""
-    shown = ROUTES if found.simulated else tuple(c for c in ROUTES if c.head != "(value - truth) / U")
-    return ResultTable(f"the true value by every route{where}", shown, _route_rows(found.characteristics))
+def routes_table(compared: RoutesResult) -> ResultTable[RouteRow]:
+    where = ", measured on a drawn machine and parts that no route knows" if compared.simulated else ""
+    shown = ROUTES if compared.simulated else tuple(c for c in ROUTES if c.head != "(value - truth) / U")
+    return ResultTable(f"the true value by every route{where}", shown, _route_rows(compared.characteristics))
 
 
-def agreements_table(found: RoutesResult) -> ResultTable[AgreementRow]:
+def agreements_table(compared: RoutesResult) -> ResultTable[AgreementRow]:
     caption = (
         "E_n = difference / U of the difference; what both routes share is not in it. |E_n| <= 1: they agree."
     )
-    return ResultTable("do the routes agree?", AGREEMENTS, _pair_rows(found.characteristics), caption)
+    return ResultTable("do the routes agree?", AGREEMENTS, _pair_rows(compared.characteristics), caption)
 
 
-def contributions_table(found: RoutesResult) -> ResultTable[ContributionRow]:
-    rows = [ContributionRow(r, c) for r in _route_rows(found.characteristics) for c in r.route.contributions]
+def contributions_table(compared: RoutesResult) -> ResultTable[ContributionRow]:
+    rows = [
+        ContributionRow(r, c) for r in _route_rows(compared.characteristics) for c in r.route.contributions
+    ]
     return ResultTable("contributions", CONTRIBUTIONS, rows)
 
 
-def routes_json(found: RoutesResult) -> dict[str, Any]:
+def routes_json(compared: RoutesResult) -> dict[str, Any]:
     """The body of the JSON document."""
     return {
-        "simulated": found.simulated, "agree": found.agree,
-        "characteristics": records(CHARACTERISTICS, found.characteristics),
+        "simulated": compared.simulated, "agree": compared.agree,
+        "characteristics": records(CHARACTERISTICS, compared.characteristics),
     }  # fmt: skip

@@ -36,9 +36,9 @@ SIZES: tuple[Column[SharedAnswer], ...] = (
 )
 
 
-def sizes(found: Several) -> ResultTable[SharedAnswer]:
-    said = "sizes as multiples, every recording fitted by itself with all names; p: chance of such differences if they were one"
-    return ResultTable("what is common and what is each one's own", SIZES, found.shared, said)
+def sizes(several: Several) -> ResultTable[SharedAnswer]:
+    note = "sizes as multiples, every recording fitted by itself with all names; p: chance of such differences if they were one"
+    return ResultTable("what is common and what is each one's own", SIZES, several.shared, note)
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,11 @@ ALONE: tuple[Column[AloneRow], ...] = (
 )
 
 
-def by_itself(found: Several) -> ResultTable[AloneRow]:
-    rows = [AloneRow(name, d.verdict, _names(d)) for name, d in found.alone]
+def by_itself(several: Several) -> ResultTable[AloneRow]:
+    rows = [AloneRow(name, d.verdict, _names(d)) for name, d in several.alone]
     return ResultTable("each recording by itself", ALONE, rows)
 
 
 def _names(d: Diagnosis) -> str:
-    said = [f"{_name(a)} {a.probability:.2f}" for a in d.found]
-    return ", ".join([*said, *(["something without a name"] if d.unknown else [])]) or "–"
+    names = [f"{_name(a)} {a.probability:.2f}" for a in d.found]
+    return ", ".join([*names, *(["something without a name"] if d.unknown else [])]) or "–"

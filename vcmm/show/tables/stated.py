@@ -18,22 +18,22 @@ def kind_of_interval(c: CharacteristicResult) -> str:
 
 def meaning_of_U(results: Iterable[CharacteristicResult]) -> str:
     """Which half of what U is, of all kinds of result that there are."""
-    found = list(results)
-    p = found[0].p
-    said = []
-    if plain := [c for c in found if not (c.half_width or c.true_value or c.bias_in_U)]:
-        said.append(f"half the {plain[0].interval_kind} coverage interval for p = {p:.0%}")
-    if with_bias := [c for c in found if c.bias_in_U]:
-        said.append(f"{_of(with_bias, found)}, k u + |bias|, the known bias not corrected")
-    if added := [c for c in found if c.half_width]:
-        said.append(
-            f"{_of(added, found)}, half of what the machine adds to parts that are off or rough; of the part itself the interval tells"
+    every = list(results)
+    p = every[0].p
+    sentences = []
+    if plain := [c for c in every if not (c.half_width or c.true_value or c.bias_in_U)]:
+        sentences.append(f"half the {plain[0].interval_kind} coverage interval for p = {p:.0%}")
+    if with_bias := [c for c in every if c.bias_in_U]:
+        sentences.append(f"{_of(with_bias, every)}, k u + |bias|, the known bias not corrected")
+    if added := [c for c in every if c.half_width]:
+        sentences.append(
+            f"{_of(added, every)}, half of what the machine adds to parts that are off or rough; of the part itself the interval tells"
         )
-    if read := [c for c in found if c.true_value and not c.half_width]:
-        said.append(
-            f"{_of(read, found)}, half the interval of the true value, in which y need not lie in the middle"
+    if read := [c for c in every if c.true_value and not c.half_width]:
+        sentences.append(
+            f"{_of(read, every)}, half the interval of the true value, in which y need not lie in the middle"
         )
-    return f"U: {'; '.join(said)}"
+    return f"U: {'; '.join(sentences)}"
 
 
 def _of(some: list[CharacteristicResult], all_of_them: list[CharacteristicResult]) -> str:

@@ -33,13 +33,13 @@ class TermRow:
 
 def term_rows(model: ThermalModel, written: WrittenTerms) -> list[TermRow]:
     """Every amount and lag that is written, with the u that is written; lags that have none besides."""
-    known = {(e.id, name): k for e, name, k in written.numbers}
+    numbers = {(e.id, name): k for e, name, k in written.numbers}
     rows = []
     for effect in written.effects:
         for name in _parameters(effect):
             spec = parameter(effect, name)
             factor = parse_unit(spec.metadata["unit"]).factor
-            k = known.get((effect.id, name))
+            k = numbers.get((effect.id, name))
             u = None if k is None else float(np.sqrt(model.covariance[k, k])) / factor
             value = float(getattr(effect, spec.name)) / factor
             rows.append(TermRow(effect.name, effect.where, name, spec.metadata["unit"], value, u))

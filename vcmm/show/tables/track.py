@@ -22,8 +22,8 @@ MOST = 12  # numbers that people see; all stand in the document
 
 
 def _change_in_words(c: FollowedCheck) -> str:
-    said = [f"{name} {p:.2f}" for name, p in c.suspects[:3] if p >= 0.01]
-    return ", ".join(said) or "–"
+    names = [f"{name} {p:.2f}" for name, p in c.suspects[:3] if p >= 0.01]
+    return ", ".join(names) or "–"
 
 
 def _tenth(value: float) -> str:
@@ -70,8 +70,8 @@ def alarms(track: Track) -> ResultTable[FollowedCheck]:
         Column("changed, probability", _change_in_words),
         Column("diagnosis", lambda c: c.answer or "–"),
     )
-    said = "what was measured or cut between the two dates is doubtful"
-    return ResultTable("alarms", columns, track.alarms, said)
+    note = "what was measured or cut between the two dates is doubtful"
+    return ResultTable("alarms", columns, track.alarms, note)
 
 
 def _shift(s: CharacteristicShift) -> str:
@@ -79,7 +79,7 @@ def _shift(s: CharacteristicShift) -> str:
     return f"{s.name} {s.shift * factor:+.3g} ± {s.u * factor:.2g} {unit}"
 
 
-def doubtful(found: Sequence[DoubtfulParts]) -> ResultTable[DoubtfulParts]:
+def doubtful(parts: Sequence[DoubtfulParts]) -> ResultTable[DoubtfulParts]:
     """Parts that were measured or cut while nobody knew of a change."""
     columns: Sequence[Column[DoubtfulParts]] = (
         Column("after", lambda d: d.since or "the date of the machine file"),
@@ -87,8 +87,8 @@ def doubtful(found: Sequence[DoubtfulParts]) -> ResultTable[DoubtfulParts]:
         Column("parts", lambda d: ", ".join(f"{p.name} ({p.date})" for p in d.parts) or "none"),
         Column("shift, if the machine had changed", lambda d: ", ".join(_shift(s) for s in d.shifts)),
     )
-    said = "indicated values moved by this, ± standard uncertainty, or not at all: on which day the machine changed is not known"
-    return ResultTable("doubtful parts", columns, list(found), said)
+    note = "indicated values moved by this, ± standard uncertainty, or not at all: on which day the machine changed is not known"
+    return ResultTable("doubtful parts", columns, list(parts), note)
 
 
 NUMBERS: tuple[Column[NumberOverTime], ...] = (
@@ -119,8 +119,8 @@ def _date(track: Track, day: int) -> str:
     return date_of(track.dated.when + day)
 
 
-def _u_after(one: NextCheck, limits: Sequence[TaskLimit]) -> str:
-    return ", ".join(f"{x.name} {_small(one.u_after[x.name], x)}" for x in limits)
+def _u_after(check: NextCheck, limits: Sequence[TaskLimit]) -> str:
+    return ", ".join(f"{x.name} {_small(check.u_after[x.name], x)}" for x in limits)
 
 
 def _small(value: float, limit: TaskLimit) -> str:
@@ -142,12 +142,12 @@ def _columns(limits: Sequence[TaskLimit], track: Track) -> tuple[Column[NextChec
 
 def next_checks(planned: Planned, track: Track) -> ResultTable[NextCheck]:
     limits, each, _ = planned
-    said = "each by itself, on the last day on which all limits hold; the longest for its cost first; U = 2 u, a known bias apart"
+    note = "each by itself, on the last day on which all limits hold; the longest for its cost first; U = 2 u, a known bias apart"
     return ResultTable(
         "which check next",
         _columns(limits, track),
         each,
-        "; ".join([said, *map(_beyond, beyond_checks(limits))]),
+        "; ".join([note, *map(_beyond, beyond_checks(limits))]),
     )
 
 
@@ -164,36 +164,36 @@ def _beyond(limit: TaskLimit) -> str:
 
 
 def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
-    limits, _, found = planned
+    limits, _, schedule = planned
     kept = (
         "keeps every limit"
-        if found.kept
+        if schedule.kept
         else "does NOT keep the limits: no order of these checks that was searched does"
     )
     fixed = (
-        f"; at a fixed interval: {found.fixed[0]} every {found.fixed[1]} d, cost {found.fixed[2]:g}"
-        if found.fixed
+        f"; at a fixed interval: {schedule.fixed[0]} every {schedule.fixed[1]} d, cost {schedule.fixed[2]:g}"
+        if schedule.fixed
         else ""
     )
-    title = f"plan of {found.days} days from {_date(track, 0)}, cost {found.cost:g}"
-    return ResultTable(title, _columns(limits, track), found.checks, f"{kept}{fixed}")
+    title = f"plan of {schedule.days} days from {_date(track, 0)}, cost {schedule.cost:g}"
+    return ResultTable(title, _columns(limits, track), schedule.checks, f"{kept}{fixed}")
 
 
 def plan_document(planned: Planned, track: Track) -> dict[str, object]:
     """next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
-    limits, each, found = planned
+    limits, each, schedule = planned
     return {
         "limits": [{"name": x.name, "limit": x.limit, "u_rest": x.rest, "unit": x.unit} for x in limits],
         "next_checks": [_next_document(n, track) for n in each],
         "plan": {
-            "days": found.days, "cost": found.cost, "kept": found.kept, "checks": [_next_document(n, track) for n in found.checks],
-            "fixed_interval": found.fixed and {"check": found.fixed[0], "days": found.fixed[1], "cost": found.fixed[2]},
+            "days": schedule.days, "cost": schedule.cost, "kept": schedule.kept, "checks": [_next_document(n, track) for n in schedule.checks],
+            "fixed_interval": schedule.fixed and {"check": schedule.fixed[0], "days": schedule.fixed[1], "cost": schedule.fixed[2]},
         },
     }  # fmt: skip
 
 
-def _next_document(one: NextCheck, track: Track) -> dict[str, object]:
+def _next_document(check: NextCheck, track: Track) -> dict[str, object]:
     return {
-        "check": one.check.name, "when": _date(track, one.day), "U_after": dict(one.u_after), "holds_days": one.holds,
-        "cost": one.check.cost, "minutes": one.check.minutes,
+        "check": check.check.name, "when": _date(track, check.day), "U_after": dict(check.u_after), "holds_days": check.holds,
+        "cost": check.check.cost, "minutes": check.check.minutes,
     }  # fmt: skip

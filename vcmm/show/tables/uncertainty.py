@@ -107,8 +107,8 @@ def from_nominal(ends: tuple[float, float] | None, c: CharacteristicResult) -> l
 
 def _causes(c: CharacteristicResult) -> list[dict[str, Any]]:
     """Physical causes that several lines of the budget have in common, with their share together."""
-    found = common_causes(c.budget)
-    return [{"cause": k, "share": share, "inputs": list(names)} for k, (share, names) in found.items()]
+    causes = common_causes(c.budget)
+    return [{"cause": k, "share": share, "inputs": list(names)} for k, (share, names) in causes.items()]
 
 
 def _ends(limits: tuple[float, float] | None) -> list[float | None] | None:
@@ -117,11 +117,11 @@ def _ends(limits: tuple[float, float] | None) -> list[float | None] | None:
 
 def _global_risk(c: CharacteristicResult) -> dict[str, float] | None:
     """Shares of the stated production: out and accepted, in and rejected."""
-    found = production_risk(c)
-    if found is None:
+    risk = production_risk(c)
+    if risk is None:
         return None
     return {
-        "consumer": found.consumer, "producer": found.producer, "out_of_tolerance": found.out, "accepted": found.accepted,
+        "consumer": risk.consumer, "producer": risk.producer, "out_of_tolerance": risk.out, "accepted": risk.accepted,
     }  # fmt: skip
 
 
@@ -208,10 +208,10 @@ def results(result: UncertaintyResult) -> ResultTable[CharacteristicResult]:
     first = result.characteristics[0]
     corrected = " (bias corrected)" if first.corrected else ""
     title = f"measured value y{corrected}, U and coverage interval for p = {first.p:.0%}"
-    said = "less its known bias" if first.corrected else "its known bias not corrected"
+    bias_text = "less its known bias" if first.corrected else "its known bias not corrected"
     caption = (
         f"{meaning_of_U(result.characteristics)}. y: indicated value"
-        f"{' ' if first.corrected else ', '}{said}. Lengths: mm and µm; angles: deg and µrad."
+        f"{' ' if first.corrected else ', '}{bias_text}. Lengths: mm and µm; angles: deg and µrad."
     )
     return ResultTable(
         title, RESULTS, result.characteristics, f"{meaning_of_U(result.characteristics)}.", caption
@@ -336,17 +336,17 @@ def budget_total(c: CharacteristicResult) -> BudgetLine:
     """The closing line of a budget: k, U, p, y and bias in words, u in numbers."""
     scale = SMALL_SCALE[c.unit]
     expanded, k = c.stated
-    said = (
+    text = (
         f"k = {k:.3g}; U = {expanded * scale:.4g}; "
         if math.isfinite(expanded)
         else "no U: the true value is not bounded; "
     )
-    said += f"p = {c.p:g}; y = {c.value:.9g} {c.unit}"
-    said += f"; bias = {c.bias * scale:.4g}" if math.isfinite(c.bias) else ""
+    text += f"p = {c.p:g}; y = {c.value:.9g} {c.unit}"
+    text += f"; bias = {c.bias * scale:.4g}" if math.isfinite(c.bias) else ""
     rest = budget_interaction(c)
-    said += f"; inputs together {rest:+.4g} of u^2, beyond the lines" if rest else ""
+    text += f"; inputs together {rest:+.4g} of u^2, beyond the lines" if rest else ""
     return BudgetLine(
-        input="combined", what=said, distribution="", dof=math.inf, redraw="", estimate=None, u_input=None, unit="",
+        input="combined", what=text, distribution="", dof=math.inf, redraw="", estimate=None, u_input=None, unit="",
         sensitivity=None, u=c.u, share=1.0, evidence=c.tier,
     )  # fmt: skip
 

@@ -133,8 +133,8 @@ def _by_found_lengths(
     along = np.concatenate(
         [np.zeros((len(errors), len(ends), 1)), errors.reshape(len(errors), -1, steps)], axis=2
     )
-    rows, seen, found = np.arange(len(errors)), np.zeros(len(errors)), np.zeros(len(errors))
-    for length, one in c.findings.lengths:
+    rows, indicated, at_findings = np.arange(len(errors)), np.zeros(len(errors)), np.zeros(len(errors))
+    for length, finding in c.findings.lengths:
         fit = np.flatnonzero(ends >= length)
         line = rng.choice(fit if len(fit) else [int(np.argmax(ends))], len(errors))
         place = np.minimum(length / ends[line], 1.0) * steps
@@ -142,9 +142,11 @@ def _by_found_lengths(
         step = place - below
         error = along[rows, line, below] * (1 - step) + along[rows, line, below + 1] * step
         limit = e0(length)
-        seen = np.maximum(seen, np.abs(error) / limit)
-        found = np.maximum(found, (abs(one.error) + one.u * rng.normal(size=len(errors))) / limit)
-    return np.asarray(found / np.maximum(seen, 1e-15))
+        indicated = np.maximum(indicated, np.abs(error) / limit)
+        at_findings = np.maximum(
+            at_findings, (abs(finding.error) + finding.u * rng.normal(size=len(errors))) / limit
+        )
+    return np.asarray(at_findings / np.maximum(indicated, 1e-15))
 
 
 def _kept_by_axes(machine: Machine, c: MachineCertificate, modes: Array, seed: int) -> Array:
@@ -154,10 +156,12 @@ def _kept_by_axes(machine: Machine, c: MachineCertificate, modes: Array, seed: i
         if axis not in machine.axes or not c.limits_accuracy(axis):
             continue
         along = along_axis(machine, axis_run(machine, axis), i)
-        own = np.abs(along).max(axis=0) > 0
+        is_of_axis = np.abs(along).max(axis=0) > 0
         rng, share = np.random.default_rng([seed, AXES, i]), _shares(c, seed, AXES, len(modes))
-        _, most = axis_scale(c, axis, modes[:, own] @ along[:, own].T, rng, (share, share), alone=True)
-        out[:, own] *= np.minimum(most, 1.0)[:, None]
+        _, most = axis_scale(
+            c, axis, modes[:, is_of_axis] @ along[:, is_of_axis].T, rng, (share, share), alone=True
+        )
+        out[:, is_of_axis] *= np.minimum(most, 1.0)[:, None]
     return out
 
 

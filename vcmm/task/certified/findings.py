@@ -75,22 +75,22 @@ def _um(finding: Finding) -> str:
 
 
 def over_the_limit(
-    found: Findings, e0: Callable[[float], float] | None, short: Mapping[str, float | None]
+    findings: Findings, e0: Callable[[float], float] | None, short: Mapping[str, float | None]
 ) -> None:
     """Raise UsageError for a finding above the limit of the certificate, by name, and for lengths without one."""
-    if (found.lengths or found.largest or found.worst) and e0 is None:
+    if (findings.lengths or findings.largest or findings.worst) and e0 is None:
         raise UsageError("measured E0 needs its limit E0_MPE beside it; state E0_MPE")
     problems = (
-        [f"measured E0_largest: {found.worst.share:.0%} of E0_MPE is more than it allows"]
-        if found.worst is not None and found.worst.share > 1.0
+        [f"measured E0_largest: {findings.worst.share:.0%} of E0_MPE is more than it allows"]
+        if findings.worst is not None and findings.worst.share > 1.0
         else []
     )
     problems += [
         f"measured E0 at {length:g} mm: {abs(f.error) * 1e3:g} um is more than E0_MPE allows there ({e0(length) * 1e3:g} um)"
-        for length, f in found.lengths
+        for length, f in findings.lengths
         if e0 is not None and abs(f.error) > e0(length)
     ]
-    named = {"R0": found.R0, "P_Form": found.form, "P_Size": found.size}
+    named = {"R0": findings.R0, "P_Form": findings.form, "P_Size": findings.size}
     problems += [
         f"measured {n}: {f.error * 1e3:g} um is more than its limit of {limit * 1e3:g} um"
         for n, f in named.items()

@@ -68,12 +68,12 @@ def length_run(
     second = np.array([s + f * (e - s) for s, e in lines for f in SHARES]).repeat(repeats, axis=0)
     length = np.linalg.norm(second - first, axis=1)
     way = (second - first) / length[:, None]
-    rows, seen = np.concatenate([first, second]), np.concatenate([-way, way])
+    rows, direction = np.concatenate([first, second]), np.concatenate([-way, way])
     middle = {a: (x.travel[0] + x.travel[1]) / 2 if a in "XYZ" else 0.0 for a, x in machine.axes.items()}
     position = {a: np.full(len(rows), q) for a, q in middle.items()}
     position |= {a: rows[:, i] for i, a in enumerate("XYZ")}
     columns = {f"sense_{a}": np.zeros(len(rows)) for a in machine.axes}
-    columns |= {f"n{c}": seen[:, i].copy() for i, c in enumerate("xyz")}
+    columns |= {f"n{c}": direction[:, i].copy() for i, c in enumerate("xyz")}
     tip = np.zeros(3) if offset is None else offset
     return Run(position, np.tile(tip, (len(rows), 1)), columns), length
 

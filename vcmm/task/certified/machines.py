@@ -182,12 +182,12 @@ def _kept_by_positioning(
     for axis in (a for a in "XYZ" if a in machine.axes and c.limits_accuracy(a)):
         run, i = axis_run(machine, axis), "XYZ".index(axis)
         along = along_axis(machine, run, i)
-        own = np.abs(along).max(axis=0) > 0
-        shape = modes[:, own] @ along[:, own].T
+        is_of_axis = np.abs(along).max(axis=0) > 0
+        shape = modes[:, is_of_axis] @ along[:, is_of_axis].T
         _, most = axis_scale(
             c, axis, shape, rng, (shares_of(rng, c.prior, 1.0), shares_of(rng, c.prior, 0.8))
         )
-        kept[:, own] = modes[:, own] * np.minimum(most, 1.0)[:, None]
+        kept[:, is_of_axis] = modes[:, is_of_axis] * np.minimum(most, 1.0)[:, None]
     return kept
 
 

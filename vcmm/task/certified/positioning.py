@@ -59,7 +59,7 @@ def axis_scale(
     )
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        found = (middle[:, None] * shape)[..., None] + mean
-        over = (found + spread).max(axis=(1, 2)) - (found - spread).min(axis=(1, 2)) > shares[0] * whole
+        error = (middle[:, None] * shape)[..., None] + mean
+        over = (error + spread).max(axis=(1, 2)) - (error - spread).min(axis=(1, 2)) > shares[0] * whole
         low, high = np.where(over, low, middle), np.where(over, middle, high)
     return scatter, low

@@ -41,7 +41,7 @@ ALL: tuple[Instrument, ...] = (
 
 def find(name: str) -> Instrument:
     """Return the instrument of a name. Raises UsageError with the closest one."""
-    known = {i.name: i for i in ALL}
-    if name not in known:
-        raise UsageError(f'unknown instrument "{name}".{choose_from(name, known)}')
-    return known[name]
+    by_name = {i.name: i for i in ALL}
+    if name not in by_name:
+        raise UsageError(f'unknown instrument "{name}".{choose_from(name, by_name)}')
+    return by_name[name]

@@ -56,11 +56,11 @@ class Instrument:
 
     def error(self, name: str) -> OwnError:
         """Return one of its errors. Raises UsageError with the closest name."""
-        found = next((e for e in self.errors if e.name == name), None)
-        if found is None:
-            known = [e.name for e in self.errors]
-            raise UsageError(f'the instrument "{self.name}" has no error "{name}".{choose_from(name, known)}')
-        return found
+        error = next((e for e in self.errors if e.name == name), None)
+        if error is None:
+            names = [e.name for e in self.errors]
+            raise UsageError(f'the instrument "{self.name}" has no error "{name}".{choose_from(name, names)}')
+        return error
 
 
 @dataclass(frozen=True)

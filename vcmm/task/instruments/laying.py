@@ -96,11 +96,11 @@ def simulate_reading(
         size = np.full(len(names), TURN)
     value = value + columns @ (size * rng.standard_normal(len(names)))
     read = replace(recording, value=value)
-    for name, own in (
+    for name, unit_columns in (
         certificate.unknowns(read, with_probe_frame(observer.run, machine)) if certificate else ()
     ):
         if name not in drawn:
-            drawn[name] = np.asarray(rng.standard_normal(own.shape[1]))
-        value = value + own @ drawn[name]
+            drawn[name] = np.asarray(rng.standard_normal(unit_columns.shape[1]))
+        value = value + unit_columns @ drawn[name]
     assert recording.noise is not None
     return replace(recording, value=value + recording.noise.u * rng.standard_normal(recording.m))

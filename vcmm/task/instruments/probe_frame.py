@@ -20,10 +20,10 @@ SPINDLE = "spindle_angle_rad"
 def tool_directions(machine: Machine, run: Run) -> Array:
     """Return X, Y and Z of the last tool-side frame in workpiece axes, as rows (n, 3, 3)."""
     ways = [
-        tip_motion(machine.chain, machine.axes, run, [Motion("tool", "motion", np.tile(one, (run.n, 1)))])[
+        tip_motion(machine.chain, machine.axes, run, [Motion("tool", "motion", np.tile(axis, (run.n, 1)))])[
             :, :3
         ]
-        for one in np.eye(6)[:3]
+        for axis in np.eye(6)[:3]
     ]
     return np.stack(ways, axis=1)
 

@@ -126,7 +126,7 @@ def separate_errors(test: ReversalTest, groups: Sequence[TurnGroup]) -> Separati
     orders = groups[0].coefficients.shape[1]
     u = len(test.unknowns)
     value, condition = np.zeros((u, orders), dtype=complex), 1.0
-    covariance, known = np.zeros((orders, u, u)), np.zeros((u, orders), dtype=bool)
+    covariance, is_known = np.zeros((orders, u, u)), np.zeros((u, orders), dtype=bool)
     for k in range(1, orders + 1):
         design = design_of(test, groups, k)
         weight = 1.0 / np.sqrt(variance[:, k - 1])
@@ -137,15 +137,15 @@ def separate_errors(test: ReversalTest, groups: Sequence[TurnGroup]) -> Separati
         condition = max(condition, float(size[0] / size[kept][-1]))
         hidden = np.eye(design.shape[1]) - right[kept].conj().T @ right[kept]
         inverse = (right[kept].conj().T / size[kept]) @ left[:, kept].conj().T
-        found = (inverse @ (read * weight)) / scale
+        solution = (inverse @ (read * weight)) / scale
         spread = np.real(inverse @ inverse.conj().T) / np.outer(scale, scale)
         sure = np.real(np.diag(hidden))[:u] < 1e-6
-        known[:, k - 1], value[:, k - 1] = sure, np.where(sure, found[:u], 0.0)
+        is_known[:, k - 1], value[:, k - 1] = sure, np.where(sure, solution[:u], 0.0)
         covariance[k - 1] = spread[:u, :u] * np.outer(sure, sure)
     if test.test == "face" and test.u_centre > 0:
         i, far = test.unknowns.index(test.error), _tilt_of_face(test, groups)
         covariance[0, i, i] += (far * test.u_centre) ** 2
-    return SeparationResult(test.unknowns, value, covariance, known, dof, condition)
+    return SeparationResult(test.unknowns, value, covariance, is_known, dof, condition)
 
 
 def design_of(test: ReversalTest, groups: Sequence[TurnGroup], order: int) -> Complex:

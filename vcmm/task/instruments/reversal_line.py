@@ -167,9 +167,9 @@ def _nodes(scans: Sequence[LineScan]) -> Array:
     """Return the targets that all scans have, where they are few; else even nodes over the length that all scans share."""
     sets = [np.unique(np.round(s.place / PLACE)) for s in scans]
     common = sets[0]
-    for one in sets[1:]:
-        common = np.intersect1d(common, one)
-    if len(common) >= FEW and all(len(one) == len(common) for one in sets) and len(common) <= NODES:
+    for nodes in sets[1:]:
+        common = np.intersect1d(common, nodes)
+    if len(common) >= FEW and all(len(nodes) == len(common) for nodes in sets) and len(common) <= NODES:
         return np.asarray(common * PLACE)
     low, high = max(float(s.place.min()) for s in scans), min(float(s.place.max()) for s in scans)
     if high - low < PLACE * FEW:

@@ -131,14 +131,14 @@ def reading(
     if test.test == "face":
         arm = (test.arms or {})[probe] * (-1.0 if turned else 1.0)
         place = (arm, 0.0, 0.0) if test.tilt[1] == "B" else (0.0, arm, 0.0)
-        seen = axis_motion(machine, axis, angle, place)[:, 2]
-        return np.asarray(test.sense * seen + (0.0 if test.on_axis(probe) else artefact(angle)))
-    seen = axis_motion(machine, axis, angle, (0.0, 0.0, 0.0))[:, "XYZ".index(test.error[1])]
+        indication = axis_motion(machine, axis, angle, place)[:, 2]
+        return np.asarray(test.sense * indication + (0.0 if test.on_axis(probe) else artefact(angle)))
+    indication = axis_motion(machine, axis, angle, (0.0, 0.0, 0.0))[:, "XYZ".index(test.error[1])]
     sense = test.sense * (-1.0 if turned and test.test == "donaldson" else 1.0)
     if test.test == "direct":
-        return np.asarray(sense * seen)
+        return np.asarray(sense * indication)
     index = np.radians(float(setup)) if test.test == "multi-step" else 0.0
-    return np.asarray(sense * seen + artefact(angle - index))
+    return np.asarray(sense * indication + artefact(angle - index))
 
 
 def simulated_straightness(
@@ -165,12 +165,12 @@ def simulated_straightness(
     if carried:  # the probe is on the table, the straightedge on the tool's side: the place on it moves on
         offset[:, "XYZ".index(axis)] -= places
     moved = machine.tip_error(Run(position, offset), exact=True)[:, "XYZ".index(direction)]
-    own = -moved if carried else moved
+    motion = -moved if carried else moved
     form, out = straightedge(places), []
     for setup, sense in (("normal", 1.0), ("reversed", -1.0)):
         for _ in range(scans):
             line = lying * rng.standard_normal() * places
-            out.append(LineScan(setup, places, form + sense * own + line + u * rng.standard_normal(n)))
+            out.append(LineScan(setup, places, form + sense * motion + line + u * rng.standard_normal(n)))
     return out
 
 
@@ -191,6 +191,8 @@ def simulated_half_turn(
         position = {a: np.full(len(places), (at or {}).get(a, 0.0)) for a in machine.chain.letters}
         position |= {axis: places, turning: np.full(len(places), angle)}
         moved = machine.tip_error(Run(position, np.zeros((len(places), 3))), exact=True)[:, 2]
-        seen = flat(places * (1.0 if setup == "normal" else -1.0)) - moved
-        out += [LineScan(setup, places, seen + u * rng.standard_normal(len(places))) for _ in range(scans)]
+        indication = flat(places * (1.0 if setup == "normal" else -1.0)) - moved
+        out += [
+            LineScan(setup, places, indication + u * rng.standard_normal(len(places))) for _ in range(scans)
+        ]
     return out

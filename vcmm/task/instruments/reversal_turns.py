@@ -45,8 +45,8 @@ def turn_group(
     way = (angle - angle[0]) * np.sign(angle[-1] - angle[0])
     number = np.floor(way / TURN + 1e-9).astype(int)
     whole, dropped = [], 0
-    for one in range(int(number.max(initial=0)) + 1):
-        rows = np.flatnonzero(number == one)
+    for group in range(int(number.max(initial=0)) + 1):
+        rows = np.flatnonzero(number == group)
         gap = TURN if len(rows) < 3 else _largest_gap(angle[rows])
         if gap > TURN / (2 * orders):
             dropped += 1
@@ -88,8 +88,8 @@ def _orders(angle: Array, value: Array, orders: int) -> Complex:
     k = np.arange(1, orders + 1)
     waves = np.outer(angle, k)
     columns = np.concatenate([np.ones((len(angle), 1)), np.cos(waves), np.sin(waves)], axis=1)
-    found = np.linalg.lstsq(columns, value, rcond=None)[0]
-    return np.asarray(found[1 : orders + 1] - 1j * found[orders + 1 :])
+    solution = np.linalg.lstsq(columns, value, rcond=None)[0]
+    return np.asarray(solution[1 : orders + 1] - 1j * solution[orders + 1 :])
 
 
 def _at_equal_angles(angle: Array, value: Array) -> Array:

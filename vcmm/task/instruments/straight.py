@@ -84,9 +84,9 @@ def edge(
         raise UsageError(
             f"a straightedge along {axis} is read across it: component = one of X Y Z other than {axis}"
         )
-    one = line(machine, axis, targets, at, offset, component=component, u=u)
-    places = np.array([f"{q:.6g}" for q in one.run.q(axis)])
-    return replace(one, run=replace(one.run, labels={**one.run.labels, "feature": places}))
+    group = line(machine, axis, targets, at, offset, component=component, u=u)
+    places = np.array([f"{q:.6g}" for q in group.run.q(axis)])
+    return replace(group, run=replace(group.run, labels={**group.run.labels, "feature": places}))
 
 
 def square(
@@ -100,7 +100,7 @@ def square(
     """Lay out a square along two axes, each arm read in the direction of the other axis; at: positions of the axes while they do not move."""
     arms = []
     for i, (axis, other) in enumerate((axes, axes[::-1])):
-        one = line(machine, axis, targets[i], at, offset, component=other, u=u)
-        labels = {"feature": np.array([ARMS[i]] * one.run.n)}
-        arms.append(replace(one, run=replace(one.run, labels=labels)))
+        group = line(machine, axis, targets[i], at, offset, component=other, u=u)
+        labels = {"feature": np.array([ARMS[i]] * group.run.n)}
+        arms.append(replace(group, run=replace(group.run, labels=labels)))
     return replace(join_layouts(f"square {''.join(axes)}", arms), nuisance={"alignment": ""})

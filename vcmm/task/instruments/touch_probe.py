@@ -97,10 +97,10 @@ def touches(
     rows: list[tuple[int, int, float, Array]] = []
     letters = machine.chain.letters
     for k, pose in enumerate(poses):
-        one = Run({a: np.array([pose.get(a, 0.0)]) for a in letters}, np.zeros((1, 3)))
-        outward = directions @ machine_directions(machine, one)[0]  # workpiece axes
+        at_pose = Run({a: np.array([pose.get(a, 0.0)]) for a in letters}, np.zeros((1, 3)))
+        outward = directions @ machine_directions(machine, at_pose)[0]  # workpiece axes
         stylus = (
-            tool_directions(machine, one)[0][2] if head_axes(machine) else None
+            tool_directions(machine, at_pose)[0][2] if head_axes(machine) else None
         )  # from the ball to the spindle
         rows += [
             (i, k, angle, n)

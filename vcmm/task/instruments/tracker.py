@@ -102,9 +102,9 @@ def settle_stations(recording: Recording, machine: Machine) -> tuple[Recording, 
                 f'{recording.name}: {word} "{value}" has different places in from_x_mm ...; give one place per value'
             )
         length = np.linalg.norm(tip[at] - start, axis=1) + recording.sign * recording.value[mine]
-        found = _resect(tip[at], length, start, free, f'{recording.name}: {word} "{value}"')
-        way[value] = float(np.linalg.norm(found - start))
-        station[at] = found
+        settled = _resect(tip[at], length, start, free, f'{recording.name}: {word} "{value}"')
+        way[value] = float(np.linalg.norm(settled - start))
+        station[at] = settled
     return move_stations(recording, machine, station), way
 
 

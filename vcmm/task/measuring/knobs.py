@@ -61,8 +61,8 @@ def knobs_of(scenario: Scenario) -> tuple[Knob, ...]:
 
 def with_knobs(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     """Return the scenario with the knobs at `values`; knobs that are not named stay. Raises UsageError: no such knob, beyond its range."""
-    known = {k.name: k for k in knobs_of(scenario)}
-    at = {name: _check_knob(known, name, value) for name, value in values.items()}
+    knobs = {k.name: k for k in knobs_of(scenario)}
+    at = {name: _check_knob(knobs, name, value) for name, value in values.items()}
     pose = scenario.pose
     shift = np.array([at.get(c, float(pose.shift[i])) for i, c in enumerate("xyz")])
     turns = pose.turns()
@@ -80,10 +80,10 @@ def with_knobs(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     )
 
 
-def _check_knob(known: Mapping[str, Knob], name: str, value: Any) -> float:
-    if name not in known:
-        raise UsageError(f'there is no knob "{name[:40]}".{choose_from(name, known)}')
-    knob = known[name]
+def _check_knob(knobs: Mapping[str, Knob], name: str, value: Any) -> float:
+    if name not in knobs:
+        raise UsageError(f'there is no knob "{name[:40]}".{choose_from(name, knobs)}')
+    knob = knobs[name]
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise UsageError(f"{name}: expected a finite number")
     low, high = knob.reach

@@ -57,7 +57,7 @@ def qualified_machine(
     Form enters as a uniform departure of each touch over the peak-to-valley range.
     Raises UsageError when the scatter has no finite variance.
     """
-    spheres = {name: sphere(plan, plan.styli[name], one) for name, one in how.items()}
+    spheres = {name: sphere(plan, plan.styli[name], qualified) for name, qualified in how.items()}
     if not how:
         return machine, ()
     effects: list[Effect] = [
@@ -69,8 +69,8 @@ def qualified_machine(
     shared = {name for names in groups if len(names) > 1 for name in names}
     inputs = [
         i
-        for name, one in how.items()
-        for i in _remaining(StylusQualification.name, machine, name, one, spheres[name], name in shared)
+        for name, qualified in how.items()
+        for i in _remaining(StylusQualification.name, machine, name, qualified, spheres[name], name in shared)
     ]
     inputs += [
         _shared_sphere(StylusQualification.name, names, how[names.split(",")[0]]) for names in together
@@ -82,8 +82,8 @@ def qualified_machine(
 def _spheres(how: Mapping[str, Qualification]) -> list[list[str]]:
     """Return the names of the styli that were qualified on one sphere: the same diameter, uncertainty and form."""
     groups: dict[Qualification, list[str]] = {}
-    for name, one in how.items():
-        groups.setdefault(one, []).append(name)
+    for name, qualified in how.items():
+        groups.setdefault(qualified, []).append(name)
     return list(groups.values())
 
 
@@ -99,9 +99,9 @@ def _remaining(
         "sphere form": how.form**2 / 12.0 * touches,
         "sphere diameter": diameter,
     }
-    said = "simulated qualification, 25 touches"
+    label = "simulated qualification, 25 touches"
     return [
-        Input(left, name, "d", MultivariateNormal((c + c.T) / 2), "stylus", said, cause=cause)
+        Input(left, name, "d", MultivariateNormal((c + c.T) / 2), "stylus", label, cause=cause)
         for cause, c in causes.items()
         if c.any()
     ]
@@ -110,8 +110,8 @@ def _remaining(
 def _shared_sphere(left: str, names: str, how: Qualification) -> Input:
     covariance = np.zeros((4, 4))
     covariance[3, 3] = (how.u_diameter / 2) ** 2
-    said = "diameter of the reference sphere, common to these styli"
-    return Input(left, names, "d", MultivariateNormal(covariance), "machine", said, cause="sphere diameter")
+    label = "diameter of the reference sphere, common to these styli"
+    return Input(left, names, "d", MultivariateNormal(covariance), "machine", label, cause="sphere diameter")
 
 
 def sphere(plan: Plan, stylus: Stylus, how: Qualification) -> Sphere:

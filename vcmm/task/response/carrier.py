@@ -115,25 +115,25 @@ class Carrier:
             return projected_basis(effect, name, run, self.weights(effect))
         return self.through(effect, basis(effect, name, run))
 
-    def of_input(self, one: Input, effects: Sequence[Effect]) -> Array:
+    def of_input(self, quantity: Input, effects: Sequence[Effect]) -> Array:
         """Return the columns (m, k) per unit of each element of an Input, through the effects on which it acts (a column: those that read it)."""
-        if one.members:
+        if quantity.members:
             nothing, parts = len(self.sight.direction), []
-            for member, width in zip(one.members, one.member_widths):
+            for member, width in zip(quantity.members, quantity.member_widths):
                 acting = acted_on(self.machine, member)
                 parts.append(self.of_input(member, acting) if acting else np.zeros((nothing, width)))
-            return one.join_responses(parts)
-        if one.is_channel:
-            parts = [self.through(effect, self.unit_motion(one, effect)) for effect in effects]
+            return quantity.join_responses(parts)
+        if quantity.is_channel:
+            parts = [self.through(effect, self.unit_motion(quantity, effect)) for effect in effects]
             return np.asarray(sum(parts, np.zeros((len(self.sight.direction), 1))))
-        parts = [self.parameter(effect, one.parameter) for effect in effects]
+        parts = [self.parameter(effect, quantity.parameter) for effect in effects]
         return np.asarray(sum(parts)) if parts else np.zeros((len(self.sight.direction), 1))
 
-    def unit_motion(self, one: Input, effect: Effect) -> Array:
+    def unit_motion(self, quantity: Input, effect: Effect) -> Array:
         """Return the error motion (n, 6, k) of an effect per unit of an Input; of a column by central difference."""
-        if not one.is_channel:
-            return basis(effect, one.parameter, self.run)
-        high, low, step = self.beside(one.parameter)
+        if not quantity.is_channel:
+            return basis(effect, quantity.parameter, self.run)
+        high, low, step = self.beside(quantity.parameter)
         return ((effect.error_motion(high) - effect.error_motion(low)) / (2 * step))[:, :, None]
 
     def beside(self, column: str) -> tuple[Run, Run, float]:
@@ -142,67 +142,74 @@ class Carrier:
             self._beside[column] = beside(self.run, column)
         return self._beside[column]
 
-    def product(self, one: Input, other: Input) -> Array:
+    def product(self, quantity: Input, other: Input) -> Array:
         """Return the observed value (m,) per product of the departures of two scalar Inputs; zero where they do not meet."""
         total = np.zeros(len(self.sight.direction))
-        for a, share in one.scalars:
+        for a, share in quantity.scalars:
             for b, other_share in other.scalars:
                 effects = shared_effects(self.machine, a, b)
                 if effects:
                     total += share * other_share * self._product(a, b, effects)
         return total
 
-    def _product(self, one: Input, other: Input, effects: Sequence[Effect]) -> Array:
+    def _product(self, quantity: Input, other: Input, effects: Sequence[Effect]) -> Array:
         """Return the response (m,) to one Input with the other changed to both sides."""
-        if one.is_channel:
-            one, other = other, one  # the first is a parameter: temperatures do not meet one another
+        if quantity.is_channel:
+            quantity, other = (
+                other,
+                quantity,
+            )  # the first is a parameter: temperatures do not meet one another
         total = np.zeros((len(self.sight.direction), 1))
         for effect in effects:
             if other.is_channel:
                 high, low, step = self.beside(other.parameter)
-                pair = [self.parameter(effect, one.parameter, run) for run in (high, low)]
+                pair = [self.parameter(effect, quantity.parameter, run) for run in (high, low)]
             else:
                 spec = parameter(effect, other.parameter)
                 name, step = spec.name, other.size if spec.metadata["scan"] else 1.0
                 value = float(getattr(effect, name))
                 moved = [with_parameter(effect, name, value + v) for v in (step, -step)]
-                pair = [self.parameter(e, one.parameter) for e in moved]
+                pair = [self.parameter(e, quantity.parameter) for e in moved]
             total += (pair[0] - pair[1]) / (2 * step)
         return total[:, 0]
 
 
-def meet(machine: Machine, one: Input, other: Input) -> bool:
+def meet(machine: Machine, quantity: Input, other: Input) -> bool:
     """Return whether two scalar Inputs are multiplied in an effect."""
-    return any(shared_effects(machine, a, b) for a, _ in one.scalars for b, _ in other.scalars)
+    return any(shared_effects(machine, a, b) for a, _ in quantity.scalars for b, _ in other.scalars)
 
 
-def shared_effects(machine: Machine, one: Input, other: Input) -> list[Effect]:
+def shared_effects(machine: Machine, quantity: Input, other: Input) -> list[Effect]:
     """Return the effects in which two single quantities meet as a product."""
-    if one.is_channel and other.is_channel:
+    if quantity.is_channel and other.is_channel:
         return []  # an effect is linear in each temperature
-    if one.is_channel or other.is_channel:
-        channel, param = (one, other) if one.is_channel else (other, one)
+    if quantity.is_channel or other.is_channel:
+        channel, param = (quantity, other) if quantity.is_channel else (other, quantity)
         return [e for e in acted_on(machine, param) if channel.parameter in required(e)]
-    if one.effect == other.effect and one.where == other.where:
-        return list(acted_on(machine, one))
+    if quantity.effect == other.effect and quantity.where == other.where:
+        return list(acted_on(machine, quantity))
     return []
 
 
-def responses(carriers: Sequence[Carrier], one: Input, effects: Sequence[Effect]) -> list[Array]:
+def responses(carriers: Sequence[Carrier], quantity: Input, effects: Sequence[Effect]) -> list[Array]:
     """Return the columns (m, k) of each of several carriers of one run, per unit of an Input; the unit motions are computed once for all.
 
     Raises UsageError for an Input on several effects (where = "*") whose parameters differ in size.
     """
-    if one.members:
-        by_member = [_of_member(carriers, one, m, k) for m, k in zip(one.members, one.member_widths)]
-        return [one.join_responses([seen[i] for seen in by_member]) for i in range(len(carriers))]
+    if quantity.members:
+        by_member = [
+            _of_member(carriers, quantity, m, k) for m, k in zip(quantity.members, quantity.member_widths)
+        ]
+        return [
+            quantity.join_responses([response[i] for response in by_member]) for i in range(len(carriers))
+        ]
     totals: list[Array] = []
     for effect in effects:
-        six = carriers[0].unit_motion(one, effect)
+        six = carriers[0].unit_motion(quantity, effect)
         parts = [carrier.through(effect, six) for carrier in carriers]
         if totals and parts[0].shape != totals[0].shape:
             raise UsageError(
-                f'{one.id}: where = "*" needs parameters of one size; name the effects one by one'
+                f'{quantity.id}: where = "*" needs parameters of one size; name the effects one by one'
             )
         totals = [t + p for t, p in zip(totals, parts)] if totals else parts
     return totals
@@ -212,8 +219,8 @@ def _of_member(carriers: Sequence[Carrier], joint: Input, quantity: Input, width
     effects = acted_on(carriers[0].machine, quantity)
     if joint.widths:
         effects = tuple(e for e in effects if not lacking(e, carriers[0].run))
-    found = responses(carriers, quantity, effects)
-    return found or [np.zeros((len(c.sight.direction), width)) for c in carriers]
+    answers = responses(carriers, quantity, effects)
+    return answers or [np.zeros((len(c.sight.direction), width)) for c in carriers]
 
 
 def lacking(effect: Effect, run: Run) -> tuple[str, ...]:

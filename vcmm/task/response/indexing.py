@@ -83,8 +83,8 @@ def move_readings(recording: Recording, machine: Machine, step: dict[str, float]
     if recording.kind in ("angle", "length"):
         return replace(recording, run=there, value=recording.value - _first_order(recording, machine, step))
     way = _tip(there, machine) - _tip(run, machine)
-    seen = recording.sign * (recording.direction * way[recording.row]).sum(axis=1)
-    return replace(recording, run=there, value=recording.value - seen)
+    reading = recording.sign * (recording.direction * way[recording.row]).sum(axis=1)
+    return replace(recording, run=there, value=recording.value - reading)
 
 
 def _tip(run: Run, machine: Machine) -> Array:

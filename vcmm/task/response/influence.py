@@ -39,11 +39,11 @@ class Influence:
 def influences(machine: Machine, run: Run, inputs: Sequence[Input]) -> tuple[Influence, ...]:
     """Return one Influence per Input. `run` is prepared. Raises UsageError for a target that does not exist."""
     along, out = _carriers(machine, run), []
-    for one in inputs:
-        response = _response(machine, run, one, along)
-        _check_size(one, response.shape[2])
-        copies, codes = run.copies(one.redraw)
-        out.append(Influence(one, response, tuple(copies), codes))
+    for quantity in inputs:
+        response = _response(machine, run, quantity, along)
+        _check_size(quantity, response.shape[2])
+        copies, codes = run.copies(quantity.redraw)
+        out.append(Influence(quantity, response, tuple(copies), codes))
     return tuple(out)
 
 
@@ -106,21 +106,21 @@ class Product:
     response: Array
 
 
-def products(machine: Machine, run: Run, known: Sequence[Influence]) -> tuple[Product, ...]:
+def products(machine: Machine, run: Run, influences: Sequence[Influence]) -> tuple[Product, ...]:
     """Return the mixed terms d2(indicated - true) / dx_i dx_j for pairs of scalar Inputs that meet in one effect.
 
     GUM H.1: alpha_s dTheta + theta dAlpha; the product of the two departures remains where an estimate is zero.
     """
     along: tuple[Carrier, ...] = ()
     out = []
-    scalar = [i for i, f in enumerate(known) if f.response.shape[2] == 1]
-    scalar = [i for i in scalar if not isinstance(known[i].input.law, MultivariateSamples)]
+    scalar = [i for i, f in enumerate(influences) if f.response.shape[2] == 1]
+    scalar = [i for i in scalar if not isinstance(influences[i].input.law, MultivariateSamples)]
     for a, i in enumerate(scalar):
         for j in scalar[a + 1 :]:
-            one, other = known[i].input, known[j].input
-            if meet(machine, one, other):
+            quantity, other = influences[i].input, influences[j].input
+            if meet(machine, quantity, other):
                 along = along or _carriers(machine, run)
-                response = np.stack([carrier.product(one, other) for carrier in along], axis=1)
+                response = np.stack([carrier.product(quantity, other) for carrier in along], axis=1)
                 if np.abs(response).max(initial=0.0) > 1e-12:
                     out.append(Product(i, j, response))
     return tuple(out)

@@ -53,7 +53,7 @@ def join_recordings(recordings: Sequence[Recording], machine: Machine) -> Joined
     stated = all(r.noise == law and r.u is None for r in recordings)
     u = None if stated else np.concatenate([noise_u(r, machine) for r in recordings])
     words = dict.fromkeys(w for r in recordings for w in r.nuisance)
-    one = Recording(
+    joined = Recording(
         " + ".join(r.name for r in recordings),
         recordings[0].kind,
         run,
@@ -73,7 +73,7 @@ def join_recordings(recordings: Sequence[Recording], machine: Machine) -> Joined
         record=joined_record([r.record for r in recordings]),
     )
     part = np.repeat(np.arange(len(recordings)), [r.m for r in recordings])
-    return JoinedRecordings(one, part, left_out)
+    return JoinedRecordings(joined, part, left_out)
 
 
 def joined_record(records: Iterable[Mapping[str, str]]) -> dict[str, str]:
@@ -96,7 +96,7 @@ def _chosen_from(recordings: Sequence[Recording]) -> int:
 
 def _join_knowledge(recordings: Sequence[Recording], machine: Machine) -> tuple[tuple[str, Array], ...]:
     """Join the knowledge of recordings: knowledge of numbers of the machine acts on all rows together, knowledge of one recording on its own rows."""
-    m, own = (
+    m, known = (
         [r.m for r in recordings],
         {i.id for i in machine.inputs if i.effect != Scatter.name},
     )
@@ -105,9 +105,9 @@ def _join_knowledge(recordings: Sequence[Recording], machine: Machine) -> tuple[
         for name, columns in recording.known:
             whole = np.zeros((sum(m), columns.shape[1]))
             whole[sum(m[:k]) : sum(m[: k + 1])] = columns
-            if name not in own:
+            if name not in known:
                 out.append((f"{recording.name}: {name}", whole))
-    common = own & set[str].intersection(*({name for name, _ in r.known} for r in recordings))
+    common = known & set[str].intersection(*({name for name, _ in r.known} for r in recordings))
     for name in sorted(common):
         out.append((name, np.concatenate([dict(r.known)[name] for r in recordings])))
     return tuple(out)
@@ -115,14 +115,14 @@ def _join_knowledge(recordings: Sequence[Recording], machine: Machine) -> tuple[
 
 def _check(recordings: Sequence[Recording]) -> None:
     for what in ("kind", "measuring"):
-        found = {getattr(r, what) for r in recordings}
-        if len(found) > 1:
-            said = ", ".join(
+        values = {getattr(r, what) for r in recordings}
+        if len(values) > 1:
+            listed = ", ".join(
                 f"{r.name}: {r.kind}, {'indicated - true' if r.measuring else 'actual - commanded'}"
                 for r in recordings
             )
             raise UsageError(
-                f"recordings of several kinds cannot be joined ({said}); diagnose each kind by itself"
+                f"recordings of several kinds cannot be joined ({listed}); diagnose each kind by itself"
             )
     names = [r.name for r in recordings]
     for name in names:
@@ -140,11 +140,11 @@ def _shifts(recordings: Sequence[Recording]) -> list[float]:
     ends = [_span(r.run) for r in recordings]
     if all(e is None for e in ends):
         return [0.0] * len(recordings)
-    known = [e or (0.0, 0.0) for e in ends]
-    if all(a[1] < b[0] for a, b in pairwise(known)):
+    spans = [e or (0.0, 0.0) for e in ends]
+    if all(a[1] < b[0] for a, b in pairwise(spans)):
         return [0.0] * len(recordings)
     out, begin = [], 0.0
-    for low, high in known:
+    for low, high in spans:
         out.append(begin - low)
         begin += high - low + SETTLING_TIME
     return out
@@ -175,11 +175,11 @@ def _label_own(recording: Recording) -> Run:
     labels = dict(run.labels) | {SOURCE_LABEL: np.full(run.n, name)}
     for label in OWN_LABELS:
         if label in run.labels or label in ("setup", "run"):
-            own = run.labels.get(label, np.full(run.n, ""))
-            labels[label] = np.array([f"{name} {v}".strip() for v in own])
+            names = run.labels.get(label, np.full(run.n, ""))
+            labels[label] = np.array([f"{name} {v}".strip() for v in names])
     for word, label in recording.nuisance.items():
-        own = run.labels.get(label, np.full(run.n, ""))
-        labels[_copy_label(word)] = np.array([f"{name} {v}".strip() for v in own])
+        names = run.labels.get(label, np.full(run.n, ""))
+        labels[_copy_label(word)] = np.array([f"{name} {v}".strip() for v in names])
     return replace(run, labels=labels)
 
 

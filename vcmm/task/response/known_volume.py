@@ -43,12 +43,12 @@ def known_box(machine: Machine, letters: Sequence[str]) -> dict[str, tuple[float
     out = {a: machine.axes[a].travel for a in letters}
     for effect in machine.effects:
         limited = isinstance(effect, Tabulated) and effect.covers(tip) is not None
-        for known in known_range(effect) if limited else ():
+        for interval in known_range(effect) if limited else ():
             for i, letter in enumerate(letters):
-                slope = float((tip[i + 1] - tip[0])[known.direction])
+                slope = float((tip[i + 1] - tip[0])[interval.direction])
                 if abs(abs(slope) - 1) < 1e-9:
                     ends = sorted(
-                        (v - float(tip[0, known.direction])) / slope for v in (known.low, known.high)
+                        (v - float(tip[0, interval.direction])) / slope for v in (interval.low, interval.high)
                     )
                     out[letter] = (max(out[letter][0], ends[0]), min(out[letter][1], ends[1]))
     for letter, (low, high) in out.items():
@@ -71,10 +71,10 @@ def tip_uncertainty(machine: Machine, run: Run) -> tuple[Array, tuple[str, ...]]
         for direction in range(3):
             along = np.tile(np.eye(3)[direction], (part.n, 1))
             carrier = Carrier(machine, part, Sight(along, motion=1.0, reading=0.0))
-            for one in kept:
-                gain = carrier.of_input(one, acted_on(machine, one))
-                law, factor = one.spread(gain.shape[1])
-                out[rows, direction] += _variance(gain @ factor, np.asarray(law.u, dtype=float), one)
+            for quantity in kept:
+                gain = carrier.of_input(quantity, acted_on(machine, quantity))
+                law, factor = quantity.spread(gain.shape[1])
+                out[rows, direction] += _variance(gain @ factor, np.asarray(law.u, dtype=float), quantity)
     return np.sqrt(out), left
 
 

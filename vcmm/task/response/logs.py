@@ -36,8 +36,8 @@ def with_logs(run: Run) -> Run:
 
     Rows that share a time are averaged. A clock that goes back defines no past: then there are no logs.
     """
-    own = {k: v for k, v in row_logs(run).items() if k not in run.series}
-    return RememberingRun(run.position, run.offset, run.columns, run.labels, {**run.series, **own})
+    further = {k: v for k, v in row_logs(run).items() if k not in run.series}
+    return RememberingRun(run.position, run.offset, run.columns, run.labels, {**run.series, **further})
 
 
 def row_logs(run: Run) -> dict[str, Series]:

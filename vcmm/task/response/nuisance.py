@@ -82,9 +82,9 @@ def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tup
 
     Raises ModelLimit when a nuisance needs columns that the run lacks.
     """
-    found = list(named_nuisance(recording, machine))
-    matrix = np.stack([c for _, c in found], axis=1) if found else np.zeros((recording.m, 0))
-    return matrix, tuple(name for name, _ in found)
+    columns = list(named_nuisance(recording, machine))
+    matrix = np.stack([c for _, c in columns], axis=1) if columns else np.zeros((recording.m, 0))
+    return matrix, tuple(name for name, _ in columns)
 
 
 def named_nuisance(recording: Recording, machine: Machine) -> Iterator[tuple[str, Array]]:
@@ -134,8 +134,10 @@ def _columns(word: str, group: _LabelGroup) -> Columns:
 def _shift(group: _LabelGroup) -> Columns:
     if group.recording.kind == "angle":
         return []
-    seen = group.across_ends(np.broadcast_to(np.eye(3), (group.run.n, 3, 3)))
-    return [(f".shift_{c}", seen[:, i]) for i, c in enumerate("xyz") if np.abs(seen[:, i]).max() > NOTHING]
+    columns = group.across_ends(np.broadcast_to(np.eye(3), (group.run.n, 3, 3)))
+    return [
+        (f".shift_{c}", columns[:, i]) for i, c in enumerate("xyz") if np.abs(columns[:, i]).max() > NOTHING
+    ]
 
 
 def _link_columns(group: _LabelGroup, links: Mapping[str, tuple[str, int]]) -> Columns:
@@ -147,9 +149,9 @@ def _link_columns(group: _LabelGroup, links: Mapping[str, tuple[str, int]]) -> C
         six[:, j] = 1.0
         motion = tip_motion(chain, axes, group.run, [Motion(link, "motion", six)])
         moved = motion[:, 3:] if group.recording.kind == "angle" else motion[:, :3]
-        seen = sign * group.across_ends(moved[:, :, None])[:, 0]
-        if np.abs(seen).max(initial=0.0) > NOTHING:
-            out.append((name, seen))
+        columns = sign * group.across_ends(moved[:, :, None])[:, 0]
+        if np.abs(columns).max(initial=0.0) > NOTHING:
+            out.append((name, columns))
     return out
 
 
@@ -158,12 +160,12 @@ def _rigid(group: _LabelGroup) -> Columns:
     tip = group.run.tip
     arm = tip - tip[group.row].mean(axis=0)
     if group.recording.kind == "angle":
-        seen, reach = group.direction, 1.0
+        columns, reach = group.direction, 1.0
     else:
         turned = np.stack([np.cross(axis, arm) for axis in np.eye(3)], axis=2)
-        seen, reach = group.across_ends(turned), float(np.abs(arm[group.row]).max())
-    kept = [i for i in range(3) if np.abs(seen[:, i]).max() > NOTHING * max(reach, 1.0)]
-    return _shift(group) + [(f".turn_{'xyz'[i]}", seen[:, i]) for i in kept]
+        columns, reach = group.across_ends(turned), float(np.abs(arm[group.row]).max())
+    kept = [i for i in range(3) if np.abs(columns[:, i]).max() > NOTHING * max(reach, 1.0)]
+    return _shift(group) + [(f".turn_{'xyz'[i]}", columns[:, i]) for i in kept]
 
 
 def _profile(group: _LabelGroup) -> Columns:

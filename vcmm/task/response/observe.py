@@ -120,33 +120,33 @@ class Observer:
     def calibration(self) -> list[tuple[str, Array]]:
         """See `calibration_columns`."""
         out = list(self.recording.known)
-        for one in self.machine.inputs:
-            stated = one.effect == Scatter.name or one.id in dict(out)
-            effects = () if stated else self._acted_on(one)
+        for quantity in self.machine.inputs:
+            stated = quantity.effect == Scatter.name or quantity.id in dict(out)
+            effects = () if stated else self._acted_on(quantity)
             if effects:
-                columns = self._code(one, responses(self.ends, one, effects))
+                columns = self._code(quantity, responses(self.ends, quantity, effects))
                 used = np.abs(columns).max(axis=0, initial=0.0) > 0
                 if used.any():
-                    out.append((one.id, columns[:, used]))
+                    out.append((quantity.id, columns[:, used]))
         return out
 
-    def of_input(self, one: Input) -> tuple[tuple[Effect, ...], Array]:
+    def of_input(self, quantity: Input) -> tuple[tuple[Effect, ...], Array]:
         """Return the effects through which an Input shows, and its columns (m, r) per draw of unit variance, sampled once for all rows."""
-        effects = self._acted_on(one)
+        effects = self._acted_on(quantity)
         if not effects:
             return (), np.zeros((self.recording.m, 0))
-        ends = responses(self.ends, one, effects)
-        factor = _unit_factor(one, ends[0].shape[1])
+        ends = responses(self.ends, quantity, effects)
+        factor = _unit_factor(quantity, ends[0].shape[1])
         return effects, _less_second([end @ factor for end in ends])
 
     def _acted_on(self, quantity: Input) -> tuple[Effect, ...]:
         """Return the effects through which an Input shows; none where the recording lacks its columns."""
         if quantity.members:
-            found = [self._acted_on(m) for m in quantity.members]
-            some = all(found) or bool(
+            members = [self._acted_on(m) for m in quantity.members]
+            some = all(members) or bool(
                 quantity.widths
             )  # what was followed together is seen as far as its effects are
-            return tuple(e for effects in found for e in effects) if some else ()
+            return tuple(e for effects in members for e in effects) if some else ()
         if quantity.is_channel:
             return self.usable.effects if quantity.parameter in self.run.columns else ()
         return tuple(e for e in targets(self.machine, quantity) if not lacking(e, self.run))
@@ -243,8 +243,8 @@ def known_here(recording: Recording, machine: Machine) -> Array:
     """Return columns (m, r), mm or rad per unit variance, of uncertainties that the recording states and that belong to no number of the machine:
     setting, scatter of a pass. They are independent for each recording, like noise.
     """
-    own = {i.id for i in machine.inputs if i.effect != Scatter.name}
-    columns = [c for name, c in recording.known if name not in own]
+    ids = {i.id for i in machine.inputs if i.effect != Scatter.name}
+    columns = [c for name, c in recording.known if name not in ids]
     return np.concatenate([np.zeros((recording.m, 0)), *columns], axis=1)
 
 

@@ -78,5 +78,5 @@ def with_down(run: Run, machine: Machine, down: Array) -> Run:
     if not size > 0:
         raise UsageError("down is no direction; write for example down = [0, 0, -1]")
     _, tool, _ = link_frames(machine.chain, machine.axes, run)
-    seen = tool.turn_back(np.tile(np.asarray(down, dtype=float) / size, (run.n, 1)))
-    return run.with_columns({f"down_{c}": seen[:, i] for i, c in enumerate("xyz")})
+    down_in_tool = tool.turn_back(np.tile(np.asarray(down, dtype=float) / size, (run.n, 1)))
+    return run.with_columns({f"down_{c}": down_in_tool[:, i] for i, c in enumerate("xyz")})

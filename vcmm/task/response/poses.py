@@ -179,18 +179,18 @@ def placement_at(poses: PoseReadings, frames: Frame, offset: Array) -> TrackerPl
     return TrackerPlacement(turn, poses.position.mean(axis=0) - turn @ points.mean(axis=0), offset, target)
 
 
-def _turn_by_orientations(own: Array, seen: Array) -> Array:
+def _turn_by_orientations(commanded: Array, measured: Array) -> Array:
     from scipy.spatial.transform import Rotation
 
     def changes(frames: Array) -> Array:
         return np.asarray(Rotation.from_matrix(frames[1:] @ frames[:-1].transpose(0, 2, 1)).as_rotvec())
 
-    return best_turn(changes(own), changes(seen))
+    return best_turn(changes(commanded), changes(measured))
 
 
-def best_turn(points: Array, seen: Array) -> Array:
+def best_turn(points: Array, measured: Array) -> Array:
     """Return the rotation (3, 3) that takes points (n, 3) nearest to those seen, both about their origin."""
-    left, _, right = np.linalg.svd(seen.T @ points)
+    left, _, right = np.linalg.svd(measured.T @ points)
     return np.asarray(left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right)
 
 
@@ -243,8 +243,8 @@ def as_recording(poses: PoseReadings, machine: Machine) -> Recording:
     place = settle_placement(replace(poses, orientation=None), frames)
     offset = np.tile(place.offset, (poses.n, 1))
     run = Run(poses.run.position, offset, poses.run.columns, poses.run.labels, poses.run.series)
-    seen = (poses.position - place.shift) @ place.turn
-    value = seen - nominal_tip(machine.chain, machine.axes, run)
+    measured = (poses.position - place.shift) @ place.turn
+    value = measured - nominal_tip(machine.chain, machine.axes, run)
     return Recording(
         name=poses.name,
         kind="displacement",

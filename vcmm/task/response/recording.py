@@ -157,9 +157,9 @@ class Recording:
     def places(self, observations: Ints | npt.NDArray[np.bool_], most: int = 6) -> str:
         """Name the places of observations, 'lines 12, 17 and 30 more', in the data file; rows (from 1) without a file."""
         rows = np.unique(self.row[observations])
-        known = self.lines is not None and bool((rows < len(self.lines)).all())
-        numbers = self.lines[rows] if self.lines is not None and known else rows + 1
-        word = ("line" if known else "row") + ("" if len(numbers) == 1 else "s")
+        has_lines = self.lines is not None and bool((rows < len(self.lines)).all())
+        numbers = self.lines[rows] if self.lines is not None and has_lines else rows + 1
+        word = ("line" if has_lines else "row") + ("" if len(numbers) == 1 else "s")
         shown = [str(k) for k in numbers[:most]]
         if len(numbers) > most:
             return f"{word} {', '.join(shown)} and {len(numbers) - most} more"

@@ -53,7 +53,7 @@ def exact_errors(machine: Machine, run: Run, drawn: Sequence[Draws]) -> Array:
     is exact for all but scanned ones (a time constant redrawn per touch stays linearised).
     """
     count = len(drawn[0].raw) if drawn else 1
-    drawn = [single for one in drawn for single in _singles(one)]
+    drawn = [single for draws in drawn for single in _singles(draws)]
     size = max(1, AT_ONCE // run.n)
     bases = _Bases(run)
     blocks = [[d.part(at, at + size) for d in drawn] for at in range(0, count, size)]
@@ -82,8 +82,8 @@ def _block_errors(machine: Machine, run: Run, drawn: Sequence[Draws], count: int
 def _with_channels(run: Run, channels: Sequence[Draws], trial: int) -> Run:
     """Return the run of one trial, with its sampled channels moved; the run itself where no channel is sampled."""
     plain: dict[str, Array] = {}
-    for one in channels:
-        name, amount = one.influence.input.parameter, one.on_rows(trial)[:, 0]
+    for channel in channels:
+        name, amount = channel.influence.input.parameter, channel.on_rows(trial)[:, 0]
         if name in run.columns and name.removeprefix("temp_").removesuffix("_C") not in run.series:
             plain[name] = plain.get(name, run.columns[name]) + amount
         else:
@@ -156,7 +156,7 @@ def _drawn_motions(effect: Effect, runs: Sequence[Run], drawn: Sequence[Draws], 
         bases.plain[id(effect)] = _answers_in_proportion(effect, runs, drawn, bases)
     if bases.plain[id(effect)]:
         return _in_proportion(effect, len(runs), drawn, bases)
-    return np.stack([_drawn_motion(effect, one, drawn, t, bases) for t, one in enumerate(runs)])
+    return np.stack([_drawn_motion(effect, run, drawn, t, bases) for t, run in enumerate(runs)])
 
 
 def _answers_in_proportion(
@@ -165,36 +165,36 @@ def _answers_in_proportion(
     if any(parameter(effect, d.influence.input.parameter).metadata["scan"] for d in drawn):
         return False
     first = [d.head(TRIALS_OF_EFFECT) for d in drawn]
-    known = _in_proportion(effect, len(runs[:TRIALS_OF_EFFECT]), first, bases)
+    in_proportion = _in_proportion(effect, len(runs[:TRIALS_OF_EFFECT]), first, bases)
     shown = np.stack(
-        [_drawn_motion(effect, one, first, t, bases) for t, one in enumerate(runs[:TRIALS_OF_EFFECT])]
+        [_drawn_motion(effect, run, first, t, bases) for t, run in enumerate(runs[:TRIALS_OF_EFFECT])]
     )
-    rounding = 1e-12 * max(float(np.abs(shown).max()), float(np.abs(known).max()))
-    return bool(np.abs(known - shown).max() <= rounding)
+    rounding = 1e-12 * max(float(np.abs(shown).max()), float(np.abs(in_proportion).max()))
+    return bool(np.abs(in_proportion - shown).max() <= rounding)
 
 
 def _in_proportion(effect: Effect, count: int, drawn: Sequence[Draws], bases: _Bases) -> Array:
     """Return the motions (m, n, 6): the motion at the estimates of the unmoved run, and departures times unit responses."""
     total = np.broadcast_to(bases.motion(effect, bases.run), (count, bases.run.n, 6))
-    for one in drawn:
-        unit = bases.of(effect, one.influence.input.parameter, bases.run)
-        if len(one.influence.copies) == 1:
-            total = total + (one.departures[:, 0] @ unit.reshape(-1, unit.shape[2]).T).reshape(total.shape)
+    for draws in drawn:
+        unit = bases.of(effect, draws.influence.input.parameter, bases.run)
+        if len(draws.influence.copies) == 1:
+            total = total + (draws.departures[:, 0] @ unit.reshape(-1, unit.shape[2]).T).reshape(total.shape)
         else:
-            total = total + np.einsum("nik,mnk->mni", unit, one.departures[:, one.influence.codes])
+            total = total + np.einsum("nik,mnk->mni", unit, draws.departures[:, draws.influence.codes])
     return total
 
 
 def _drawn_motion(effect: Effect, run: Run, drawn: Sequence[Draws], trial: int, bases: _Bases) -> Array:
     extra, moved = np.zeros((run.n, 6)), effect
-    for one in drawn:
-        name = one.influence.input.parameter
-        departure = one.departures[trial]
+    for draws in drawn:
+        name = draws.influence.input.parameter
+        departure = draws.departures[trial]
         if len(departure) == 1 and departure.shape[1] <= DIRECT:
             value = np.asarray(getattr(moved, parameter(effect, name).name), dtype=float)
             changed = value + departure[0].reshape(value.shape)
             moved = with_parameter(moved, name, float(changed) if value.ndim == 0 else changed)
         else:
-            extra += np.einsum("nik,nk->ni", bases.of(effect, name, run), one.on_rows(trial))
+            extra += np.einsum("nik,nk->ni", bases.of(effect, name, run), draws.on_rows(trial))
     motion = bases.motion(effect, run) if moved is effect else moved.error_motion(run)
     return np.asarray(motion + extra)
