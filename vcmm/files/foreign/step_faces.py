@@ -202,7 +202,7 @@ def _spread(shape: Any, reach: tuple[float, float, float, float]) -> Array | Non
 
 
 def _far_apart(places: Array) -> Array:
-    """Return the nine of the places (n, 2), each as far as possible from those before it."""
+    """Return nine of the places (n, 2), each as far as possible from those before it."""
     chosen = [int(np.argmin(places.sum(axis=1)))]
     nearest = np.full(len(places), np.inf)
     while len(chosen) < min(9, len(places)):

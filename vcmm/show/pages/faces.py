@@ -1,4 +1,4 @@
-"""The page of a face that was scanned on the machine: its map, its profile, figures, and what the scan does not tell."""
+"""The page of a face that was scanned on the machine: its map, its profile, figures, and errors that the scan does not show."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def face_page(found: FaceMap) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     blocks = [r.heading("Figures"), html(tables.figures(found))]
     blocks += [r.note(text) for text in found.warnings]
     blocks += [r.heading("Map of the face"), charts.on_page(face_picture, found)]
@@ -35,7 +35,7 @@ def face_page(found: FaceMap) -> str:
 
 
 def face_picture(found: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
-    """The map, µm."""
+    """Return the map, µm."""
     return charts.heat_map(
         found.height * 1e3, found.x, found.y, x_label="x of the part / mm", y_label="y / mm", unit="µm",
         title="Height above the programmed face", symmetric=True, ax=ax,
@@ -43,7 +43,7 @@ def face_picture(found: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
 
 
 def profile_picture(found: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
-    """Profile with its 95 % band (2 u), and the odd part of the slide's error."""
+    """Plot the profile with its 95 % band (2 u), and the odd part of the slide's error."""
     assert found.r is not None
     assert found.profile is not None
     p, u = found.profile * 1e3, 2e3 * found.u_profile
