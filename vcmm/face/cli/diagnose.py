@@ -1,4 +1,4 @@
-"""vcmm diagnose: what physics does this recording hold that the machine file lacks."""
+"""vcmm diagnose: find the effects in a recording that the machine file lacks."""
 
 from __future__ import annotations
 
@@ -96,8 +96,8 @@ def diagnose_command(
 
 
 class Diagnosed(NamedTuple):
-    """What was found; improved: file name -> text of the machine file; page: the report, "" where none is asked for; attempt: what failed
-    after the names were found, which is named in the answer."""
+    """What was found; improved: file name -> text of the machine file; page: the report, "" where none is requested; attempt: the error
+    after the names were found, which the answer names."""
 
     diagnosis: Diagnosis
     improved: dict[str, str]
@@ -127,7 +127,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
         return few_enough(found), known  # the rest need not be kept
 
     def run(self, loaded: tuple[Recording, Machine], report: Progress) -> Diagnosed:
-        """What fails after the names are found is named in the answer, which is given all the same."""
+        """Diagnose the recording; an error after the names are found is named in the answer, which is given nevertheless."""
         recording, known = loaded
         diagnosis = diagnose(recording, known, seed=self.seed, extra_effects=self.effects, progress=report)
         diagnosis = _fitted_before(diagnosis, known, self.recording.name)
@@ -170,7 +170,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
 
 
 def _page(found: Recording, known: Machine, diagnosis: Diagnosis) -> str:
-    """The report; where a picture cannot be drawn, a page that says so: numbers and files do not depend on it."""
+    """Return the report; where a picture cannot be drawn, a page with the reason: numbers and files do not depend on it."""
     from vcmm.show.pages.diagnosis import diagnosis_page, without_pictures
 
     try:
@@ -181,7 +181,7 @@ def _page(found: Recording, known: Machine, diagnosis: Diagnosis) -> str:
 
 
 def _fitted_before(diagnosis: Diagnosis, known: Machine, recording: str) -> Diagnosis:
-    """The diagnosis with a warning where the machine was made from this very recording."""
+    """Return the diagnosis with a warning where the machine was made from this very recording."""
     if not any(i.evidence.startswith(f"diagnosed from {recording}") for i in known.inputs):
         return diagnosis
     said = (
@@ -192,7 +192,7 @@ def _fitted_before(diagnosis: Diagnosis, known: Machine, recording: str) -> Diag
 
 
 def _own_class(word: str) -> type[Effect]:
-    """module:Class to the class. Raises UsageError naming what is missing."""
+    """Return the class of module:Class. Raises UsageError naming what is missing."""
     module, _, name = word.partition(":")
     sys.path.insert(0, str(Path.cwd()))
     try:
