@@ -161,7 +161,7 @@ def test_a_table_says_whose_motion_it_holds():
     comp = control_tables(it, "linuxcnc", nodes=41).files["comp_x.txt"]
     assert "; whose motion: X carries the part: what counts is the tool seen from the part" in comp
     assert (
-        "commanded to X -300.000 forwards, the tool stands over X -300.0360 of the part: 36.0 um less far towards +X"
+        "commanded to X -300.000 forwards, the tool is over X -300.0360 of the part: 36.0 um less far towards +X"
         in comp
     )
     assert "Z carries the tool" in control_tables(it, "linuxcnc", nodes=41).files["comp_z.txt"]
@@ -169,10 +169,10 @@ def test_a_table_says_whose_motion_it_holds():
         said = control_tables(it, form, nodes=41).files[name]
         assert "X and Y carry the part: the motion of the table" in said
         assert (
-            "EXX = +0.036000 mm: the table stands 36.0 um too far towards +X of the machine, so that the tool is seen 36.0 um too far towards -X"
+            "EXX = +0.036000 mm: the table is 36.0 um too far towards +X of the machine, so that the tool is seen 36.0 um too far towards -X"
             in said
         )
-        assert "EZZ = -0.036000 mm: the axis stands 36.0 um too far towards -Z of the machine\n" in said
+        assert "EZZ = -0.036000 mm: the axis is 36.0 um too far towards -Z of the machine\n" in said
 
 
 def test_unknown_format():

@@ -133,8 +133,8 @@ def test_a_byte_order_mark_is_no_mistake(tmp_path):
     ("first", "message"),
     [
         ("", 'the first line must be vcmm = "machine/1"'),
-        ('vcmm = "scenario/1"', "but a machine file is due here"),
-        ('vcmm = "machine"', "but a machine file is due here"),
+        ('vcmm = "scenario/1"', "but expected a machine file"),
+        ('vcmm = "machine"', "but expected a machine file"),
         (
             'vcmm = "machine/2"',
             r'"machine/2" was written by a newer vcmm; this one reads machine/1 to machine/1',

@@ -31,7 +31,7 @@ class Frame:
         return self.turn_back(points - self.shift)
 
     def then(self, inner: Frame) -> Frame:
-        """Return the self · inner: first inner, then self."""
+        """Return self · inner: first inner, then self."""
         if inner.rotation is None or self.rotation is None:
             rotation = self.rotation if inner.rotation is None else inner.rotation
         else:

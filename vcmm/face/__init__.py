@@ -1,1 +1,1 @@
-"""What people call: the command line and the functions of `import vcmm`."""
+"""User interfaces: the command line and the functions of `import vcmm`."""

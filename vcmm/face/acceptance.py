@@ -10,7 +10,7 @@ from typing import Any
 def find_figures(
     files: Sequence[Path], iso: str, limit: Sequence[str], seed: int, trials: int
 ) -> tuple[Any, list[str], bool]:
-    """(figures, warnings, whether the errors of the machine are drawn from its certificate). files: one machine file, or recordings."""
+    """Return (figures, warnings, whether the errors of the machine are sampled from its certificate). files: one machine file, or recordings."""
     from vcmm.files.own.machine import load_machine_of
     from vcmm.files.toml import read_toml
     from vcmm.learn.calibration.acceptance import predict_figures
@@ -32,7 +32,7 @@ def find_figures(
 
 
 def table_of_figures(iso: str, figures: Any) -> Any:
-    """The figures as a table."""
+    """Return the figures as a table."""
     from vcmm.show.tables.calibration import figures as figures_table
     from vcmm.show.tables.reversal import spindle_figures
 
@@ -40,7 +40,7 @@ def table_of_figures(iso: str, figures: Any) -> Any:
 
 
 def _stated_limits(file: Path, machine: Any, iso: str, warnings: list[str]) -> tuple[dict[str, Any], bool]:
-    """Limits of the file's own [certificate] by figure, and whether its errors were drawn from it."""
+    """Return limits of the file's own [certificate] by figure, and whether its errors were sampled from it."""
     from vcmm.files.own.certificate import stated_certificate
 
     certificate = stated_certificate(file)
@@ -56,7 +56,7 @@ def _stated_limits(file: Path, machine: Any, iso: str, warnings: list[str]) -> t
 
 
 def _refuse_unused_limits(limits: Any, figures: Any, parts: bool) -> None:
-    """parts: the beginning of a name stands for all figures that begin so."""
+    """Refuse limits that no figure uses. parts: beginnings of names, each for all figures that begin so."""
     from vcmm.core.errors import UsageError, choose_from
     from vcmm.learn.calibration.spindle import ANGLE, is_of
 
@@ -72,7 +72,7 @@ def _refuse_unused_limits(limits: Any, figures: Any, parts: bool) -> None:
 
 
 def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials: int) -> Any:
-    """ISO 230-7 of a test with [reversal], or predicted from a machine file."""
+    """Return ISO 230-7 figures of a test with [reversal], or predicted from a machine file."""
     from vcmm.core.errors import UsageError
     from vcmm.files.own.machine import load_machine
     from vcmm.files.own.reversal import is_reversal, load_reversal
@@ -93,7 +93,7 @@ def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials:
 
 
 def _drop_rounding(figures: Any, warnings: list[str]) -> Any:
-    """Figures without those that are rounding, and a warning of these."""
+    """Return the figures without those that are rounding, and a warning about them."""
     from vcmm.learn.calibration.acceptance import without_rounding
 
     figures, untold = without_rounding(figures)
@@ -102,7 +102,7 @@ def _drop_rounding(figures: Any, warnings: list[str]) -> Any:
 
 
 def _only_file(files: list[Path]) -> Path:
-    """A spindle test is one file. UsageError for several."""
+    """Return the file of a spindle test, which is one. UsageError for several."""
     from vcmm.core.errors import UsageError
 
     if len(files) > 1:

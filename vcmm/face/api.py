@@ -348,19 +348,19 @@ def cut(
 
 
 def _files_of(scenario: object) -> list[str | Path]:
-    """The file of a scenario, where its path was given."""
+    """Return the file of a scenario, where its path was given."""
     return [scenario] if isinstance(scenario, str | Path) else []
 
 
 def _load_if_file(scenario: Scenario | CutScenario | str | Path) -> Scenario | CutScenario:
-    """A scenario as it is, or that of a file. UsageError for anything else."""
+    """Return a scenario unchanged, or that of a file. UsageError for anything else."""
     from vcmm.shop.machining.scenario import CutScenario
 
     if isinstance(scenario, Scenario | CutScenario):
         return scenario
     if not isinstance(scenario, str | Path):
         raise UsageError(
-            f"a scenario or the path of its file is due, not {type(scenario).__name__}; vcmm.load_scenario(path) reads one"
+            f"expected a scenario or the path of its file, not {type(scenario).__name__}; vcmm.load_scenario(path) reads one"
         )
     from vcmm.files.own.cut_scenario import load_cut
     from vcmm.files.own.scenario import load_scenario
@@ -370,7 +370,7 @@ def _load_if_file(scenario: Scenario | CutScenario | str | Path) -> Scenario | C
 
 
 def load_measuring(scenario: Scenario | str | Path) -> Scenario:
-    """A scenario that measures, or that of a file; one that cuts is pointed to its own job."""
+    """Return a scenario that measures, or that of a file; for one that cuts the error names its own job."""
     measuring = _load_if_file(scenario)
     if not isinstance(measuring, Scenario):
         raise UsageError(

@@ -1,4 +1,4 @@
-"""Bodies of JSON documents whose tables stand in no one place: of a calibration, a rewritten program, a placed cut part."""
+"""Bodies of JSON documents whose tables are in several places: of a calibration, a rewritten program, a placed cut part."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def calibration_json(calibration: Calibration, out: Path | None) -> dict[str, Any]:
-    """The JSON document without its frame; its figures are those of the file that was written, read back."""
+    """Return the JSON document without its frame; its figures are those of the written file, read back."""
     from vcmm.files.own.machine import load_machine
     from vcmm.learn.calibration.acceptance import volume_figures
     from vcmm.learn.calibration.result import rms
@@ -37,7 +37,7 @@ def calibration_json(calibration: Calibration, out: Path | None) -> dict[str, An
 
 
 def compensation_json(result: CompensatedProgram, target: Path | None, proof: CutProof) -> dict[str, Any]:
-    """The body of the JSON document; lengths in um, as people say them. met: of the cut, where one was made, else of the path."""
+    """Return the body of the JSON document; lengths in um, as people state them. met: of the cut, where one was made, else of the path."""
     from vcmm.show.tables.compensation import departure_json, pointing_json, shifts_json
     from vcmm.show.tables.proofs import proof_json
 

@@ -1,4 +1,4 @@
-"""Simulation against recording for any machine files: what each of them leaves."""
+"""Compare simulation and recording for any machine files: the residuals of each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 def compare_files(
     recordings: Sequence[Path], machines: Sequence[Path], seed: int
 ) -> tuple[list[Comparison], list[str], list[Path]]:
-    """(a row for each machine, that of the recordings first; what was left out, in words; all files that were read)."""
+    """Return (a row for each machine, that of the recordings first; omitted data in words; all files that were read)."""
     from vcmm.files.own.machine import load_machine
     from vcmm.show.console.documents import sources
 
@@ -30,9 +30,9 @@ def compare_files(
 
 
 def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int, every: list[Any]) -> Any:
-    """One machine (None: the one that each recording names) against all recordings, in the rows that all machines can predict.
+    """Return one machine (None: the one that each recording names) against all recordings, in the rows that all machines can predict.
 
-    every: the effects of all other machines: what one of them needs and a sensor did not read is left out for all.
+    every: the effects of all other machines: rows that one of them needs and a sensor did not read are left out for all.
     """
     from dataclasses import replace
 
@@ -55,7 +55,7 @@ def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int,
 
 
 def _left_out(rows: list[Any]) -> list[str]:
-    """What of the recordings was set aside, and what they have no columns for, in words."""
+    """Return, in words, the data of the recordings that were set aside, and the effects for which they have no columns."""
     aside = dict.fromkeys(note for row in rows for part in row.parts for note in part.recording.notes)
     return [*aside] + [
         f"{row.file}: {name} is not predicted, the recording lacks a column that it needs"

@@ -1,4 +1,4 @@
-"""Files of other systems made into vcmm files, and read back before anybody relies on them."""
+"""Convert files of other systems to vcmm files, and read them back."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def convert_file(file: Path, machine: Path | None, target: Path) -> tuple[ConvertedFiles, list[str]]:
-    """The files, and what `vcmm check` says against them. A characteristic that contradicts the drawing is left out."""
+    """Return the files, and the problems that `vcmm check` reports for them. A characteristic that contradicts the drawing is left out."""
     from vcmm.files.foreign.convert import Beside, convert
 
     name, centre = _machine_beside(machine, target)
@@ -27,7 +27,7 @@ def convert_file(file: Path, machine: Path | None, target: Path) -> tuple[Conver
 
 @dataclass(frozen=True)
 class _ReadBack:
-    """What was read back: names of the characteristics, those that contradict the drawing, every problem."""
+    """Result of reading back: names of the characteristics, those that contradict the drawing, every problem."""
 
     characteristics: list[str]
     contradictory: dict[int, str]
@@ -35,7 +35,7 @@ class _ReadBack:
 
 
 def _read_back(made: ConvertedFiles, target: Path) -> _ReadBack:
-    """The files read back from a folder beside the one that they are for."""
+    """Return the files read back from a folder beside the one that they are for."""
     import re
     import tempfile
     import tomllib
@@ -65,7 +65,7 @@ def _read_back(made: ConvertedFiles, target: Path) -> _ReadBack:
 
 
 def _machine_beside(machine: Path | None, folder: Path) -> tuple[str | None, list[float] | None]:
-    """How the scenario names the machine file, and the middle of its volume in mm."""
+    """Return how the scenario names the machine file, and the middle of its volume in mm."""
     import os
 
     if machine is None:
@@ -77,7 +77,7 @@ def _machine_beside(machine: Path | None, folder: Path) -> tuple[str | None, lis
 
 
 def refuse_taken(folder: Path, names: Iterable[str]) -> None:
-    """Raises UsageError where one of these files is there already."""
+    """Raise UsageError where one of the files exists already."""
     from vcmm.core.errors import UsageError
 
     taken = next((folder / name for name in names if (folder / name).exists()), None)
@@ -88,7 +88,8 @@ def refuse_taken(folder: Path, names: Iterable[str]) -> None:
 def written_files(
     file: Path, machine: Path | None, out: Path | None
 ) -> tuple[ConvertedFiles, list[str], list[Path]]:
-    """(what was made, what `vcmm check` says against it, the files that were written). UsageError where one of them is there already."""
+    """Return (the converted files, the problems that `vcmm check` reports for them, the files that were written). UsageError where one of
+    them is there already."""
     from vcmm.show.console.files import output_folder, write_files
 
     folder = output_folder(out or Path(file.stem))

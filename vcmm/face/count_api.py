@@ -1,4 +1,4 @@
-"""Counts and second routes as Python calls: audit, independent routes, what a certificate is worth."""
+"""Counts and second routes as Python calls: audit, independent routes, value of a certificate."""
 
 from __future__ import annotations
 

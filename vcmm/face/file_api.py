@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ProgramMeaning(Readable):
-    """An NC program as it is understood: its moves and remarks in `program`, lengths, times and extents in `summary`."""
+    """Meaning of an NC program: its moves and remarks in `program`, lengths, times and extents in `summary`."""
 
     name: str
     program: Program
@@ -83,8 +83,8 @@ def nc(
 
 @dataclass(frozen=True, eq=False)
 class ConvertedFile(Readable):
-    """What became of a file of another system: its kind, counts, the files that were written, what was assumed or left out (`notes`),
-    and what `vcmm check` says against it (`problems`).
+    """Result of converting a file of another system: its kind, counts, the files that were written, assumptions and omissions (`notes`),
+    and the problems that `vcmm check` reports for it (`problems`).
     """
 
     kind: str
@@ -99,7 +99,7 @@ class ConvertedFile(Readable):
         return f"<ConvertedFile {self.kind}: {counted}; {len(self.written)} files written>"
 
     def body(self) -> dict[str, Any]:
-        """The body of the document."""
+        """Return the body of the document."""
         return {
             "kind": self.kind, "counts": dict(self.counts), "written": [str(p) for p in self.written],
             "notes": list(self.notes), "problems": list(self.problems),
@@ -116,7 +116,7 @@ def convert(
     file
         The file.
     machine
-        Machine file of the scenario; without it a machine with a certificate stands in.
+        Machine file of the scenario; without it a placeholder machine with a certificate is used.
     out
         Folder for the files (default: the name of the file without its ending).
 

@@ -1,4 +1,4 @@
-"""Files of measured points and values: which of them go together, and what they hold."""
+"""Check files of measured points and values: those that go together, and their contents."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def check_inputs(
     points: str | Path | None, values: str | Path | None, frame: str = "part", tip_centres: bool = False
 ) -> None:
-    """UsageError: not one of points and values, an unknown frame, or words about points beside values."""
+    """Raise UsageError where not exactly one of points and values is given, for an unknown frame, or for words about points beside values."""
     from vcmm.answer.inference.points import FRAMES
 
     if (points is None) == (values is None):
@@ -33,7 +33,7 @@ def check_inputs(
 def evaluate_listed(
     scenario: Scenario, values: str | Path, settings: Settings, progress: Progress | None
 ) -> tuple[EvaluatedPart, ...]:
-    """Values of a file of ours or of an export, with what the export could not say."""
+    """Evaluate the values of a file of ours or of an export, with notes on information that the export lacks."""
     from vcmm.answer.inference.job import evaluate_values
     from vcmm.files.foreign.cmm_exports import exported_values
     from vcmm.files.own.measured_data import read_measured_values
@@ -49,7 +49,7 @@ def evaluate_listed(
 def given_points(
     scenario: Scenario, path: str | Path, tip_centres: bool
 ) -> tuple[tuple[GivenPoints, ...], bool, tuple[str, ...]]:
-    """Points of a CSV or QIF file or of a bare list, whether they are centres of the tip, and what the file could not say.
+    """Return points of a CSV or QIF file or of a bare list, whether they are centres of the tip, and notes on missing information.
 
     UsageError and DataError where a QIF file says otherwise than the call or the plan: it states its own tip.
     """

@@ -1,7 +1,7 @@
 """A job of the command line as one value, and the one runner of all jobs.
 
-A verb declares a `Job`: how its files are loaded, what is computed, what the document says, which files stand beside it, what a
-person reads, and the exit code. `run_job` does the rest, in the same order for every verb: places are checked before any work,
+A verb declares a `Job`: how its files are loaded, the computation, the document, the files beside it, the text for
+the user, and the exit code. `run_job` does the rest, in the same order for every verb: places are checked before any work,
 then load, run, document, evidence, files, answer. `run_shared` does one shard of a job, or all of it.
 """
 
@@ -36,7 +36,7 @@ REQUIRED, FAILED = "conforms", "does not conform"
 
 @dataclass(frozen=True)
 class Flags:
-    """Where a result goes, the same for every verb that has the flag: --json, --out, --evidence."""
+    """Options for the result, the same for every verb that has the flag: --json, --out, --evidence."""
 
     json: bool = False
     out: Path | None = None
@@ -45,7 +45,7 @@ class Flags:
 
 @dataclass(frozen=True)
 class Record:
-    """What the document of a job says inside its frame. files: all that were read."""
+    """Content of the document of a job inside its frame. files: all that were read."""
 
     body: dict[str, Any]
     files: Sequence[Path]
@@ -55,7 +55,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Pack:
-    """What an evidence pack holds beside the document: the command that makes it again, and the task whose influences are listed."""
+    """Content of an evidence pack beside the document: the command that makes it again, and the task whose influences are listed."""
 
     verb: str
     scenario: Path
@@ -64,7 +64,7 @@ class Pack:
 
 
 class Job(ABC, Generic[Loaded, Result]):
-    """What a verb does, as a value: a frozen dataclass whose fields are the options of the verb.
+    """A verb as a value: a frozen dataclass whose fields are the options of the verb.
 
     Loaded: what its files hold. Result: what is computed. Methods have no effects of their own but `write_binaries` and `export`.
     """
@@ -74,7 +74,7 @@ class Job(ABC, Generic[Loaded, Result]):
 
     @property
     def place(self) -> tuple[Path, str] | None:
-        """File and table that a complaint about numbers is given (the table may be empty); None: it says its own."""
+        """File and table for complaints about numbers (the table may be empty); None: the complaint names its own."""
         return None
 
     def check(self) -> None:
@@ -82,22 +82,22 @@ class Job(ABC, Generic[Loaded, Result]):
 
     @abstractmethod
     def load(self) -> Loaded:
-        """Everything that is read."""
+        """Read all files."""
 
     @abstractmethod
     def run(self, loaded: Loaded, report: Progress) -> Result:
-        """The computation."""
+        """Compute the result."""
 
     @abstractmethod
     def record(self, loaded: Loaded, result: Result) -> Record:
-        """What the document says."""
+        """Return the content of the document."""
 
     @abstractmethod
     def show(self, loaded: Loaded, result: Result) -> None:
-        """What a person reads, on stdout and stderr."""
+        """Show the result on stdout and stderr."""
 
     def texts(self, loaded: Loaded, result: Result, content: str, folder: Path) -> dict[str, str]:
-        """File name -> text, of --out. content: the document as text."""
+        """Return the file name -> text, of --out. content: the document as text."""
         raise NotImplementedError(f"{type(self).__name__} has no --out")
 
     def write_binaries(self, loaded: Loaded, result: Result, folder: Path) -> list[str]:
@@ -105,30 +105,30 @@ class Job(ABC, Generic[Loaded, Result]):
         return []
 
     def files_sentence(self, loaded: Loaded, result: Result, folder: Path, names: Sequence[str]) -> str:
-        """The sentence about the files; an empty one is not said."""
+        """Return the sentence about the files; an empty one is not printed."""
         return f"wrote {folder}/{', '.join(names)}"
 
     def export(self, loaded: Loaded, result: Result, content: dict[str, Any]) -> None:
         """Write what other options than --out ask for, such as --export and --report. content: the document."""
 
     def pack(self, loaded: Loaded) -> Pack:
-        """What --evidence keeps."""
+        """Return the content of --evidence."""
         raise NotImplementedError(f"{type(self).__name__} has no --evidence")
 
     def notes(self, loaded: Loaded, result: Result) -> Iterable[str]:
-        """Remarks on stderr, with --json too."""
+        """Return remarks for stderr, with --json too."""
         return ()
 
     def finish(self, loaded: Loaded, result: Result) -> None:
-        """What comes last, after everything is written and said: raise a fault of ours that was put off."""
+        """Finish after everything is written and shown: raise a postponed internal error."""
 
     def exit_code(self, loaded: Loaded, result: Result) -> int:
-        """0, or 1 where what the verb asks is not met. Raises UsageError before anything is written."""
+        """Return 0, or 1 where the condition of the verb is not met. Raises UsageError before anything is written."""
         return 0
 
 
 def run_job(job: Job[Loaded, Result], flags: Flags) -> int:
-    """The whole job; returns its exit code. Nothing is written before everything is computed."""
+    """Run the whole job; return its exit code. Nothing is written before everything is computed."""
     job.check()
     folder = output_folder(flags.out) if flags.out else None
     loaded, result = compute(job)
@@ -158,7 +158,7 @@ def run_job(job: Job[Loaded, Result], flags: Flags) -> int:
 
 
 def compute(job: Job[Loaded, Result]) -> tuple[Loaded, Result]:
-    """What was loaded and computed; complaints about numbers get file and line."""
+    """Return the loaded data and the result; complaints about numbers get file and line."""
     loaded = job.load()
     with progress() as report, about(*job.place) if job.place else nullcontext():
         return loaded, job.run(loaded, report)
@@ -177,27 +177,27 @@ class SharedJob(Job[Loaded, Result]):
     @property
     @abstractmethod
     def stem(self) -> str:
-        """How the file of a shard is named."""
+        """Name of the file of a shard."""
 
     @abstractmethod
     def options(self) -> dict[str, Any]:
-        """The options of the job, as its shards hold them (JSON)."""
+        """Return the options of the job, as its shards hold them (JSON)."""
 
     @abstractmethod
     def inputs(self) -> list[Path]:
-        """All files that the job reads."""
+        """Return all files that the job reads."""
 
     @classmethod
     @abstractmethod
     def of_shards(cls, options: dict[str, Any], sharing: Sharing) -> SharedJob[Loaded, Result]:
-        """The job of `options`, on the blocks of its shards."""
+        """Return the job of `options`, on the blocks of its shards."""
 
     def check_shard(self) -> None:
         """Raises UsageError for an option that has no meaning for one shard."""
 
 
 def run_shared(job: SharedJob[Loaded, Result], flags: Flags) -> int:
-    """The whole job, or its share as a document that `vcmm merge` reads: on stdout, or as a file in --out or here."""
+    """Run the whole job, or its share as a document that `vcmm merge` reads: on stdout, or as a file in --out or here."""
     share = job.sharing.share
     if share is None:
         return run_job(job, flags)
@@ -226,7 +226,7 @@ def write_shard(
 
 
 def put_shard(content: dict[str, Any], stem: str, json: bool, out: Path | None) -> int:
-    """The shard as a document on stdout, or as a file in `out` or here."""
+    """Write the shard as a document on stdout, or as a file in `out` or here."""
     if json:
         print_json(content)
         return 0
@@ -236,7 +236,7 @@ def put_shard(content: dict[str, Any], stem: str, json: bool, out: Path | None) 
 
 
 def sharing_of(workers: int | None, cluster: str | None, shard: str | None, keep: bool = False) -> Sharing:
-    """The Sharing that is asked for: who counts, and where finished blocks are kept until the job is done. Raises UsageError.
+    """Return the Sharing for these options: who counts, and where finished blocks are kept until the job is done. Raises UsageError.
 
     keep: even where this process does it all.
     """
@@ -246,7 +246,7 @@ def sharing_of(workers: int | None, cluster: str | None, shard: str | None, keep
 
 
 def share_of(text: str | None) -> Share | None:
-    """'2/8' -> the second of eight shards. Raises UsageError."""
+    """Parse '2/8' -> the second of eight shards. Raises UsageError."""
     if text is None:
         return None
     match = re.fullmatch(r"([0-9]{1,6})/([0-9]{1,6})", text)
@@ -256,7 +256,7 @@ def share_of(text: str | None) -> Share | None:
 
 
 def _block_folder() -> Path | None:
-    """Where finished blocks wait, in the user's cache; None where nothing can be kept."""
+    """Return the folder of finished blocks in the user's cache; None where nothing can be kept."""
     home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
     try:
         folder = (Path(home) if home else Path.home() / ".cache") / "vcmm" / "blocks"
@@ -270,7 +270,7 @@ def _block_folder() -> Path | None:
 
 
 def decision_code(characteristics: Iterable[CharacteristicResult], require: str | None) -> int:
-    """1 where a characteristic does not conform; with --require conforms also where one is undecided.
+    """Return 1 where a characteristic does not conform; with --require conforms also where one is undecided.
 
     UsageError: something is required and nothing is decided, as no characteristic has limits.
     """

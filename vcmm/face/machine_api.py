@@ -84,7 +84,7 @@ def diagnose(
     Returns
     -------
     Diagnosis
-        `verdict`, `found`, `candidates`, `fit`. Of more than 100 000 observations some are taken, and it is said.
+        `verdict`, `found`, `candidates`, `fit`. Of more than 100 000 observations some are taken, with a note.
 
     Raises
     ------
@@ -305,7 +305,7 @@ def compare(
     recordings
         Files of one or several recordings.
     machines
-        Machine files to compare; the recording's own machine stands first.
+        Machine files to compare; the recording's own machine is listed first.
     seed
         Seed of the simulated noise behind the p values.
 
@@ -329,7 +329,7 @@ def compare(
 
 
 def _machine(machine: Machine | str | Path) -> Machine:
-    """A machine as it is, or that of a file."""
+    """Return a machine unchanged, or that of a file."""
     from vcmm.files.own.machine import load_machine
 
     return load_machine(machine) if isinstance(machine, str | Path) else machine

@@ -15,7 +15,7 @@ from vcmm.program.setup import Setup
 def setup_and_machine(
     setup: str | Path | Setup, machine: Machine | None
 ) -> tuple[Setup, MachineOfFile | Machine]:
-    """The set-up as a value, and the machine: the one that is given, else that which the set-up names. Raises UsageError where it names none."""
+    """Return the set-up as a value, and the machine: the given one, else that which the set-up names. Raises UsageError where it names none."""
     read = setup if isinstance(setup, Setup) else load_setup(setup)
     if machine is not None:
         return read, machine

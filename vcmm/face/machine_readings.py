@@ -1,4 +1,4 @@
-"""How results about machines, recordings and programs are read; see `vcmm.face.readings`."""
+"""Readings of results about machines, recordings and programs; see `vcmm.face.readings`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def diagnosis_reading(recording: Recording, machine: Machine) -> Reading:
-    """Of `diagnose`."""
+    """Return the reading of `diagnose`."""
     from vcmm.learn.diagnosis.result import diagnosis_json
     from vcmm.show.pages.diagnosis import diagnosis_page, sentences
     from vcmm.show.tables.diagnosis import answers
@@ -34,7 +34,7 @@ def diagnosis_reading(recording: Recording, machine: Machine) -> Reading:
 
 
 def calibration_reading() -> Reading:
-    """Of `calibrate`."""
+    """Return the reading of `calibrate`."""
     from vcmm.face.bodies import calibration_json
     from vcmm.show.pages.calibration import calibration_page
     from vcmm.show.tables.calibration import errors
@@ -49,7 +49,7 @@ def calibration_reading() -> Reading:
 
 
 def compensation_reading(program: Path) -> Reading:
-    """Of `compensate`; the proof by a cut is that of the command, which knows the part."""
+    """Return the reading of `compensate`; the proof by a cut is that of the command, which knows the part."""
     from vcmm.core.errors import UsageError
     from vcmm.face.bodies import compensation_json
     from vcmm.shop.machining.proof import proof_without_inspection
@@ -73,7 +73,7 @@ def compensation_reading(program: Path) -> Reading:
 
 
 def field_reading(machine: Machine) -> Reading:
-    """Of `field`."""
+    """Return the reading of `field`."""
     from vcmm.show.pages.field import field_page
     from vcmm.show.tables.error_field import field_json, maxima
     from vcmm.task.response.volumetric import missing_columns
@@ -109,7 +109,7 @@ def field_reading(machine: Machine) -> Reading:
 def figures_reading(
     iso: str, table: ResultTable[Any], files: Sequence[str | Path], seed: int, warnings: Sequence[str]
 ) -> Reading:
-    """Of `test`."""
+    """Return the reading of `test`."""
     from vcmm.show.tables.calibration import figure_columns
     from vcmm.show.tables.table import records
 
@@ -125,7 +125,7 @@ def figures_reading(
 
 
 def comparison_reading(files: Sequence[str | Path], seed: int, warnings: Sequence[str]) -> Reading:
-    """Of `compare`."""
+    """Return the reading of `compare`."""
     from vcmm.learn.diagnosis.comparison import comparison_json
     from vcmm.show.pages.compare import compare_page
     from vcmm.show.tables.comparison import tables
@@ -145,7 +145,7 @@ def comparison_reading(files: Sequence[str | Path], seed: int, warnings: Sequenc
 def program_reading(
     program: Path, total: ProgramSummary, machine: Machine | None, files: Sequence[str | Path]
 ) -> Reading:
-    """Of `nc`."""
+    """Return the reading of `nc`."""
     from vcmm.program.reading import read_bytes
     from vcmm.show.console.program_document import nc_json
     from vcmm.show.pages.program import program_page
@@ -174,7 +174,7 @@ def program_reading(
 
 
 def converted_reading(file: Path) -> Reading:
-    """Of `convert`."""
+    """Return the reading of `convert`."""
     return make_reading(
         "vcmm.convert/1",
         lambda c: c.body(),

@@ -1,4 +1,4 @@
-"""What an NC program means on the machine of its set-up: read, and looked at for what is not sensible."""
+"""Understand an NC program on the machine of its set-up, and check that it is sensible."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def machine_of(setup: Setup | None) -> Machine | None:
-    """The machine that a set-up names; None without one, and where its file is missing."""
+    """Return the machine that a set-up names; None without one, and where its file is missing."""
     from vcmm.core.text import is_file
     from vcmm.files.own.machine import load_machine
 
@@ -21,7 +21,7 @@ def machine_of(setup: Setup | None) -> Machine | None:
 
 
 def understand_program(program: Path, dialect: str | None, setup: Setup | None, strict: bool) -> Program:
-    """The program, with remarks on whether it is sensible on the machine of the set-up."""
+    """Return the program, with remarks on whether it is sensible on the machine of the set-up."""
     from dataclasses import replace
 
     from vcmm.program.interpret import read_program

@@ -1,5 +1,5 @@
-"""How results of `import vcmm` are read: the document of `--json`, rows, the report, a notebook. One `Reading` for each job
-on parts; those on machines and programs stand in `machine_readings`."""
+"""Readings of the results of `import vcmm`: the document of `--json`, rows, the report, a notebook. One `Reading` for each job
+on parts; those on machines and programs are in `machine_readings`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def make_reading(
     seed: Callable[[Any], int | None] = lambda result: getattr(result, "seed", None),
     warnings: Callable[[Any], Sequence[str]] = lambda result: getattr(result, "warnings", ()),
 ) -> Reading:
-    """A Reading. body: of the document; rows: of that body; summary: (name, answer) lines and tables of a notebook; files: that were read."""
+    """Return a Reading. body: of the document; rows: of that body; summary: (name, answer) lines and tables of a notebook; files: that were read."""
 
     def document_of(result: Any) -> dict[str, Any]:
         from vcmm.show.console.documents import document, sources
@@ -56,19 +56,19 @@ def make_reading(
 
 
 def names_and_answers(result: Any) -> list[tuple[str, str]]:
-    """(name, answer) of every characteristic."""
+    """Return (name, answer) of every characteristic."""
     from vcmm.answer.evaluation.one_line import answer
 
     return [(c.name, answer(c)) for c in result.characteristics]
 
 
 def characteristics_of(body: dict[str, Any]) -> Rows:
-    """Rows of most documents; the budget of each is a table of its own."""
+    """Return the rows of most documents; the budget of each is a table of its own."""
     return [{k: v for k, v in c.items() if k != "budget"} for c in body["characteristics"]]
 
 
 def measurement_reading(files: Sequence[str | Path], seed: int | None) -> Reading:
-    """Of `measure`."""
+    """Return the reading of `measure`."""
     from vcmm.show.tables.measured_points import measure_json, values
 
     return make_reading(
@@ -82,7 +82,7 @@ def measurement_reading(files: Sequence[str | Path], seed: int | None) -> Readin
 
 
 def uncertainty_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
-    """Of `uncertainty`."""
+    """Return the reading of `uncertainty`."""
     from vcmm.show.tables.uncertainty import results, uncertainty_json
 
     def page(result: UncertaintyResult) -> str:
@@ -102,7 +102,7 @@ def uncertainty_reading(scenario: Scenario, files: Sequence[str | Path]) -> Read
 
 
 def whole_of(part: EvaluatedPart) -> UncertaintyResult:
-    """The characteristics of a measured part as an uncertainty result, for page and table."""
+    """Return the characteristics of a measured part as an uncertainty result, for page and table."""
     return replace(
         part.uncertainty,
         characteristics=tuple(e.result for e in part.characteristics),
@@ -111,7 +111,7 @@ def whole_of(part: EvaluatedPart) -> UncertaintyResult:
 
 
 def part_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
-    """Of one part of `evaluate`."""
+    """Return the reading of one part of `evaluate`."""
     from vcmm.answer.evaluation.one_line import answer
     from vcmm.show.tables.evaluation import evaluate_json
     from vcmm.show.tables.uncertainty import results
@@ -143,7 +143,7 @@ def part_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
 
 
 def cut_reading(scenario: CutScenario, files: Sequence[str | Path]) -> Reading:
-    """Of `cut`."""
+    """Return the reading of `cut`."""
     from vcmm.show.pages.cut import cut_page
     from vcmm.show.tables.cut import cut_json, finished_part
 
@@ -160,7 +160,7 @@ def cut_reading(scenario: CutScenario, files: Sequence[str | Path]) -> Reading:
 
 
 def placement_reading(files: Sequence[str | Path]) -> Reading:
-    """Of `place` on a measuring task."""
+    """Return the reading of `place` on a measuring task."""
     from vcmm.answer.placing.advice import advice
     from vcmm.answer.placing.result import place_json
     from vcmm.show.pages.place import place_page
@@ -178,7 +178,7 @@ def placement_reading(files: Sequence[str | Path]) -> Reading:
 
 
 def placed_cut_reading(scenario: CutScenario, files: Sequence[str | Path]) -> Reading:
-    """Of `place` on a cutting scenario."""
+    """Return the reading of `place` on a cutting scenario."""
     from vcmm.face.bodies import placed_cut_json
     from vcmm.show.pages.place_cut import place_cut_page
     from vcmm.show.tables.placement import compared_cut_poses
@@ -195,7 +195,7 @@ def placed_cut_reading(scenario: CutScenario, files: Sequence[str | Path]) -> Re
 
 
 def audit_reading(seed: int) -> Reading:
-    """Of `audit`."""
+    """Return the reading of `audit`."""
     from vcmm.show.tables.audit import audit_json, audit_table
 
     return make_reading(
@@ -208,7 +208,7 @@ def audit_reading(seed: int) -> Reading:
 
 
 def routes_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
-    """Of `routes`."""
+    """Return the reading of `routes`."""
     from vcmm.show.pages.routes import routes_page
     from vcmm.show.tables.routes import agreements_table, routes_json, routes_table
 
@@ -226,7 +226,7 @@ def routes_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
 
 
 def certificate_reading(file: str | Path) -> Reading:
-    """Of `certificate`."""
+    """Return the reading of `certificate`."""
     from vcmm.show.tables.certificate import worth_json, worth_tables
 
     return make_reading(

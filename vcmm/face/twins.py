@@ -3,8 +3,8 @@
     gaska = vcmm.twin("gaska2014")     # scenarios/gaska2014/*.py
     gaska.twin.run(vcmm.load_scenario(vcmm.example("gaska2014")))
 
-A twin is a user of vcmm like any other. Its files import one another by relative imports, and nothing of them is read before
-the twin is asked for.
+A twin is a user of vcmm like any other. Its files import one another by relative imports, and none of them is read before
+the twin is requested.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ PACKAGE = "vcmm_twins"  # the name under which Python knows the folder of scenar
 
 
 def names() -> list[str]:
-    """The twins that can be run: every folder beside the scenarios that holds a twin.py."""
+    """Return the twins that can be run: every folder beside the scenarios that holds a twin.py."""
     return sorted(path.parent.name for path in folder().glob("*/twin.py"))
 
 
 def files(name: str) -> list[Path]:
-    """The Python files of a twin."""
+    """Return the Python files of a twin."""
     return sorted((folder() / name).glob("*.py"))
 
 

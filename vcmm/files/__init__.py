@@ -1,1 +1,1 @@
-"""What people have, read with line numbers and written: TOML and tables here, own formats and those of other systems below."""
+"""Read files with line numbers, and write them: TOML and tables here, own formats and those of other systems in the folders."""

@@ -54,7 +54,7 @@ _SINGLE = (
 
 
 def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
-    """Positions (X_mm ... C_deg) and tip offsets (offset_x_mm ...) to a Run; every axis must have its column.
+    """Convert positions (X_mm ... C_deg) and tip offsets (offset_x_mm ...) to a Run; every axis must have its column.
 
     All columns of a recording are read. Raises DataError with every problem: column, line and fix.
     """
@@ -62,7 +62,7 @@ def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
 
 
 def positions_of(sheet: Sheet, axes: tuple[str, ...]) -> Run:
-    """The same of a table that was read."""
+    """Return the Run of a table that was read."""
     problems = []
     for axis in axes:
         if axis_column(axis) not in sheet.header:
@@ -87,7 +87,8 @@ def positions_of(sheet: Sheet, axes: tuple[str, ...]) -> Run:
 
 
 def in_other_unit(name: str, names: Iterable[str]) -> str:
-    """' Convert the values of C_rad ...' where a column differs from a known one in its unit alone (another name keeps the numbers), else ''."""
+    """Return ' Convert the values of C_rad ...' where a column differs from a known one in its unit alone (another name keeps the
+    numbers), else ''."""
     what, _, unit = name.rpartition("_")
     for other in names:
         same, _, due = other.rpartition("_")
@@ -107,7 +108,7 @@ def in_other_unit(name: str, names: Iterable[str]) -> str:
 
 
 def _wrong_senses(sheet: Sheet, numbers: dict[str, Array]) -> list[str]:
-    """Every cell of a sense that is no direction, with its line."""
+    """Return a problem for every cell of a sense that is no direction, with its line."""
     return [
         f"{sheet.at(int(i))}: {name} = {values[i]:g}; the direction in which the axis last moved is -1 or 1, and 0 where it is "
         "not known"
@@ -118,23 +119,23 @@ def _wrong_senses(sheet: Sheet, numbers: dict[str, Array]) -> list[str]:
 
 
 def axis_column(axis: str) -> str:
-    """X -> X_mm, C -> C_deg, A1 -> A1_deg."""
+    """Return the column of an axis: X -> X_mm, C -> C_deg, A1 -> A1_deg."""
     return f"{axis}_deg" if is_rotary(axis) else f"{axis}_mm"
 
 
 def axes_of(header: Iterable[str]) -> list[str]:
-    """The axes whose positions stand in a header, in order."""
+    """Return the axes whose positions are in a header, in order."""
     words = {name.rpartition("_")[0] for name in header}
     return in_order(a for a in words if is_axis(a) and axis_column(a) in header)
 
 
 def _without_number(name: str) -> str:
-    """sense_A1 -> sense_A, C2_deg -> C_deg: the column of the axis without a number; head_A1_deg stays as it is."""
+    """Return the column of the axis without a number: sense_A1 -> sense_A, C2_deg -> C_deg; head_A1_deg does not change."""
     return re.sub(r"(?<!head_)(?<![A-Za-z])([ABC])[1-9]\d?(?=_|$)", r"\1", name)
 
 
 def canonical_columns(numbers: dict[str, Array]) -> dict[str, Array]:
-    """Angles to rad: probe_angle_deg -> probe_angle_rad; everything else is canonical already."""
+    """Convert angles to rad: probe_angle_deg -> probe_angle_rad; everything else is canonical already."""
     out = {}
     for name, values in numbers.items():
         out[f"{name[:-4]}_rad" if name.endswith("_deg") else name] = (
@@ -144,7 +145,7 @@ def canonical_columns(numbers: dict[str, Array]) -> dict[str, Array]:
 
 
 def file_columns() -> list[str]:
-    """Every numeric column that a file may have, spelled out; effects add those they ask for."""
+    """Return every numeric column that a file may have, spelled out; effects add those they need."""
     names = [axis_column(a) for a in LETTERS] + list(_SINGLE)
     names += [text.format(a) for text in _BY_AXIS for a in LETTERS]
     names += [text.format(a) for text in _BY_ROTARY for a in ROTARY]
@@ -160,13 +161,13 @@ def file_columns() -> list[str]:
 
 
 def run_columns() -> list[str]:
-    """The same columns as a Run names them (angles in rad), without the axis positions."""
+    """Return the same columns as a Run names them (angles in rad), without the axis positions."""
     names = [n for n in file_columns() if n not in {axis_column(a) for a in LETTERS}]
     return [f"{n[:-4]}_rad" if n.endswith("_deg") else n for n in names]
 
 
 def known_column(name: str, names: list[str]) -> bool:
-    """Whether a column may stand in a file: by its name, any temp_<name>_C, or u_<column> of a known column."""
+    """Return whether a column may be in a file: by its name, any temp_<name>_C, or u_<column> of a known column."""
     if name in names or _without_number(name) in names or re.fullmatch(r"temp_\w+_C", name):
         return True
     return name.startswith("u_") and known_column(name[2:], names)
@@ -188,9 +189,9 @@ def conditions_of(
     unknown: Callable[[str], str],
     problems: list[str],
 ) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
-    """Numbers and labels of every column but those that a reader takes itself (`used`).
+    """Return numbers and labels of every column but those that a reader takes itself (`used`).
 
-    unknown: what a message says of a heading that is neither a label nor known, after its name.
+    unknown: text of the message for a heading that is neither a label nor known, after its name.
     """
     numbers: dict[str, Array] = {}
     labels: dict[str, np.ndarray] = {}

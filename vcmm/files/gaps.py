@@ -1,9 +1,9 @@
 """Gaps of sensors: blank cells of a temperature, logs that end before the rows do.
 
 Between two readings a temperature is linear in time, as a log is between its entries. Rows before the first and after the last
-reading have no value: the nearest one is held there, and `unread` of the recording names them, for no effect of that sensor can say
-what they hold (see vcmm.learn.diagnosis.unread). Where that would be more than half of the rows the column is set aside instead. Both
-are told.
+reading have no value: the nearest one is held there, and `unread` of the recording names them, since no effect of that sensor can be evaluated
+there (see vcmm.learn.diagnosis.unread). Where that would be more than half of the rows the column is set aside instead. Notes
+report both.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ HALF = 0.5  # of the rows: with more of them a recording has lost more than a se
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """unread: column -> rows (n,) without a value; notes: what was done, in words."""
+    """Result of filling gaps. unread: column -> rows (n,) without a value; notes: the changes, in words."""
 
     unread: Mapping[str, Mask] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
 
 def fill_gaps(sheet: Sheet) -> tuple[Sheet, Gaps]:
-    """The table with blank temperatures filled in between readings and held beyond, and the rows of the latter."""
+    """Return the table with blank temperatures filled in between readings and held beyond, and the rows of the latter."""
     gaps = Gaps()
     for name in [n for n in sheet.header if is_temperature(n)]:
         blank = sheet.blanks(name)
@@ -75,7 +75,7 @@ def _lines(sheet: Sheet, rows: Mask) -> str:
 
 
 def reaching(run: Run, logs: Mapping[str, Series]) -> tuple[dict[str, Series], Gaps]:
-    """Logs that reach all rows: of one that ends earlier the last value is held; one that more than half of the rows lie beyond is
+    """Return logs that reach all rows: of one that ends earlier the last value is held; one that more than half of the rows lie beyond is
     set aside.
     """
     gaps, out = Gaps(), dict(logs)
@@ -100,13 +100,13 @@ def reaching(run: Run, logs: Mapping[str, Series]) -> tuple[dict[str, Series], G
 
 
 def _reach(log: Series) -> float:
-    """One interval after the last entry: until then it is as good as between two."""
+    """Return the end of a log: one interval after the last entry, until which it is as good as between two."""
     last = float(log.time[-1])
     return last + (last - float(log.time[-2]) if len(log.time) > 1 else 0.0)
 
 
 def note_gaps(recording: Recording, gaps: Gaps) -> Recording:
-    """The recording with the rows that sensors did not read named, and what is to be told."""
+    """Return the recording with the rows that sensors did not read, and the notes."""
     if not gaps.notes:
         return recording
     n = recording.run.n  # second ends of lengths are rows behind those of the table

@@ -1,6 +1,6 @@
 """Tables of very many rows, column by column: CSV read piece by piece, Parquet by pyarrow.
 
-What a cell may hold is the same as in `read_csv`, which keeps every cell as text: some 100 bytes. Here a number takes 8 bytes,
+Cells may hold the same as in `read_csv`, which keeps every cell as text: some 100 bytes. Here a number takes 8 bytes,
 a label as many letters as the longest one, and pieces of PIECE rows are text for a moment. A piece of plain numbers is read by numpy's
 own reader; any other, and any in which something is wrong, cell by cell.
 """
@@ -85,7 +85,7 @@ class ColumnSheet(Sheet):
 
 
 def read_table(path: str | Path) -> Sheet:
-    """A table of any size: .parquet by pyarrow, large CSV files piece by piece, others as `read_csv`. Raises DataError."""
+    """Read a table of any size: .parquet by pyarrow, large CSV files piece by piece, others as `read_csv`. Raises DataError."""
     path = Path(path)
     check_inside(path)
     if path.suffix.lower() == ".parquet":
@@ -96,7 +96,7 @@ def read_table(path: str | Path) -> Sheet:
 
 
 def _read_stream(path: Path) -> Sheet:
-    """Numbers and labels of a CSV file, PIECE rows at a time."""
+    """Read numbers and labels of a CSV file, PIECE rows at a time."""
     header: list[str] = []
     head_line, delimiter = 0, ","
     parts: dict[str, list[Any]] = {}
@@ -127,7 +127,7 @@ def _read_stream(path: Path) -> Sheet:
 
 
 def _pieces(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """(lines before it, lines with their ends) of every piece."""
+    """Yield (lines before it, lines with their ends) of every piece."""
     try:
         with path.open(encoding="utf-8-sig", newline=None) as file:
             at = 0
@@ -140,13 +140,13 @@ def _pieces(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def _data_lines(at: int, text: list[str]) -> list[tuple[int, str]]:
-    """(line, text) of lines that are not empty and no comments."""
+    """Return (line, text) of lines that are not empty and no comments."""
     pairs = ((k, line.rstrip("\n")) for k, line in enumerate(text, at + 1))
     return [(k, line) for k, line in pairs if line.strip() and not line.lstrip().startswith("#")]
 
 
 def _quick(text: list[str], header: list[str], delimiter: str) -> dict[str, Any] | None:
-    """Columns of a piece by numpy's reader, which takes plain numbers alone; None where a line needs a closer look.
+    """Read columns of a piece by numpy's reader, which takes plain numbers alone; None where a line needs a closer look.
 
     That is: quotation marks, comments, empty lines, another count of cells, what is no number or beyond its bounds. The slow way
     then reads the piece, or says what is wrong.
@@ -177,7 +177,7 @@ def _quick(text: list[str], header: list[str], delimiter: str) -> dict[str, Any]
 
 
 def _is_plain(values: Array, name: str) -> bool:
-    """Whether all numbers of a column are within the bounds of any table."""
+    """Return whether all numbers of a column are within the bounds of any table."""
     low = ABSOLUTE_ZERO if is_temperature(name) else -LARGEST
     return bool(values.min() >= low and values.max() <= LARGEST)
 
@@ -185,7 +185,7 @@ def _is_plain(values: Array, name: str) -> bool:
 def _one_by_one(
     path: Path, piece: list[tuple[int, str]], header: list[str], head_line: int, delimiter: str
 ) -> Sheet:
-    """The cells of a piece as text. Raises DataError for rows of another length than the header."""
+    """Return the cells of a piece as text. Raises DataError for rows of another length than the header."""
     table, numbers = _rows(path, piece, delimiter)
     problems = row_problems(path, header, table, numbers)
     if problems:
@@ -194,7 +194,7 @@ def _one_by_one(
 
 
 def _rows(path: Path, piece: list[tuple[int, str]], delimiter: str) -> tuple[list[list[str]], list[int]]:
-    """Cells and line of every row."""
+    """Return cells and line of every row."""
     if any('"' in text or "'" in text for _, text in piece):
         return cells_of(path, piece, delimiter)
     layout = Layout(delimiter)
@@ -202,7 +202,7 @@ def _rows(path: Path, piece: list[tuple[int, str]], delimiter: str) -> tuple[lis
 
 
 def _column(sheet: Sheet, i: int) -> Any:
-    """Column i of a piece; DataError as `Sheet.numbers` says it."""
+    """Return column i of a piece; DataError as `Sheet.numbers` raises it."""
     name, cells = sheet.header[i], [row[i] for row in sheet.rows]
     if name in LABELS or not known_column(name, _COLUMNS):
         return np.array(cells, dtype=np.str_)
@@ -224,7 +224,7 @@ _COLUMNS = file_columns()
 
 
 def _parquet(path: Path) -> Sheet:
-    """Columns of a Parquet file; a row is told by its number, 1 the first."""
+    """Return columns of a Parquet file; a row is named by its number, 1 the first."""
     read_head(path)
     try:
         from pyarrow import ArrowException, parquet
@@ -261,7 +261,7 @@ def _check_parquet(path: Path, header: list[str], count: int) -> None:
 
 
 def _parquet_problems(path: Path, name: str, column: Any) -> list[str]:
-    """Empty cells but of temperatures, another type than numbers, numbers beyond all bounds: with the first row."""
+    """Return problems of a column: empty cells but of temperatures, another type than numbers, numbers beyond all bounds, with the first row."""
     sensor = is_temperature(name)
     if column.null_count == len(column) or (column.null_count and not sensor):
         first = int(np.flatnonzero(column.is_null().to_numpy())[0]) + 1

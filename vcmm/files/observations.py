@@ -1,6 +1,6 @@
 """The CSV of a recording: columns of positions, observations and conditions to a Recording.
 
-Units stand in the names (um to mm, deg and urad to rad). What the rows themselves say is filled in: the second end of
+Units stand in the names (um to mm, deg and urad to rad). Values that follow from the rows are filled in: the second end of
 a length as a run row of its own, the lateral share of the normal, the measured length.
 """
 
@@ -33,7 +33,7 @@ UNIT_TOLERANCE = 0.01  # a normal written with two decimals is still one
 
 @dataclass(frozen=True)
 class Sense:
-    """What the recording file says about the data: kind, indicated - true or not, whether lengths end at a station."""
+    """Statements of the recording file about the data: kind, indicated - true or not, whether lengths end at a station."""
 
     kind: str
     measuring: bool
@@ -116,7 +116,7 @@ def _with_unit_normals(run: Run, sheet: Sheet, problems: list[str]) -> Run:
 
 
 def _check_other_axes(sheet: Sheet, run: Run, problems: list[str]) -> None:
-    """Positions of axes that the machine lacks must not be dropped, unless they are zero."""
+    """Check that positions of axes that the machine lacks are zero, since they would be dropped."""
     for letter in axes_of(sheet.header):
         column = axis_column(letter)
         if letter not in run.position:
@@ -164,7 +164,7 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
 def _pointing_rows(
     run: Run, machine: Machine, sense: Sense, sheet: Sheet
 ) -> tuple[Array, Ints, Array, Array | None]:
-    """Two small rotations per pointed direction (see vcmm.task.response.pointing)."""
+    """Return two small rotations per pointed direction (see vcmm.task.response.pointing)."""
     size = np.linalg.norm(run.vector(*POINTING_COLUMNS), axis=1)
     wrong = np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
     if len(wrong):
@@ -176,7 +176,7 @@ def _pointing_rows(
 
 
 def _observations(run: Run, kind: str) -> tuple[Array, Ints, Array, Array | None]:
-    """value (m,), row (m,), direction (m, 3), u (m,) or None, in mm or rad."""
+    """Return value (m,), row (m,), direction (m, 3), u (m,) or None, in mm or rad."""
     columns = run.columns
     if "d_um" in columns or "d_urad" in columns:
         name, scale = ("d_urad", 1e-6) if kind == "angle" else ("d_um", 1e-3)
@@ -198,9 +198,9 @@ def _without_observations(run: Run) -> Run:
 
 
 def with_lateral_share(run: Run, machine: Machine, kind: str) -> Run:
-    """probe_lateral, the share of the normal across the stylus: sqrt(1 - (n . stylus)^2); the stylus lies along offset.
+    """Add probe_lateral, the share of the normal across the stylus: sqrt(1 - (n . stylus)^2); the stylus lies along offset.
 
-    Without an offset the stylus is along Z of the last tool-side frame. Where every stylus is stated and stands along z,
+    Without an offset the stylus is along Z of the last tool-side frame. Where every stylus is stated and lies along z,
     probe_angle_rad follows from the normals too, where it is not given: atan2(n_y, n_x).
     """
     cut = kind == "path" and "cut_length_mm" in run.columns  # a tool made it, no stylus
@@ -219,7 +219,7 @@ def with_lateral_share(run: Run, machine: Machine, kind: str) -> Run:
 
 
 def _lateral_share(run: Run, machine: Machine) -> tuple[Array, bool]:
-    """probe_lateral (n,), and whether every stylus is stated and stands along z."""
+    """Return probe_lateral (n,), and whether every stylus is stated and lies along z."""
     long = np.linalg.norm(run.offset, axis=1) > 0
     along = np.where(long[:, None], run.offset, [0.0, 0.0, -1.0])
     chain, axes = machine.chain, machine.axes
@@ -237,7 +237,7 @@ def _tip(run: Run, machine: Machine) -> Array:
 
 
 def _second_ends(run: Run, machine: Machine, sense: Sense, sheet: Sheet) -> tuple[Run, Array, Ints | None]:
-    """The run with the second ends as further rows, the directions (n, 3) of the lengths, and the rows of the ends.
+    """Return the run with the second ends as further rows, the directions (n, 3) of the lengths, and the rows of the ends.
 
     from_x_mm ... is the place of the tip at the second end, workpiece axes; at a fixed station it has no row.
     """
@@ -267,7 +267,7 @@ def _second_ends(run: Run, machine: Machine, sense: Sense, sheet: Sheet) -> tupl
 
 
 def axis_direction(machine: Machine, run: Run, axis: str) -> Array:
-    """(n, 3) unit: where the tip goes, seen from the workpiece, when a linear axis is commanded forward; for a rotary
+    """Return the unit direction (n, 3) in which the tip goes, seen from the workpiece, when a linear axis is commanded forward; for a rotary
     axis the axis about which the tool turns.
     """
     if is_rotary(axis):

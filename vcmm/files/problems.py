@@ -1,4 +1,4 @@
-"""Collects what is wrong in a file, so that all of it is reported at once, each with file and line."""
+"""Collect the problems of a file, so that all of them are reported at once, each with file and line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Key = str | tuple[str, ...]  # a key of a table, or the way to one inside it; ""
 
 
 def misspelt(word: str, present: Iterable[str]) -> str:
-    """' "efect" is there; rename it to "effect".' where a missing word is present in another spelling, else ''."""
+    """Return ' "efect" is there; rename it to "effect".' where a missing word is present in another spelling, else ''."""
     words = [str(p) for p in present if p]
     match = difflib.get_close_matches(word, words, n=1, cutoff=0.6) or [
         w for w in words if word.startswith(w)
@@ -30,7 +30,7 @@ LONGEST_NAME = 200  # characters
 
 
 def bad_name(name: str) -> str:
-    """What is wrong with a name that stands in tables and pages, '' where nothing is."""
+    """Return what is wrong with a name for tables and pages, '' where nothing is."""
     if not name.strip():
         return "is empty; write a name"
     if len(name) > LONGEST_NAME:

@@ -23,9 +23,9 @@ from vcmm.files.problems import Problems, bad_name
 from vcmm.files.toml import Document, Location
 
 M = TypeVar("M", bound="Table")
-NAME = "\0"  # stands for the key in messages of validators, which do not know it
+NAME = "\0"  # placeholder for the key in messages of validators, which do not know it
 SOLID = "of a solid"
-EXPECTED_WORDS = {  # pydantic's error type -> what is due, in words
+EXPECTED_WORDS = {  # pydantic's error type -> the expected value, in words
     "string_type": "a text in quotes", "int_type": "a whole number", "int_from_float": "a whole number",
     "int_parsing": "a whole number", "float_type": "a plain number", "float_parsing": "a plain number",
     "finite_number": "a finite number", "bool_type": "true or false", "bool_parsing": "true or false",
@@ -42,7 +42,7 @@ class Table(BaseModel):
     @field_validator("name", check_fields=False)
     @classmethod
     def _one_line(cls, name: object) -> object:
-        """A name stands in tables and on pages, whatever it names."""
+        """Return a name that fits tables and pages, for any kind of object."""
         if isinstance(name, str) and (bad := bad_name(name)):
             raise ValueError(f"{NAME} {bad}" if name.strip() else f'{NAME} = "{name}" {bad}')
         return name
@@ -102,13 +102,13 @@ def _quantity_type(dimension: str, example: str, bound: str = "") -> Any:
 
 
 def _degrees(example: str, value: object) -> float:
-    """A difference of temperatures that files also give in degC (the columns end in _C)."""
+    """Return a difference of temperatures that files also give in degC (the columns end in _C)."""
     text = value.replace("degC", "K").replace("°C", "K") if isinstance(value, str) else value
     return quantity(text, "temperature difference", NAME, example)
 
 
 def _either(dimensions: tuple[str, str], example: str, value: object) -> str:
-    """A text that is right for a linear or for a rotary axis; which of the two is due depends on the axis letter."""
+    """Return a text that is right for a linear or for a rotary axis; the axis letter decides which is expected."""
     try:
         _parse_quantity(dimensions[1], example, "positive", value)
     except UsageError:
@@ -127,7 +127,7 @@ def _axis_rate_type(dimension: str, example: str) -> Any:
 
 
 def _temperature_or_difference(value: object) -> str:
-    """A temperature in degC or a difference in K; which of the two is due depends on whether there is a room."""
+    """Return a temperature in degC or a difference in K; whether there is a room decides which is expected."""
     try:
         quantity(value, "temperature difference", NAME, "0.4 K")
     except UsageError:
@@ -168,7 +168,7 @@ def _direction(value: object) -> Any:
 
 
 def pair_of(example: str, value: object) -> Any:
-    """Two texts with units; the unit depends on other keys and is checked later."""
+    """Return two texts with units; the unit depends on other keys and is checked later."""
     if not (isinstance(value, list) and len(value) == 2 and all(isinstance(v, str) for v in value)):
         raise ValueError(
             f"{NAME} = {shorten(value)} must be two values with units; write for example {NAME} = {example}"
@@ -273,12 +273,12 @@ def checked_model(model: type[M], data: object, problems: Problems, at: Location
 
 
 def whole(table: Table, data: object) -> bool:
-    """Whether a table still has all keys it was given: what is left of a wrong one brings false complaints only."""
+    """Return whether a table still has all keys it was given: the remainder of a wrong one gives false complaints only."""
     return isinstance(data, dict) and set(data) == table.model_fields_set
 
 
 def _without(data: object, locations: Iterable[tuple[Any, ...]]) -> object:
-    """A copy without the innermost keys on the way to each location."""
+    """Return a copy without the innermost keys on the way to each location."""
     out = deepcopy(data)
     for location in locations:
         place, last = out, None
@@ -297,7 +297,7 @@ def _holds(place: Any, part: object) -> bool:
 
 
 def explain(item: Any, model: type[BaseModel]) -> tuple[Location, str]:
-    """One pydantic error in plain words, and where it is: 'unknown key "travle". Did you mean "travel"?'"""
+    """Return one pydantic error in plain words, and where it is: 'unknown key "travle". Did you mean "travel"?'"""
     where = _in_data(item["loc"])
     location = _key_location(where)
     key = str(location[-1]) if location else "the table"
@@ -305,7 +305,7 @@ def explain(item: Any, model: type[BaseModel]) -> tuple[Location, str]:
 
 
 def _key_location(location: Location) -> Location:
-    """An element of a list is reported by the key of its list."""
+    """Return the location of a key; an element of a list is reported by the key of its list."""
     while location and isinstance(location[-1], int):
         location = location[:-1]
     return location
@@ -338,7 +338,7 @@ def _sentence(item: Any, key: str, model: type[BaseModel], location: Location) -
 
 
 def _expected_type(model: type[BaseModel], location: Location, otherwise: str) -> str:
-    """Where a key takes a text or a list or a table, say so."""
+    """Return the types of a key that takes a text or a list or a table."""
     field = _field(model, location)
     if field is None or not isinstance(field.annotation, UnionType):
         return otherwise
@@ -353,7 +353,7 @@ def _count(n: int, word: str) -> str:
 
 
 def _in_data(location: tuple[Any, ...]) -> Location:
-    """Without the parts that pydantic adds for validators and unions."""
+    """Return the location without the parts that pydantic adds for validators and unions."""
     added = ("str", "int", "float", "bool", "list[", "dict[", "function-", "tuple[")
     return tuple(
         p for p in location if not (isinstance(p, str) and (p in added[:4] or p.startswith(added[4:])))
@@ -361,7 +361,7 @@ def _in_data(location: tuple[Any, ...]) -> Location:
 
 
 def allowed_keys(model: type[BaseModel], location: Location) -> list[str]:
-    """Keys of the (nested) model at a location; empty when it cannot be told."""
+    """Return the keys of the (nested) model at a location; empty when it cannot be told."""
     return [f.alias or n for n, f in getattr(_model_at(model, location), "model_fields", {}).items()]
 
 
@@ -381,7 +381,7 @@ def _field(model: type[BaseModel], location: Location) -> Any:
 
 
 def _example(model: type[BaseModel], location: Location) -> str:
-    """What a right value looks like, as written in TOML; '' where none is known."""
+    """Return an example of a right value, as written in TOML; '' where none is known."""
     field = _field(model, location)
     if field is None:
         return ""

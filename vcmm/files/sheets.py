@@ -1,4 +1,4 @@
-"""Tables as text: lines to cells, a header and its rows, and the columns that a reader declares.
+"""Read tables as text: lines to cells, a header and its rows, and the columns that a reader declares.
 
     COLUMNS = (SheetColumn("target", units=("mm", "deg")), SheetColumn("run", word=True), SheetColumn("direction", word=True))
     sheet = read_csv(path)
@@ -32,8 +32,8 @@ DEAD = 0.5  # share of cells without a number from which it is the column that i
 class SheetColumn:
     """A column that a table of some kind may have.
 
-    units: of its numbers, as they end its heading; none where the numbers are taken as they stand.   aliases: other headings of the
-    same meaning.   others: other names, each with its units.   optional: the table may do without.   advice: what a message says
+    units: of its numbers, as they end its heading; none where the numbers are not converted.   aliases: other headings of the
+    same meaning.   others: other names, each with its units.   optional: the table may do without.   advice: the text of a message
     after "is missing".
     """
 
@@ -63,7 +63,7 @@ class Sheet:
     lines: list[int]
 
     def at(self, row: int) -> str:
-        """'front.csv:12', the place of a row (0 = first)."""
+        """Return 'front.csv:12', the place of a row (0 = first)."""
         return f"{self.path}:{self.lines[row]}"
 
     @property
@@ -73,15 +73,15 @@ class Sheet:
 
     @property
     def head(self) -> str:
-        """'front.csv:1', the place of the header."""
+        """Place of the header, 'front.csv:1'."""
         return f"{self.path}:{self.header_line}"
 
     def heading(self, column: SheetColumn) -> str:
-        """The heading under which a column stands here; "" where it is absent."""
+        """Return the heading under which a column is here; "" where it is absent."""
         return next((name for name in column.headings if name in self.header), "")
 
     def missing(self, columns: Iterable[SheetColumn]) -> list[str]:
-        """What is wrong with the presence of columns: one that is absent, one under two headings."""
+        """Return problems with the presence of columns: one that is absent, one under two headings."""
         problems = []
         for column in columns:
             here = [name for name in column.headings if name in self.header]
@@ -98,7 +98,7 @@ class Sheet:
         return problems
 
     def unknown(self, allowed: Collection[str], advice: Callable[[str], str]) -> list[str]:
-        """One problem for every heading that is not allowed. advice: what the message says after the name."""
+        """Return one problem for every heading that is not allowed. advice: the text of the message after the name."""
         return [
             f'{self.head}: unknown column "{name}"{advice(name)}'
             for name in self.header
@@ -106,13 +106,13 @@ class Sheet:
         ]
 
     def quantities(self, column: SheetColumn) -> Array:
-        """Numbers (n,) of a column that is here, in mm, rad, s ... DataError as `numbers` raises it."""
+        """Return the numbers (n,) of a column that is here, in mm, rad, s ... DataError as `numbers` raises it."""
         name = self.heading(column)
         factor = column.headings[name]
         return self.numbers(name) if factor == 1.0 else self.numbers(name) * factor
 
     def quantities_or(self, column: SheetColumn, problems: list[str]) -> Array | None:
-        """The same; None where the column is not here once, or, with its problems noted, a cell is no number."""
+        """Return the same numbers; None where the column is not here once, or, with its problems noted, a cell is no number."""
         if sum(name in self.header for name in column.headings) != 1:
             return None
         try:
@@ -122,7 +122,7 @@ class Sheet:
         return None
 
     def stack(self, columns: Sequence[str]) -> Array:
-        """Several columns (n, k). Raises DataError naming every cell of all of them that is no number."""
+        """Return several columns (n, k). Raises DataError naming every cell of all of them that is no number."""
         out: list[Array] = []
         problems: list[str] = []
         for name in columns:
@@ -135,30 +135,30 @@ class Sheet:
         return np.stack(out, axis=1)
 
     def words(self, name: str) -> list[str]:
-        """The cells of one column."""
+        """Return the cells of one column."""
         i = self.header.index(name)
         return [row[i] for row in self.rows]
 
     def texts(self, name: str) -> np.ndarray:
-        """One column (n,) as text."""
+        """Return one column (n,) as text."""
         return np.array(self.words(name), dtype=np.str_)
 
     def blanks(self, name: str) -> np.ndarray:
-        """(n,) bool: cells of one column that hold nothing."""
+        """Return which cells of one column are empty (n,) bool."""
         return np.array([is_blank(cell) for cell in self.words(name)], dtype=bool)
 
     def take(self, rows: np.ndarray) -> Sheet:
-        """The same with some of the rows, by number."""
+        """Return the sheet with some of the rows, by number."""
         return replace(self, rows=[self.rows[k] for k in rows], lines=[self.lines[k] for k in rows])
 
     def without(self, name: str) -> Sheet:
-        """The same without one column."""
+        """Return the sheet without one column."""
         i = self.header.index(name)
         rows = [row[:i] + row[i + 1 :] for row in self.rows]
         return replace(self, header=[n for n in self.header if n != name], rows=rows)
 
     def with_numbers(self, name: str, rows: np.ndarray, new: Array) -> Sheet:
-        """The same with other numbers (n,) in some of the rows (n,) of one column."""
+        """Return the sheet with other numbers (n,) in some of the rows (n,) of one column."""
         i = self.header.index(name)
         cells = [
             [*row[:i], repr(float(new[k])), *row[i + 1 :]] if rows[k] else row
@@ -167,7 +167,7 @@ class Sheet:
         return replace(self, rows=cells)
 
     def numbers(self, name: str) -> Array:
-        """One column (n,). Raises DataError naming every cell that is no finite number."""
+        """Return one column (n,). Raises DataError naming every cell that is no finite number."""
         i = self.header.index(name)
         out, problems = np.zeros(len(self.rows)), []
         for j, row in enumerate(self.rows):
@@ -194,7 +194,7 @@ class Sheet:
         return out
 
     def _many(self, name: str, problems: list[str]) -> str:
-        """One sentence of a column of which many cells are wrong; a decimal comma is told."""
+        """Return one sentence about a column of which many cells are wrong; it mentions a decimal comma."""
         share = f"{len(problems)} of {len(self.rows)} rows"
         if problems[0].endswith(POINT):
             return f"{problems[0]} ({share} of this column are so)"
@@ -215,9 +215,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Layout:
-    """How other programs write the rows of a table.
+    """Layout of the rows of a table of other programs.
 
-    separator: what stands between cells, a regular expression; "" blanks.   comments: how lines begin that are none.   remark: what
+    separator: between cells, a regular expression; "" blanks.   comments: beginnings of lines that are no rows.   remark: text that
     ends the cells of a line.
     """
 
@@ -226,14 +226,14 @@ class Layout:
     remark: str = ""
 
     def cells(self, text: str) -> list[str]:
-        """The cells of one line, without the blanks around them."""
+        """Return the cells of one line, without the blanks around them."""
         if not self.separator:
             return text.split()
         parts = text.split(self.separator) if len(self.separator) == 1 else re.split(self.separator, text)
         return [part.strip() for part in parts]
 
     def rows(self, lines: Iterable[str], first: int = 1) -> Iterator[Row]:
-        """Every line that says something. first: number of the first line in the file."""
+        """Yield every line with content. first: number of the first line in the file."""
         for number, raw in enumerate(lines, first):
             content = raw.split(self.remark)[0] if self.remark else raw
             text = content.strip()
@@ -248,7 +248,7 @@ UNUSUAL = "{} is not finite or far too large; remove the row or measure it again
 def numbers_of(
     cells: Sequence[str], at: str, no_number: str = NO_NUMBER, unusual: str = UNUSUAL
 ) -> list[float]:
-    """Numbers of cells. Raises DataError with the place and one of the two sentences, {} the cells."""
+    """Return the numbers of cells. Raises DataError with the place and one of the two sentences, {} the cells."""
     shown = brief(" ".join(cells))
     try:
         values = [to_number(cell) for cell in cells]
@@ -260,24 +260,24 @@ def numbers_of(
 
 
 def is_blank(cell: str) -> bool:
-    """Whether a cell holds nothing: empty, or one of the words that programs write for it."""
+    """Return whether a cell holds nothing: empty, or one of the words that programs write for it."""
     return cell.strip().lower() in BLANK
 
 
 def is_temperature(name: str) -> bool:
-    """Whether a column holds temperatures, no difference of them."""
+    """Return whether a column holds temperatures, not differences of them."""
     return name.startswith(("temp_", "reading_")) and name.endswith("_C") and "gradient" not in name
 
 
 def instead(cell: str, name: str) -> str:
-    """What to write, where that can be told."""
+    """Return what to write instead, where that is known."""
     if name.startswith("sense_"):
         return "; write 1 where the axis last moved up, -1 where it moved down, 0 where that is not known"
     return POINT if re.fullmatch(r"[-+]?\d+,\d+", cell) else ""
 
 
 def read_csv(path: str | Path, numbered: bool = False) -> Sheet:
-    """Header and rows of a CSV file (comma, semicolon or tab). Raises DataError with the line of a ragged row.
+    """Read header and rows of a CSV file (comma, semicolon or tab). Raises DataError with the line of a ragged row.
 
     numbered: where the first line holds numbers alone there is no header, and the columns are "1", "2" ...
     """
@@ -302,7 +302,7 @@ def read_csv(path: str | Path, numbered: bool = False) -> Sheet:
 
 
 def _holds_numbers(path: Path, line: tuple[int, str]) -> bool:
-    """Whether every cell of a line is a number."""
+    """Return whether every cell of a line is a number."""
     try:
         return bool([to_number(cell) for cell in cells_of(path, [line], _delimiter(line[1]))[0][0]])
     except ValueError:
@@ -310,25 +310,25 @@ def _holds_numbers(path: Path, line: tuple[int, str]) -> bool:
 
 
 def first_cells(path: Path) -> list[str]:
-    """The cells of the first line that says something, as `read_csv` separates them; none of an empty file."""
+    """Return the cells of the first line with content, as `read_csv` separates them; none of an empty file."""
     for line in _lines_with_text(path)[:1]:
         return cells_of(path, [line], _delimiter(line[1]))[0][0]
     return []
 
 
 def _lines_with_text(path: Path) -> list[tuple[int, str]]:
-    """(number, text) of every line that is neither empty nor a comment."""
+    """Return (number, text) of every line that is neither empty nor a comment."""
     lines = enumerate(lines_of(read_text(path)), 1)
     return [(i, line) for i, line in lines if line.strip() and not line.lstrip().startswith("#")]
 
 
 def _delimiter(line: str) -> str:
-    """What separates the cells of a header."""
+    """Return the separator of the cells of a header."""
     return max(",;\t", key=line.count)
 
 
 def header_of(path: Path, first: tuple[int, str]) -> tuple[list[str], str, int]:
-    """Names of the columns, what separates them, and their line. Raises DataError for a name that stands twice."""
+    """Return names of the columns, their separator, and their line. Raises DataError for a name that occurs twice."""
     delimiter = _delimiter(first[1])
     (header,), (line,) = cells_of(path, [first], delimiter)
     repeated = {name for name in header if header.count(name) > 1}
@@ -338,7 +338,7 @@ def header_of(path: Path, first: tuple[int, str]) -> tuple[list[str], str, int]:
 
 
 def row_problems(path: Path, header: list[str], rows: list[list[str]], lines: list[int]) -> list[str]:
-    """Rows of another length than the header."""
+    """Return problems of rows of another length than the header."""
     ragged = [(line, len(row)) for line, row in zip(lines, rows) if len(row) != len(header)]
     told = [f"{path}:{line}: {cells} cells where the header names {len(header)}" for line, cells in ragged]
     if 1 < len(rows) == len(ragged) and min(cells for _, cells in ragged) > len(header):
@@ -347,7 +347,7 @@ def row_problems(path: Path, header: list[str], rows: list[list[str]], lines: li
 
 
 def cells_of(path: Path, lines: list[tuple[int, str]], delimiter: str) -> tuple[list[list[str]], list[int]]:
-    """Rows of cells and the line on which each begins. Raises DataError where a quotation mark is not closed."""
+    """Return rows of cells and the line on which each begins. Raises DataError where a quotation mark is not closed."""
     reader = csv.reader([text + "\n" for _, text in lines], delimiter=delimiter, strict=True)
     table: list[list[str]] = []
     numbers: list[int] = []

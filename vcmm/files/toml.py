@@ -1,4 +1,4 @@
-"""Read a TOML file and remember where everything stands, so that a message can name file and line."""
+"""Read a TOML file and remember the line of every key, so that a message can name file and line."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class Document:
     lines: dict[Location, int]
 
     def where(self, location: Location) -> str:
-        """'machine.toml:12', the line of the key or of the nearest table above it."""
+        """Return 'machine.toml:12', the line of the key or of the nearest table above it."""
         location = tuple(location)
         while location and location not in self.lines:
             location = location[:-1]
         return f"{self.path}:{self.lines.get(location, 1)}"
 
     def table(self, location: Location) -> str:
-        """'[plan.steps 1] ', the table that holds the location; empty at the top of the file."""
+        """Return '[plan.steps 1] ', the table that holds the location; empty at the top of the file."""
         words: list[str] = []
         place: Any = self.data
         for part in location:
@@ -83,7 +83,7 @@ def read_toml(path: str | Path) -> Document:
 
 
 def whole_numbers(value: Any, location: Location) -> Iterator[tuple[Location, int]]:
-    """Every whole number of a document with its place."""
+    """Yield every whole number of a document with its place."""
     if isinstance(value, int):
         yield location, value
     inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
@@ -111,12 +111,12 @@ def _check_depth(path: Path, text: str) -> None:
 
 
 def _blank_text(match: re.Match[str]) -> str:
-    """A text in quotes as a word of its own, with its line ends."""
+    """Return a text in quotes as a word of its own, with its line ends."""
     return "t" + "\n" * match.group().count("\n")
 
 
 def _syntax(path: Path, text: str, message: str) -> str:
-    """The complaint of tomllib with the line it is about, and what is usually wrong."""
+    """Return the complaint of tomllib with the line it is about, and what is usually wrong."""
     match = re.search(r"line (\d+)", message)
     lines = lines_of(text)
     number = int(match[1]) if match else len(lines)
@@ -126,7 +126,7 @@ def _syntax(path: Path, text: str, message: str) -> str:
         noticed, (number, bracket) = number, opened
         until = f" before line {noticed}" if noticed > number else ""
         message, fix = f'the "{bracket}" is not closed{until}', f'close it with "{CLOSES[bracket]}"'
-        fix += "; what stands in braces stays on one line" if bracket == "{" else ""
+        fix += "; text in braces stays on one line" if bracket == "{" else ""
     line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
     if "verwrite" in message or "twice" in message or "more than once" in message:
         fix = "each key and each table is written once"
@@ -142,7 +142,7 @@ _BEGINS_ANEW = re.compile(
 
 
 def _unclosed(lines: Sequence[str], number: int, message: str) -> tuple[int, str] | None:
-    """Line and kind of the bracket whose missing end is what the reader stumbled over on line `number`; None where it is something else.
+    """Return line and kind of the bracket whose missing end stopped the reader on line `number`; None where it is something else.
 
     A list may go on over lines, so one that is open there is only the cause where the line begins a new key or table, or the file ends.
     """
@@ -158,7 +158,7 @@ def _unclosed(lines: Sequence[str], number: int, message: str) -> tuple[int, str
 
 
 def _open_brackets(lines: Sequence[str]) -> list[tuple[int, str]]:
-    """Line and kind of the brackets that are opened in these lines and not closed by one of their own kind."""
+    """Return the line and kind of the brackets that are opened in these lines and not closed by one of their own kind."""
     waiting: list[tuple[int, str]] = []
     for number, line in enumerate(lines, 1):
         for character in line.partition("#")[0]:
@@ -170,7 +170,7 @@ def _open_brackets(lines: Sequence[str]) -> list[tuple[int, str]]:
 
 
 def find_file(text: str, folder: Path) -> Path | None:
-    """The file in `folder` that a text of a TOML file names ("errors.csv"); None where there is none."""
+    """Return the file in `folder` that a text of a TOML file names ("errors.csv"); None where there is none."""
     if len(text) > 200 or "\n" in text or "\0" in text:
         return None
     there = folder / text
@@ -186,7 +186,7 @@ def check_version(document: Document, kind: str, version: int = 1) -> None:
         raise DataError(f'{at}: the first line must be vcmm = "{kind}/{version}"')
     match = re.fullmatch(r"([a-z]+)/(\d+)", str(word))
     if not match or match[1] != kind:
-        raise DataError(f'{at}: vcmm = "{word}", but a {kind} file is due here: vcmm = "{kind}/{version}"')
+        raise DataError(f'{at}: vcmm = "{word}", but expected a {kind} file: vcmm = "{kind}/{version}"')
     if int(match[2]) > version:
         raise DataError(
             f'{at}: "{word}" was written by a newer vcmm; this one reads {kind}/1 to {kind}/{version}: update vcmm'

@@ -13,7 +13,7 @@ from vcmm.files.toml_lines import Location, key_lines
 
 
 def editable(path: Path) -> Any:
-    """The document of a file, as tomlkit has it: `document["pose"]["turn"] = ...`. DataError: no valid TOML."""
+    """Return the document of a file, as tomlkit has it: `document["pose"]["turn"] = ...`. DataError: no valid TOML."""
     import tomlkit
 
     read_toml(path)  # says what is wrong, with its line
@@ -31,7 +31,7 @@ def move_names(document: Any, old: Path, new: Path) -> None:
 
 
 def _texts(holder: Any) -> Iterator[tuple[Any, Any, str]]:
-    """Every text of a document: what holds it, under which key or index, and the text."""
+    """Yield every text of a document: what holds it, under which key or index, and the text."""
     pairs = list(holder.items()) if isinstance(holder, dict) else list(enumerate(holder))
     for key, value in pairs:
         if isinstance(value, str):
@@ -75,7 +75,7 @@ def _put_back(document: Any, left: Sequence[tuple[Any, str]]) -> None:
 
 
 def _last_comments(text: str) -> str:
-    """The blank lines and comments at the end of a text."""
+    """Return the blank lines and comments at the end of a text."""
     lines = text.splitlines(keepends=True)
     first = len(lines)
     while first and (not lines[first - 1].strip() or lines[first - 1].lstrip().startswith("#")):
@@ -84,7 +84,7 @@ def _last_comments(text: str) -> str:
 
 
 def with_comment_under(text: str, location: Location, comment: str) -> str:
-    """The text with a comment in the line after a key or the heading of a table."""
+    """Return the text with a comment in the line after a key or the heading of a table."""
     lines = text.splitlines()
     lines.insert(key_lines(text)[location], f"# {comment}")
     return "\n".join(lines) + "\n"

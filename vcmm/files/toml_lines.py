@@ -20,7 +20,7 @@ _SCALAR = re.compile(r"[^,\]}\n#]+")  # numbers, dates, true and false
 
 
 def key_lines(text: str) -> dict[Location, int]:
-    """Location of every table, key and list element -> line number (1 = first)."""
+    """Return the location of every table, key and list element -> line number (1 = first)."""
     return _Scanner(text).lines
 
 

@@ -1,1 +1,1 @@
-"""Result tables and their readings: terminal, page, chart, workbench."""
+"""Result tables and their presentations: terminal, page, chart, workbench."""

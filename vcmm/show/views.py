@@ -1,4 +1,4 @@
-"""The pictures and lines of results, as their `plot()` and their repr give them: registered with `vcmm.core.views`."""
+"""Register the pictures and lines of results, which `plot()` and repr use, with `vcmm.core.views`."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ def test_iso_230_7_from_readings_and_from_the_machine_file(files, tmp_path, caps
         (('"straightness"', '"straitness"'), "straitness"),
         (('"EZX"', '"EXX"'), 'which takes a straightness such as "EZX"'),
         (('[reversal]', 'observed = "indicated - true"\n[reversal]'), 'says in [reversal] sense = "+" or "-"'),
-        (('[reversal]', '[nuisance]\nzero = ""\n[reversal]'), "what is left free follows from its test"),
+        (('[reversal]', '[nuisance]\nzero = ""\n[reversal]'), "its free parameters follow from its test"),
         (('error = "EZX"', 'error = "EZX"\nprobes = { a = "1 mm" }'), 'probes belongs to test = "face"'),
         (('reversed', 'turned'), 'there are normal and turned'),
     ],

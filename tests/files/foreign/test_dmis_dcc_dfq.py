@@ -60,7 +60,7 @@ def test_touches_become_the_points_of_the_plan(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("UNITS/MM,ANGDEC\n", "", "no UNITS/ statement"),
+        ("UNITS/MM,ANGDEC\n", "", "there is no UNITS/ statement"),
         ("UNITS/MM,ANGDEC", "UNITS/FURLONG,ANGDEC", "the length is one of"),
         ("INNER,CART,0,0,0,0,0,1,30,20", "INNER,CART,0,0,0", "numbers behind CART, 7 are due"),
         ("INNER,CART,0,0,0,0,0,1,30,20", "INNER,POL,0,0,0,0,0,1,30", "polar coordinates"),

@@ -102,7 +102,7 @@ def test_values_are_converted_and_read_back(tmp_path: Path) -> None:
     (values,) = read_measured_values(listed(tmp_path, made.texts["values.csv"], "values.csv"))
     assert made.kind == "PC-DMIS report"
     assert {v.name: v.number for v in values} == pytest.approx({"D1": 40.005, "A1": np.radians(45.018)})
-    assert [n for n in made.notes if "report.txt:9: no measured value stands in this row; left out" in n]
+    assert [n for n in made.notes if "report.txt:9: this row has no measured value; left out" in n]
 
 
 def test_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

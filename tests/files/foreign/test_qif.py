@@ -71,7 +71,7 @@ def test_a_characteristic_can_be_left_out_with_its_reason(tmp_path: Path) -> Non
         ("<Diameter>1</Diameter>", '<Diameter linearUnit="mm">1</Diameter>', "a unit of its own"),
         ("<Direction>0 0 1</Direction>", "<Direction>0 0 0</Direction>", "the direction has no length"),
         ("<FeatureNominalId>6<", "<FeatureNominalId>99<", 'the id "99" belongs to nothing'),
-        ('id="5"', 'id="2"', 'the id "2" stands here and at'),
+        ('id="5"', 'id="2"', 'the id "2" is used here and at'),
         ("<MinValue>0.999", "<MinValue>1.5", "hold nothing between them"),
         ("</Features>", "</Feature>", "no well-formed XML"),
         ("<QIFDocument", '<!DOCTYPE x [<!ENTITY a "aaaa">]><QIFDocument', "a document type"),

@@ -163,7 +163,7 @@ def test_values_of_entities() -> None:
     [
         ("solid cube\n", "no STEP file"),
         ("ISO-10303-21;\nDATA;\nENDSEC;\n", "holds no entity"),
-        ("ISO-10303-21;\n#1=A();\n#1=B();\n", r":3: #1 stands a second time"),
+        ("ISO-10303-21;\n#1=A();\n#1=B();\n", r":3: #1 is defined a second time"),
         (
             "ISO-10303-21;\n#1=A('((',\n" + "(" * 99_999 + ")" * 99_999 + ");\n",
             r":3: lists are nested deeper than 40",

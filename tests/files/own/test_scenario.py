@@ -59,7 +59,7 @@ def test_problems_of_a_named_file_carry_its_name_and_line(tmp_path):
 def test_a_file_of_another_kind_is_refused(tmp_path):
     path = _split(tmp_path)
     (tmp_path / "part.toml").write_text((tmp_path / "plan.toml").read_text())
-    with pytest.raises(DataError, match=r'part.toml:1: vcmm = "plan/1", but a part file is due here'):
+    with pytest.raises(DataError, match=r'part.toml:1: vcmm = "plan/1", but expected a part file'):
         load_scenario(path)
 
 

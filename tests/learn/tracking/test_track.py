@@ -318,7 +318,7 @@ def test_map_and_convenient_pose_are_of_the_pose_that_is_found(tmp_path):
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ('vcmm = "recordings/1"', 'vcmm = "recordings/1", but a recording file is due here'),
+        ('vcmm = "recordings/1"', 'vcmm = "recordings/1", but expected a recording file'),
         ("# no first line", 'the first line must be vcmm = "recording/1"'),
     ],
 )

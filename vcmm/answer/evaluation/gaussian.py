@@ -196,7 +196,7 @@ def left_beside(signal: Array, columns: Array) -> Array:
 
 
 def log_evidence(groups: ColumnBlocks, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Array:
-    """Return the ln Bayes factor (groups, M) of each group against no effect, for white residuals r (m, M).
+    """Return ln Bayes factor (groups, M) of each group against no effect, for white residuals r (m, M).
 
     ln BF = -1/2 ln|I + s^2 G| - dof/2 ln(1 - q/R), q = b^T (G + s^-2)^-1 b, b = X^T r, R = r^T r, averaged over the
     prior widths s; the noise scale is integrated out with the Jeffreys prior.
@@ -294,7 +294,7 @@ def condition(gram: Array, b: Array, factor: Array) -> Conditioned:
 
 
 def log_density(rest: Array, x: Array, factor: Array) -> Array:
-    """Return the ln density of white residuals (m,) or (m, M) of unit noise, less that at rest 0 without columns; the coefficients of x (m, k)
+    """Return ln density of white residuals (m,) or (m, M) of unit noise, less that at rest 0 without columns; the coefficients of x (m, k)
     have the covariance F F', factor (k, r).
     """
     told = condition(x.T @ x, x.T @ rest, factor)

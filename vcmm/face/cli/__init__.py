@@ -58,7 +58,7 @@ BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3
 
 
 def build_app() -> Any:
-    """The cyclopts application; verbs are import paths, resolved on use."""
+    """Return the cyclopts application; verbs are import paths, resolved on use."""
     from cyclopts import App, Group
 
     app = App(
@@ -86,7 +86,7 @@ WIDEST = 110  # of a line of help
 
 
 def help_text() -> str:
-    """What `vcmm --help` prints: the verbs in groups. Written here, since the parser takes ten times as long to load."""
+    """Return the text of `vcmm --help`: the verbs in groups. Written here, since the parser takes ten times as long to load."""
     import shutil
     import textwrap
 
@@ -103,10 +103,10 @@ def help_text() -> str:
 
 
 def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
-    """Refuse a fraction where a whole number is meant: cyclopts would round `--trials 1.5` without a word. 2.0 and 1.5e6 are whole.
+    """Refuse a fraction where a whole number is expected: cyclopts would round `--trials 1.5` without a word. 2.0 and 1.5e6 are whole.
 
-    And numbers of which only Python thinks (1_000, 0x10, digits of other scripts), and nothing where something is meant, as a
-    variable of the shell leaves it that nobody has set: `--out ""` is no place.
+    Also refuse numbers that only Python accepts (1_000, 0x10, digits of other scripts), and empty values, as from a
+    variable of the shell that is not set: `--out ""` is no place.
     """
     import contextlib
     from typing import get_args
@@ -132,12 +132,12 @@ def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
 
 
 def _is_typed(token: Any) -> bool:
-    """Whether a value was to be typed: flags, --no-flag too, bring their own."""
+    """Return whether a value was to be typed: flags, --no-flag too, bring their own."""
     return not isinstance(token.implicit_value, bool) and not token.implicit_value
 
 
 def _python_takes(text: str) -> bool:
-    """Whether Python makes a number of a text."""
+    """Return whether Python converts a text to a number."""
     for convert in (float, lambda written: int(written, 0)):
         try:
             convert(text)
@@ -222,7 +222,7 @@ def run(words: list[str]) -> int:
 
 
 def _where_to_get_it(problems: Sequence[str]) -> list[str]:
-    """What to do where a file is missing that has the name of an example: somebody follows a page without its first line."""
+    """Return what to do where a file is missing that has the name of an example: a user may follow a page without its first line."""
     missing = (
         re.fullmatch(r"(?:\S*/)?(\w+)\.toml does not exist\.?", problems[0]) if len(problems) == 1 else None
     )
@@ -234,7 +234,7 @@ def _where_to_get_it(problems: Sequence[str]) -> list[str]:
 
 
 def _silence() -> None:
-    """What is left in the buffer of stdout cannot be written: Python must not try again at its end."""
+    """Discard the buffer of stdout that cannot be written, so that Python does not try again at its end."""
     import contextlib
 
     with contextlib.suppress(OSError, AttributeError, ValueError):
@@ -276,7 +276,7 @@ def _dispatch(words: list[str]) -> int:
 
 
 def _refusal(error: Exception, words: list[str]) -> str:
-    """What the parser of the command line does not take, and what to do."""
+    """Return the message for a line that the parser of the command line refuses, and what to do."""
     if unused := getattr(error, "unused_tokens", None):
         options = (
             f"; vcmm new {unused[0]} --from {words[1]} copies {words[1]} under that name"

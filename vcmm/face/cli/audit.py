@@ -1,4 +1,4 @@
-"""vcmm audit: are the intervals right? Counted on drawn parts and machines."""
+"""vcmm audit: count whether the intervals hold the true values, on sampled parts and machines."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def audit_command(
     Parameters
     ----------
     scenarios
-        Scenario file (scenario/1). Several, or folders of them: one table of all tasks; a file that cannot be counted is told in its row.
+        Scenario file (scenario/1). Several, or folders of them: one table of all tasks; a file that cannot be counted gives its reason in its row.
     parts
         Parts to draw and measure for every kind of part.
     seed
@@ -66,7 +66,7 @@ def audit_command(
 
 
 def audit_job(scenarios: list[Path], parts: int, seed: int | None, sharing: Sharing) -> SharedJob[Any, Any]:
-    """The audit of one task, or of several."""
+    """Return the audit of one task, or of several."""
     if len(scenarios) > 1 or scenarios[0].is_dir():
         return AuditSeveralJob(tuple(scenarios), parts, seed, sharing=sharing)
     return AuditJob(scenarios[0], parts, seed, sharing=sharing)

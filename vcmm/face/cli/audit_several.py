@@ -47,7 +47,7 @@ class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
         return cls(places, options["parts"], options["seed"], sharing=sharing)
 
     def load(self) -> list[Task]:
-        """All files are read here, so that workers on other computers need none of them."""
+        """Read all files here, so that workers on other computers need none of them."""
         return [_load(file) for file in scenarios_in(self.places)]
 
     def run(self, loaded: list[Task], report: Progress) -> list[dict[str, Any]]:
@@ -72,7 +72,7 @@ class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
         return {"audit.json": content, "audit.csv": csv_text(tasks_table(_rows(result)))}
 
     def exit_code(self, loaded: list[Task], result: list[dict[str, Any]]) -> int:
-        """1: a claimed coverage lies outside; 70: a task met a fault of ours."""
+        """Return 1: a claimed coverage lies outside; 70: a task met an internal error."""
         if any(r["ours"] for r in result):
             return 70
         return int(any(row.audited.outside for row in _rows(result)))
@@ -92,7 +92,7 @@ def _refusals(result: list[dict[str, Any]]) -> dict[str, str]:
 
 
 def scenarios_in(named: Sequence[Path]) -> list[Path]:
-    """The files themselves, and of folders all scenarios in them and below. Raises UsageError where a folder holds none."""
+    """Return the files themselves, and of folders all scenarios in them and below. Raises UsageError where a folder holds none."""
     out: list[Path] = []
     for path in named:
         out += _below(path) if path.is_dir() else [path]
@@ -114,12 +114,12 @@ def _head(path: Path) -> bytes:
 
 
 def files_of(scenarios: Sequence[Path]) -> list[Path]:
-    """Every file once, with those that it names."""
+    """Return every file once, with those that it names."""
     return list(dict.fromkeys(f for p in scenarios for f in sources(p)))
 
 
 def _load(file: Path) -> Task:
-    """(file, scenario), or what is wrong with it as text."""
+    """Return (file, scenario), or what is wrong with it as text."""
     try:
         return str(file), load_scenario(file)
     except VcmmError as error:
@@ -127,7 +127,7 @@ def _load(file: Path) -> Task:
 
 
 def record_of(options: Mapping[str, Any], item: Task) -> dict[str, Any]:
-    """One task as plain values: the rows of its audit, or `problem`, why there are none."""
+    """Return one task as plain values: the rows of its audit, or `problem`, why there are none."""
     file, scenario = item
     body = {"file": file, "rows": [], "ours": False}
     if isinstance(scenario, str):
@@ -136,7 +136,7 @@ def record_of(options: Mapping[str, Any], item: Task) -> dict[str, Any]:
         rows = audit(scenario, parts=options["parts"], settings=with_seed(scenario.settings, options["seed"]))
     except VcmmError as error:
         return {**body, "problem": first_of(error)}
-    except Exception as error:  # a fault of ours in one of hundreds is told and does not end the others
+    except Exception as error:  # an internal error in one of hundreds is reported and does not end the others
         return {
             **body,
             "problem": f"internal error ({type(error).__name__}: {error}); please report it",
@@ -146,5 +146,5 @@ def record_of(options: Mapping[str, Any], item: Task) -> dict[str, Any]:
 
 
 def with_seed(settings: Settings, seed: int | None) -> Settings:
-    """The settings with another seed, where one is given."""
+    """Return the settings with another seed, where one is given."""
     return settings if seed is None else replace(settings, seed=seed)

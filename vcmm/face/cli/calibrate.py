@@ -1,4 +1,4 @@
-"""vcmm calibrate: the errors of a machine from what instruments read on it."""
+"""vcmm calibrate: the errors of a machine from readings of instruments on it."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def calibrate_command(
     compare_interpolations
         Hold out every third position of each line and say how each interpolation predicts it; nothing is written.
     thermal
-        Find what temperatures do instead: terms of the sensors in the recordings, added to the file of --machine.
+        Fit effects of temperatures instead: terms of the sensors in the recordings, added to the file of --machine.
     nodes
         Find the scatter of approaches at the nodes of a grid instead, from LaserTracer lengths by four stations or more: a residual field.
     sensors
@@ -69,7 +69,7 @@ def calibrate_command(
     test
         A recording that the calibration does not use (a diagonal, another artefact): what the written file predicts of it.
     residual
-        Machine file of the machine with what was found compensated: what is left, with its uncertainty.
+        Machine file of the machine with the errors found compensated: the remaining errors, with their uncertainty.
     simulate
         Plan of set-ups (design/1): writes what they would read on the machine of --machine, as recordings in the folder --out.
     seed
@@ -79,7 +79,7 @@ def calibrate_command(
     json
         Print one JSON document.
     out
-        Machine file to write; its error table and covariance stand beside it. With --design: folder for design.json.
+        Machine file to write; its error table and covariance are written beside it. With --design: folder for design.json.
     """
     wanted = CalibrationFiles(list(recordings), structure, machine, out, test or [])
     if design is not None:
@@ -104,7 +104,7 @@ def calibrate_command(
 
 
 def _special(wanted: CalibrationFiles, given: dict[str, Any], compare: bool) -> Job[Any, Any] | None:
-    """The jobs besides a calibration: reversals, the comparison of interpolations, temperatures. given: options of the command."""
+    """Return the jobs besides a calibration: reversals, the comparison of interpolations, temperatures. given: options of the command."""
 
     def rest(names: str) -> dict[str, Any]:
         return {name: given[name] for name in names.split()}
@@ -155,7 +155,7 @@ class CalibrationOptions:
 
 
 def _growth(text: str | None, months: float, machine: Path | None) -> float:
-    """u in mm of what errors have changed by since the machine file was found. Raises UsageError."""
+    """Return u in mm by which errors have changed since the machine file was made. Raises UsageError."""
     if text is None:
         return 0.0
     rate = quantity(text, "length", "--growth", "0.5 um")
@@ -167,7 +167,7 @@ def _growth(text: str | None, months: float, machine: Path | None) -> float:
 
 
 class Calibrated(NamedTuple):
-    """What was found, and what the machine file that was written predicts of the recordings of --test."""
+    """Result of a calibration, and the predictions of the written machine file for the recordings of --test."""
 
     calibration: Calibration
     tests: list[IndependentTest]
@@ -175,7 +175,7 @@ class Calibrated(NamedTuple):
 
 @dataclass(frozen=True)
 class CalibrateJob(Job[CalibrationInput, Calibrated]):
-    """A calibration. The machine files are written in the course of it: what they predict is asked of them as they were written."""
+    """A calibration. The machine files are written while it runs: predictions come from the written files."""
 
     request: CalibrationFiles
     options: CalibrationOptions
@@ -232,7 +232,7 @@ class CalibrateJob(Job[CalibrationInput, Calibrated]):
         return Record(body, self.request.read(), warnings=result.calibration.warnings)
 
     def export(self, loaded: CalibrationInput, result: Calibrated, content: dict[str, Any]) -> None:
-        """The page of --report."""
+        """Write the page of --report."""
         if self.report is None:
             return
         from vcmm.show.pages.calibration import calibration_page
@@ -249,7 +249,7 @@ class CalibrateJob(Job[CalibrationInput, Calibrated]):
 
 
 def _calibrated_machine(calibration: Calibration, wanted: CalibrationFiles) -> Machine | None:
-    """The machine with what was found, as it is written and read again; None where the file cannot stand by itself."""
+    """Return the calibrated machine, as it is written and read again; None where the file is incomplete by itself."""
     if wanted.out is not None:
         return load_machine(wanted.out)
     with TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""vcmm calibrate of poses: geometry, elastic joints and eccentric gears of an arm from what a tracker saw of it."""
+"""vcmm calibrate of poses: geometry, elastic joints and eccentric gears of an arm from poses seen by a tracker."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ from vcmm.show.tables.arm import (
 from vcmm.show.tables.table import records
 from vcmm.task.response.poses import PoseReadings, TrackerPlacement, settle_placement, tool_frames
 
-FAR = 4.5  # standard deviations of a pose that is told
+FAR = 4.5  # standard deviations from which a pose is reported
 TOLD = 6  # poses that are named
-FEW = 3.0  # scatters by which poses miss that are predicted from the others, from which that is told
+FEW = 3.0  # misses in scatters of poses predicted from the others, from which they are reported
 
 
 class ArmInput(NamedTuple):
-    """Poses to calibrate from, poses to predict, and the arm as it is thought to be."""
+    """Poses to calibrate from, poses to predict, and the nominal arm."""
 
     poses: list[PoseReadings]
     tests: list[PoseReadings]
@@ -143,7 +143,7 @@ class ArmJob(Job[ArmInput, ArmFound]):
 
 
 def _residuals_of(poses: PoseReadings, machine: Machine) -> np.ndarray:
-    """Position departures with the nominal arm, (n, 3)."""
+    """Return position departures with the nominal arm, (n, 3)."""
     frames = tool_frames(machine, poses.run)
     return np.asarray(poses.position - settle_placement(poses, frames).predict(frames)[0])
 
@@ -159,7 +159,7 @@ def _placement(poses: PoseReadings, place: TrackerPlacement) -> dict[str, Any]:
 
 
 def remarks(fit: ArmFit) -> list[str]:
-    """Poses that stand out, numbers that poses hardly tell, stated noise that is too small, and what deflections mean."""
+    """Return remarks on outlying poses, numbers that poses hardly determine, stated noise that is too small, and the meaning of deflections."""
     out = []
     for poses, (position, _) in zip(fit.recordings, fit.residual):
         size = np.abs(position).max(axis=1) / fit.u[0]

@@ -1,4 +1,4 @@
-"""vcmm calibrate --compare-interpolations: how each predicts positions that were held out."""
+"""vcmm calibrate --compare-interpolations: predictions of each for positions that were held out."""
 
 from __future__ import annotations
 

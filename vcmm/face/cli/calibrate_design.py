@@ -1,4 +1,4 @@
-"""vcmm calibrate --design: what planned set-ups identify, and which to take."""
+"""vcmm calibrate --design: errors that planned set-ups identify, and which set-ups to take."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from vcmm.show.tables.table import records
 
 
 def design_job(path: Path) -> Job[Any, Any]:
-    """The job of a plan: of set-ups, or of the rotary positions of a touch probe."""
+    """Return the job of a plan: of set-ups, or of the rotary positions of a touch probe."""
     made, machine, budget = load_design(path)
     planned = [PlannedSetup(*setup) for setup in made]
     if is_pose_design(planned):
@@ -37,7 +37,7 @@ def design_job(path: Path) -> Job[Any, Any]:
 
 
 class Proposals(NamedTuple):
-    """What all set-ups of a plan identify together, the best of them within the budget, the cheapest complete ones."""
+    """Errors that all set-ups of a plan identify together, the best set-ups within the budget, the cheapest complete ones."""
 
     plan: SetupPlan
     everything: Proposal
@@ -104,6 +104,6 @@ class DesignJob(Job[list[PlannedSetup], Proposals]):
 
 
 def _only(proposal: Proposal) -> dict[str, Any]:
-    """The record of one proposal."""
+    """Return the record of one proposal."""
     (record,) = records(PROPOSALS, [proposal])
     return record

@@ -24,7 +24,7 @@ from vcmm.show.tables.compensation import departure_json
 
 @dataclass(frozen=True)
 class FaceProgram:
-    """The program that cut the face, as it was asked for. lines: "FIRST-LAST", or "" for all that pass over the scan."""
+    """The program that cut the face, as requested. lines: "FIRST-LAST", or "" for all that pass over the scan."""
 
     path: Path | None
     setup: Path | None
@@ -34,7 +34,7 @@ class FaceProgram:
 
 
 class ScannedFace(NamedTuple):
-    """A scan, and the machine that scanned; None where its errors are not taken off."""
+    """A scan, and the machine that scanned; None where its errors are not subtracted."""
 
     scan: FaceScan
     machine: Machine | None
@@ -76,7 +76,7 @@ class FaceJob(Job[ScannedFace, MappedFace]):
         return MappedFace(face, better)
 
     def target(self, folder: Path) -> Path:
-        """Of the corrected program."""
+        """Return the path of the corrected program."""
         program = self.program.path
         assert program is not None  # a correction is of a program
         return folder / f"{program.stem}-compensated{program.suffix}"
@@ -101,7 +101,7 @@ class FaceJob(Job[ScannedFace, MappedFace]):
         return texts | ({"profile.csv": tables.profile_csv(face)} if face.r is not None else {})
 
     def write_binaries(self, loaded: ScannedFace, result: MappedFace, folder: Path) -> list[str]:
-        """The corrected program, byte by byte as it was but for what is corrected."""
+        """Return the corrected program, byte by byte unchanged except for the corrections."""
         if result.better is None:
             return []
         target = self.target(folder)
@@ -124,7 +124,7 @@ def _data(scan: Path) -> Path:
 
 
 def _correction(face_map: FaceMap, program: FaceProgram) -> CompensatedProgram | None:
-    """The corrected program; None where none was named."""
+    """Return the corrected program; None where none was named."""
     if program.path is None:
         if program.setup is not None or program.lines:
             raise UsageError("--setup and --lines belong to --program; name the program that cut the face")

@@ -1,4 +1,4 @@
-"""What `vcmm calibrate` was asked and given."""
+"""Inputs of `vcmm calibrate`."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class CalibrationFiles:
             raise UsageError(f'"{first}" is no job of calibrate.{choose_from(str(first), JOB_NAMES)}')
 
     def reversals(self) -> list[Path]:
-        """Files that are reversals."""
+        """Return the files that are reversals."""
         return [path for path in self.files if path.is_file() and is_reversal(path)]
 
     def check(self, thermal: bool, sensors: str, compare: bool) -> None:
@@ -95,7 +95,7 @@ class CalibrationFiles:
             )
 
     def load(self) -> CalibrationInput:
-        """The recordings, read. Raises UsageError where a test holds the same readings as one of them."""
+        """Read the recordings. Raises UsageError where a test holds the same readings as one of them."""
         machine = (
             load_machine(self.machine) if self.machine is not None else bare_machine(str(self.structure))
         )
@@ -110,12 +110,12 @@ class CalibrationFiles:
         return CalibrationInput([*loaded, *separated], machine, certificates, correlated)
 
     def read(self) -> list[Path]:
-        """All files that were read."""
+        """Return all files that were read."""
         named = [*self.files, *([self.machine] if self.machine else []), *self.test]
         return [f for path in named for f in sources(path)]
 
     def tests(self) -> list[IndependentTest]:
-        """What the machine file that was written predicts of the recordings of --test, read back."""
+        """Return the predictions of the written machine file for the recordings of --test, read back."""
         if not self.test or self.out is None:
             return []
         before, after = self.load().machine, load_machine(self.out)

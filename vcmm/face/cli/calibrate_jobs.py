@@ -53,13 +53,13 @@ def fit_command(
     test
         A recording that the calibration does not use (a diagonal, another artefact): what the written file predicts of it.
     residual
-        Machine file of the machine with what was found compensated: what is left, with its uncertainty.
+        Machine file of the machine with the errors found compensated: the remaining errors, with their uncertainty.
     report
         File for the HTML report.
     json
         Print one JSON document.
     out
-        Machine file to write; its error table and covariance stand beside it.
+        Machine file to write; its error table and covariance are written beside it.
     """
     return calibrate_command(
         *recordings, structure=structure, machine=machine, errors=errors, growth=growth, months=months,
@@ -147,7 +147,7 @@ def thermal_command(
     json: Json = False,
     out: Path | None = None,
 ) -> int:
-    """Find what temperatures do: terms of the sensors in the recordings, added to a machine file.
+    """Fit effects of temperatures: terms of the sensors in the recordings, added to a machine file.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""vcmm calibrate --nodes: where the machine stops at the nodes of a grid, from LaserTracer lengths; a residual field for its file."""
+"""vcmm calibrate --nodes: positions of the machine at the nodes of a grid, from LaserTracer lengths; a residual field for its file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vcmm.show.tables.table import records
 
 
 class Nodes(NamedTuple):
-    """The scatter at every node, and the process that it is taken for between them."""
+    """The scatter at every node, and the assumed process between them."""
 
     scatter: NodeScatter
     fit: ProcessFit
@@ -53,7 +53,7 @@ class NodesJob(Job[CalibrationInput, Nodes]):
         return Record(node_body(result.scatter, result.fit, self.request.out), self.request.read())
 
     def export(self, loaded: CalibrationInput, result: Nodes, content: dict[str, Any]) -> None:
-        """The machine file."""
+        """Write the machine file."""
         out = self.request.out
         if out is None:
             return
@@ -73,7 +73,7 @@ class NodesJob(Job[CalibrationInput, Nodes]):
 
 
 def node_body(scatter: NodeScatter, fit: ProcessFit, out: Path | None) -> dict[str, Any]:
-    """The JSON document without its frame."""
+    """Return the JSON document without its frame."""
     located = scatter.located
     return {
         "machine": None if out is None else str(out),

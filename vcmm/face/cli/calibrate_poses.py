@@ -1,4 +1,4 @@
-"""vcmm calibrate design of a touch probe: which rotary positions, and what they are expected to tell."""
+"""vcmm calibrate design of a touch probe: rotary positions, and the uncertainties expected from them."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class PosesJob(Job[list[PlannedSetup], ChosenPoses]):
 
 
 def in_order_of_angles(plan: PosePlan, chosen: list[int]) -> list[int]:
-    """The poses by their angles, the first rotary axis of the chain first, so that it moves least."""
+    """Sort the poses by their angles, the first rotary axis of the chain first, so that it moves least."""
     return sorted(chosen, key=lambda i: (plan.candidates[i].setup, tuple(plan.candidates[i].angles.values())))
 
 
@@ -101,7 +101,7 @@ def _pose(candidate: PoseCandidate) -> dict[str, Any]:
 
 
 def _expected_uncertainties(plan: PosePlan, chosen: list[int], everything: list[int]) -> list[dict[str, Any]]:
-    """Per error its u by the chosen poses, and by all."""
+    """Return u of every error by the chosen poses, and by all."""
     here, best = plan.expected(chosen), plan.expected(everything)
     return [
         {"error": n, "unit": unit_of(n)[0], "u": u * unit_of(n)[1], "u_all_poses": best[n] * unit_of(n)[1]}

@@ -94,7 +94,7 @@ class ProgramJob(Job[TouchPlan, ProbingProgram]):
 
 
 def _poses(given: TouchPlan) -> tuple[list[dict[str, float]], float]:
-    """Rotary positions (rad): within the budget of the plan, else all."""
+    """Return rotary positions (rad): within the budget of the plan, else all."""
     if given.budget is None or not any(len(q) > 1 for q in given.table.rotary.values()):
         return given.poses, given.table.minutes
     plan = pose_plan([PlannedSetup(*given.setup)], given.machine)
@@ -103,7 +103,8 @@ def _poses(given: TouchPlan) -> tuple[list[dict[str, float]], float]:
 
 
 def _read_back(job: ProbingJob, texts: dict[str, str], control: str) -> float:
-    """mm by which a touch of the program, read as `vcmm nc` reads it, lies farthest beside the plan. Raises VcmmError where one is missing."""
+    """Return the mm by which a touch of the program, read as `vcmm nc` reads it, lies farthest beside the plan. Raises VcmmError where
+    one is missing."""
     probe = Tool(job.tool, length=100.0, diameter=2 * job.ball, shape="probe")
     setup = Setup(tools={job.tool: probe}, offsets={job.offset: (0.0, 0.0, 0.0)}, strict=False)
     read = interpret(next(iter(texts.values())), control, setup, job.name)

@@ -1,4 +1,4 @@
-"""vcmm calibrate on files with [reversal]: artefact and machine separated, a machine file of what is known."""
+"""vcmm calibrate on files with [reversal]: artefact and machine separated, a machine file with the result."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class ReversalJob(Job[list[ReversalFile], list[ReversalResult]]):
         return [load_reversal(path) for path in self.files]
 
     def run(self, loaded: list[ReversalFile], report: Progress) -> list[ReversalResult]:
-        """Raises UsageError where the machine file that is asked for cannot be written."""
+        """Separate every file. Raises UsageError where the requested machine file cannot be written."""
         results = separate_all(loaded)
         chain = None if self.structure is None else parse_structure(self.structure)
         if self.out is not None and chain is None:
@@ -54,7 +54,7 @@ class ReversalJob(Job[list[ReversalFile], list[ReversalResult]]):
     def export(
         self, loaded: list[ReversalFile], result: list[ReversalResult], content: dict[str, Any]
     ) -> None:
-        """The machine file and its tables."""
+        """Write the machine file and its tables."""
         if self.out is None or self.structure is None:
             return
         output_folder(self.out.parent)
@@ -71,7 +71,7 @@ class ReversalJob(Job[list[ReversalFile], list[ReversalResult]]):
 
 
 def _body(results: Sequence[ReversalResult], out: Path | None) -> dict[str, Any]:
-    """The keys of a calibration; `reversals` holds every curve. residual_um, condition: of the worst file."""
+    """Return the keys of a calibration; `reversals` holds every curve. residual_um, condition: of the worst file."""
     return {
         "machine": None if out is None else str(out),
         "identified": [row for result in results for row in result.rows()],

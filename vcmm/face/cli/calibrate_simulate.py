@@ -1,4 +1,4 @@
-"""vcmm calibrate --simulate: what the instruments of a plan would read on a machine, as recordings."""
+"""vcmm calibrate --simulate: readings of the instruments of a plan on a machine, as recordings."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Survey(NamedTuple):
 
 @dataclass(frozen=True)
 class SimulateJob(Job[Survey, list[Row]]):
-    """One recording per set-up in the folder --out: errors of the machine, set-up, instrument, noise, all drawn. Each is written before it
-    is read, since what an instrument reads follows from the file."""
+    """One recording per set-up in the folder --out: errors of the machine, set-up, instrument, noise, all sampled. Each is written before it
+    is read, since the readings of an instrument follow from the file."""
 
     plan: Path
     machine: Path | None
@@ -52,7 +52,7 @@ class SimulateJob(Job[Survey, list[Row]]):
     schema = "vcmm.simulated/1"
 
     def machine_and_folder(self) -> tuple[Path, Path]:
-        """Machine file and folder. Raises UsageError where one of them is missing."""
+        """Return machine file and folder. Raises UsageError where one of them is missing."""
         if self.machine is None or self.out is None:
             raise UsageError(
                 "--simulate needs the machine on which is measured and a folder: "
@@ -100,13 +100,13 @@ def _check_same(planned: Machine, truth: Machine, plan: Path, machine: Path) -> 
 
 
 def _with_dynamics(planned: Machine, truth: Machine) -> Machine:
-    """The planned machine; an axis whose dynamics it does not state has those of the machine that is measured."""
+    """Return the planned machine; an axis whose dynamics it does not state has those of the machine that is measured."""
     axes = {a: replace(x, dynamics=x.dynamics or truth.axes[a].dynamics) for a, x in planned.axes.items()}
     return replace(planned, axes=axes)
 
 
 def _all_or_nothing(survey: Survey, out: Path, seed: int) -> list[Row]:
-    """As `_write_recordings`, in a folder beside, whose files are moved once all of them stand."""
+    """Write the recordings in a folder beside, and move the files once all of them are there."""
     above = next(p for p in out.absolute().parents if p.is_dir())
     with TemporaryDirectory(prefix=".vcmm-", dir=above) as made:
         folder = Path(made)
@@ -119,7 +119,7 @@ def _all_or_nothing(survey: Survey, out: Path, seed: int) -> list[Row]:
 
 
 def _write_recordings(survey: Survey, out: Path, seed: int) -> list[Row]:
-    """One row per recording. What the instruments read follows from the file as it was written: order of the rows and all."""
+    """Return one row per recording. The readings follow from the written file, including the order of its rows."""
     setups, planned, truth = survey
     rng, rows, names = np.random.default_rng(seed), [], set()
     drawn: dict[str, Any] = {}

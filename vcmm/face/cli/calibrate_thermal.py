@@ -1,4 +1,4 @@
-"""vcmm calibrate --thermal: what temperatures do to the tip, added to a machine file."""
+"""vcmm calibrate --thermal: effects of temperatures on the tip, added to a machine file."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ThermalInput(NamedTuple):
 
 
 class ThermalTerms(NamedTuple):
-    """The terms, and what the file that was written predicts of --test; nets: um that a net from the same sensors leaves of each."""
+    """The terms, and the predictions of the written file for --test; nets: residual in um of a net from the same sensors for each."""
 
     model: ThermalModel
     tests: list[IndependentTest]
@@ -43,7 +43,7 @@ class ThermalTerms(NamedTuple):
 
 @dataclass(frozen=True)
 class ThermalJob(Job[ThermalInput, ThermalTerms]):
-    """The terms fitted and written: what the file predicts is asked of it as it was written."""
+    """The terms fitted and written: predictions come from the written file."""
 
     request: CalibrationFiles
     sensors: list[str]
@@ -101,7 +101,7 @@ class ThermalJob(Job[ThermalInput, ThermalTerms]):
 
 
 def _nets(asked: Sequence[Recording], given: CalibrationInput, sensors: list[str]) -> list[float]:
-    """um that a net from the same sensors leaves of every test."""
+    """Return the residuals in um of a net from the same sensors for every test."""
     return [net_left(given.recordings, recording, given.machine, sensors) * 1e3 for recording in asked]
 
 

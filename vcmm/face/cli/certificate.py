@@ -1,4 +1,4 @@
-"""vcmm certificate: what the certificate of a machine is worth for a part."""
+"""vcmm certificate: value of the certificate of a machine for a part."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def certificate_command(
     json: Json = False,
     out: Path | None = None,
 ) -> int:
-    """What a certificate is worth for a part: U under three priors and with every further fact, machines at the limit counted.
+    """Find the value of a certificate for a part: U under three priors and with every further fact, machines at the limit counted.
 
     Exit code 1 when machines at the limit are covered less often than their intervals say.
 
@@ -47,7 +47,7 @@ def certificate_command(
 
 @dataclass(frozen=True)
 class CertificateJob(Job[Path, CertificateWorth]):
-    """What a certificate is worth for the part of a scenario. Its files are read by the comparison, once for every prior."""
+    """Value of a certificate for the part of a scenario. Its files are read by the comparison, once for every prior."""
 
     scenario: Path
     trials: int | None

@@ -1,4 +1,4 @@
-"""vcmm check: read a file and everything it names; say what is wrong, or what was understood."""
+"""vcmm check: read a file and everything it names; report errors, or a summary of the content."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ Row = list[str]  # what it is, and how it was understood
 
 
 class CheckedFile(NamedTuple):
-    """How a file was understood; lost: remarks after which part or tool would be spoilt."""
+    """Summary of a file; lost: remarks after which part or tool would be spoilt."""
 
     rows: list[Row]
     lost: list[str]
@@ -109,7 +109,7 @@ SPOILS = ("itself gouges", "would break", "the shank of tool")  # in a remark: p
 
 
 def spoils(remark: str) -> bool:
-    """Whether a remark on a program says that the part or the tool would not survive it."""
+    """Return whether a remark on a program implies that the part or the tool would not survive it."""
     return any(words in remark for words in SPOILS)
 
 
@@ -120,7 +120,7 @@ def _machine_rows(file: Path) -> list[Row]:
 
 
 def _certificate_rows(file: Path, machine: Machine) -> list[Row]:
-    """How often a machine as this file describes it passes the test of the certificate that it states."""
+    """Return how often a machine as this file describes it passes the test of the certificate that it states."""
     certificate = stated_certificate(file)
     if certificate is None:
         return []
@@ -178,7 +178,7 @@ def _setup_rows(file: Path) -> list[Row]:
 
 
 def _tool_rows(setup: Setup) -> list[Row]:
-    """Work offsets and tools of a set-up."""
+    """Return the work offsets and tools of a set-up."""
     rows = []
     for name, point in setup.offsets.items():
         rows.append([f"offset {name}", "work zero at " + " ".join(f"{v:g}" for v in point) + " mm"])
@@ -211,7 +211,7 @@ def _reversal_rows(file: Path) -> list[Row]:
 
 
 def _recording_rows(file: Path) -> list[Row]:
-    """What was observed on what, and what a diagnosis cannot ask of it."""
+    """Return the observed quantities, and questions that a diagnosis cannot answer from them."""
     from vcmm.files.own.instruments import load_certificate
     from vcmm.files.own.recording import load_recording
     from vcmm.files.own.reversal import is_reversal
@@ -253,7 +253,7 @@ def _scenario_rows(file: Path) -> list[Row]:
 
 
 def _cutting_rows(file: Path) -> list[Row]:
-    """Everything short of the uncertainty: program read and timed, tools swept, every feature reached by a cutter."""
+    """Return everything short of the uncertainty: program read and timed, tools swept, every feature reached by a cutter."""
     from vcmm.files.own.cut_scenario import load_cut
     from vcmm.shop.machining.job import finished_part
     from vcmm.shop.machining.preparation import remarks, set_up
@@ -286,7 +286,7 @@ def _cutting_rows(file: Path) -> list[Row]:
 
 
 def _known_rows(scenario: Scenario | CutScenario, task: Task) -> list[Row]:
-    """Features, characteristics, and the inputs that are not the machine's."""
+    """Return the features, characteristics, and the inputs that are not the machine's."""
     rows = [[f"feature {n}", f.kind] for n, f in scenario.part.features.items()]
     rows += [[f"characteristic {c.name}", c.type] for c in scenario.part.characteristics]
     inputs = scenario.machine.inputs
@@ -311,7 +311,8 @@ def _measuring_rows(file: Path) -> list[Row]:
 
 
 def _evaluate(task: Task) -> list[str]:
-    """The job's own preparation: every effect, input, fit and characteristic asked once. What only `uncertainty` lacks is said."""
+    """Prepare the job as `uncertainty` does: evaluate every effect, input, fit and characteristic once. Remarks name data that only
+    `uncertainty` lacks."""
     from vcmm.answer.evaluation.linear import prepare_model
     from vcmm.task.measuring.task import evaluate_all, fit_features, measured_points
 

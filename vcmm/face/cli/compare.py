@@ -33,7 +33,7 @@ def compare_command(
     recordings
         Recording files (recording/1), one or several; or the tables (CSV) that they name.
     machine
-        A machine file to compare; may be repeated. The recording's own machine stands first.
+        A machine file to compare; may be repeated. The recording's own machine is listed first.
     seed
         Seed of the simulated noise behind the p values.
     json
@@ -45,7 +45,7 @@ def compare_command(
 
 
 class ComparedMachines(NamedTuple):
-    """A row for each machine file, what was left out in words, and all files that were read."""
+    """A row for each machine file, omitted data in words, and all files that were read."""
 
     rows: list[Comparison]
     warnings: list[str]
@@ -54,7 +54,7 @@ class ComparedMachines(NamedTuple):
 
 @dataclass(frozen=True)
 class CompareJob(Job[list[Path], ComparedMachines]):
-    """What machine files leave of recordings. Files are read by the comparison, for each machine anew."""
+    """Residuals of recordings under machine files. Files are read by the comparison, for each machine anew."""
 
     recordings: list[Path]
     machines: list[Path]

@@ -1,4 +1,4 @@
-"""vcmm compensate: a program, measured points or a control's table with the known errors of the machine taken out."""
+"""vcmm compensate: a program, measured points or a control's table corrected for the known errors of the machine."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def _only_a_program(options: dict[str, bool], forms: dict[str, object]) -> None:
 
 
 def _machine_form(machine: Path, points: Path | None, table: str | None, out: Path | None, json: bool) -> int:
-    """One of the two forms that take a machine. Raises UsageError where both are asked for."""
+    """Return one of the two forms that take a machine. Raises UsageError where both are requested."""
     from vcmm.face.cli.compensate_machine import PointsJob, TableJob
 
     if points is not None and table is not None:
@@ -130,7 +130,7 @@ def _machine_form(machine: Path, points: Path | None, table: str | None, out: Pa
 
 
 class _MadeFor(NamedTuple):
-    """What the command line says of where a program runs: set-up file, dialect, where the work offset was set."""
+    """Statements of the command line about the place of a program: set-up file, dialect, place where the work offset was set."""
 
     setup: Path | None
     dialect: str | None
@@ -138,7 +138,7 @@ class _MadeFor(NamedTuple):
 
 
 class _Options(NamedTuple):
-    """How a program is rewritten, as the command line says it."""
+    """Options of the command line for the rewriting."""
 
     tolerance: str
     decimals: int | None
@@ -151,7 +151,7 @@ class _Options(NamedTuple):
 
 @dataclass(frozen=True)
 class GivenProgram:
-    """A program, the set-up it was made for, and what a cutting scenario says of both. read: the files so far."""
+    """A program, its set-up, and the statements of a cutting scenario about both. read: the files so far."""
 
     program: Path
     setup: Setup | Path
@@ -179,7 +179,7 @@ def _load_program(program: Path, made_for: _MadeFor) -> GivenProgram:
 
 
 def rewritable(path: Path, dialect: str | None = None, here: bool = True) -> GivenProgram:
-    """The program of a cutting scenario; here: its work offset was set on its machine, where the scenario says nothing else."""
+    """Return the program of a cutting scenario; here: its work offset was set on its machine, unless the scenario states otherwise."""
     scenario = load_cut(path)
     return GivenProgram(
         scenario.program,
@@ -194,7 +194,7 @@ def rewritable(path: Path, dialect: str | None = None, here: bool = True) -> Giv
 
 
 class Rewritten(NamedTuple):
-    """The new program, and what its part is when it is cut."""
+    """The new program, and its part when it is cut."""
 
     program: CompensatedProgram
     proof: CutProof
@@ -202,7 +202,7 @@ class Rewritten(NamedTuple):
 
 @dataclass(frozen=True)
 class CompensateJob(Job[GivenProgram, Rewritten]):
-    """A program rewritten. out: its file; None: named after the program. diff, plot: what is shown and written besides."""
+    """A program rewritten. out: its file; None: named after the program. diff, plot: further output."""
 
     program: Path
     made_for: _MadeFor
@@ -245,7 +245,7 @@ class CompensateJob(Job[GivenProgram, Rewritten]):
         return Record(body, loaded.read, warnings=result.program.warnings)
 
     def export(self, loaded: GivenProgram, result: Rewritten, content: dict[str, Any]) -> None:
-        """The program, and the page of --plot beside it."""
+        """Write the program, and the page of --plot beside it."""
         target = self.target(loaded)
         write_source(target, result.program.data)
         say(f"wrote {target}")
@@ -268,7 +268,7 @@ class CompensateJob(Job[GivenProgram, Rewritten]):
 
 
 def _surface(given: GivenProgram) -> SurfaceErrors | None:
-    """What the finished surface departs by beside its path; None where it does not."""
+    """Return the departure of the finished surface beside its path; None where there is none."""
     if given.scenario is None:
         raise UsageError(
             "--surface needs to know part, stock and tools: name a cutting scenario (vcmm compensate block.toml --surface), not program and set-up"

@@ -23,7 +23,7 @@ from vcmm.task.response.logs import with_logs
 
 
 class Indicated(NamedTuple):
-    """A machine without its scatter, and where it says that its tip is."""
+    """A machine without its scatter, and the indicated positions of its tip."""
 
     machine: Machine
     run: Run
@@ -63,13 +63,13 @@ class PointsJob(Job[Indicated, CorrectedPoints]):
 
 
 def largest(corrected: CorrectedPoints) -> float:
-    """mm: of the errors of all points; 0 without points."""
+    """Return the largest error of all points in mm; 0 without points."""
     return max((float((e**2).sum() ** 0.5) for e in corrected.error), default=0.0)
 
 
 @dataclass(frozen=True)
 class TableJob(Job[Machine, Tables]):
-    """MACHINE --table FORMAT: tables for a control. folder: where they are to lie."""
+    """MACHINE --table FORMAT: tables for a control. folder: where they are written."""
 
     machine: Path
     form: str

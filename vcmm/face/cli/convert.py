@@ -1,4 +1,4 @@
-"""vcmm convert: files of other systems (STEP, QIF, DMIS, DCC) made into vcmm files."""
+"""vcmm convert: convert files of other systems (STEP, QIF, DMIS, DCC) to vcmm files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def convert_command(
     file
         The file: .step, .stp, .qif, .dmi, .dmis, .xml (DCC), .txt, .asc, .xyz (exports).
     machine
-        Machine file (machine/1) of the scenario; without it a machine with a certificate stands in.
+        Machine file (machine/1) of the scenario; without it a placeholder machine with a certificate is used.
     out
         Folder for the files (default: the name of the file without its ending).
     json
@@ -42,7 +42,7 @@ def convert_command(
 
 @dataclass(frozen=True)
 class ConvertJob(Job[Path, tuple[ConvertedFiles, list[str]]]):
-    """One file converted; the result: its files, and what `vcmm check` says against them. folder: where they are to lie."""
+    """One file converted; the result: its files, and the problems that `vcmm check` reports for them. folder: where they are written."""
 
     file: Path
     machine: Path | None

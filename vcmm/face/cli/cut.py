@@ -88,7 +88,7 @@ def cut_command(
 
 
 def _inspection_program(inspect: Path | None, tolerance: str, taken: bool) -> tuple[Path, str] | None:
-    """(program, tolerance) of --inspect. UsageError for options that do not go together."""
+    """Return (program, tolerance) of --inspect. UsageError for options that do not go together."""
     if inspect is None:
         if tolerance:
             raise UsageError("--tolerance is of the proof; add --inspect PROGRAM")
@@ -99,7 +99,7 @@ def _inspection_program(inspect: Path | None, tolerance: str, taken: bool) -> tu
 
 
 class MeasuredBack(NamedTuple):
-    """The part came back measured: its points, whether they stand in the machine frame, u of a point as text."""
+    """A measured part: its points, whether they are in the machine frame, u of a point as text."""
 
     file: Path
     in_machine: bool
@@ -107,7 +107,7 @@ class MeasuredBack(NamedTuple):
 
     @classmethod
     def from_options(cls, file: Path | None, in_machine: bool, u_point: str) -> MeasuredBack | None:
-        """None where no part came back. UsageError: --u-point without one."""
+        """Return the measured part; None where there is none. UsageError: --u-point without one."""
         if file is not None:
             return cls(file, in_machine, u_point)
         if u_point:
@@ -116,7 +116,7 @@ class MeasuredBack(NamedTuple):
 
 
 class CutTask(NamedTuple):
-    """What is cut; points: of the measured part, and u of a point; proof: of another program, which is then cut instead."""
+    """Input of a cut; points: of the measured part, and u of a point; proof: of another program, which is then cut instead."""
 
     scenario: CutScenario
     points: tuple[GivenPoints, float | None] | None
@@ -124,7 +124,7 @@ class CutTask(NamedTuple):
 
 
 class CutPart(NamedTuple):
-    """The cut part, the exit code of its decisions, and what the measured part says beside it."""
+    """The cut part, the exit code of its decisions, and the comparison with the measured part."""
 
     result: CutResult
     code: int
@@ -211,7 +211,7 @@ class CutJob(SharedJob[CutTask, CutPart]):
         }
 
     def write_binaries(self, loaded: CutTask, result: CutPart, folder: Path) -> list[str]:
-        """The blank as it is left, where the set-up states a stock."""
+        """Write the remaining blank, where the set-up states a stock."""
         from vcmm.shop.cutting.solid import write_stl
         from vcmm.shop.machining.turned_blank import TurnedBlank, write_turned_stl
 
@@ -228,7 +228,7 @@ class CutJob(SharedJob[CutTask, CutPart]):
         return int(result.code or (loaded.proof is not None and not loaded.proof.met))
 
     def show(self, loaded: CutTask, result: CutPart) -> None:
-        """The proof of another program, the prediction, and the measured part where there is one."""
+        """Show the proof of another program, the prediction, and the measured part where there is one."""
         if loaded.proof is not None:
             print(proof_text(loaded.proof))
         show(result.result)
@@ -237,7 +237,7 @@ class CutJob(SharedJob[CutTask, CutPart]):
 
 
 def measured_points(measured: Path, u_point: str) -> tuple[GivenPoints, float | None]:
-    """(points, u of a point or None) of one measured part. UsageError for several parts."""
+    """Return (points, u of a point or None) of one measured part. UsageError for several parts."""
     points, *more = read_measured_points(measured)
     if more:
         raise UsageError(
@@ -250,7 +250,7 @@ def measured_points(measured: Path, u_point: str) -> tuple[GivenPoints, float | 
 
 
 def show(result: CutResult) -> None:
-    """Deviations, main contributors, what a batch shares, the surface."""
+    """Show deviations, main contributors, shares within a batch, the surface."""
     show_answers(answer_of(c) for c in result.characteristics)
     show_table(tables.finished_part(result))
     for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result)):

@@ -1,4 +1,4 @@
-"""vcmm cut --measured: the part against its prediction, what the difference goes with, and the recording for diagnose."""
+"""vcmm cut --measured: the part against its prediction, covariates of the difference, and the recording for diagnose."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vcmm.show.tables.answers_parts import cut_answers
 
 @dataclass(frozen=True, eq=False)
 class CameBack:
-    """What there is to print, and what the document says."""
+    """Output for the terminal and for the document."""
 
     cut: MeasuredCut
     recording: Path | None
@@ -71,7 +71,7 @@ def came_back(
 
 
 def machine_file(scenario: Path) -> tuple[Path | None, str]:
-    """The machine file that a scenario names, itself or in its set-up; else why there is none."""
+    """Return the machine file that a scenario names, itself or in its set-up; else why there is none."""
     data = read_toml(scenario).data
     named = data.get("machine")
     if isinstance(named, str):
@@ -79,7 +79,7 @@ def machine_file(scenario: Path) -> tuple[Path | None, str]:
     if named is None:
         machine = load_setup(scenario.parent / data["cut"]["setup"]).machine
         return (None if machine is None else machine.resolve()), "no machine is named"
-    return None, "the machine stands inside the scenario: no recording is written; give it a file of its own"
+    return None, "the machine is inside the scenario: no recording is written; give it a file of its own"
 
 
 def _write(path: Path, cut: MeasuredCut, machine: Path) -> None:

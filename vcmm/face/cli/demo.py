@@ -123,7 +123,7 @@ class GaskaTask(NamedTuple):
 
 
 class GaskaResult(NamedTuple):
-    """The ring gauge, and what the twin came to, of its own kind."""
+    """The ring gauge, and the result of the twin, of its own kind."""
 
     first: UncertaintyResult
     twin: Any

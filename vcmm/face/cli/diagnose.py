@@ -1,4 +1,4 @@
-"""vcmm diagnose: what physics does this recording hold that the machine file lacks."""
+"""vcmm diagnose: find the effects in a recording that the machine file lacks."""
 
 from __future__ import annotations
 
@@ -98,8 +98,8 @@ def diagnose_command(
 
 
 class Diagnosed(NamedTuple):
-    """What was found; improved: file name -> text of the machine file; page: the report, "" where none is asked for; attempt: what failed
-    after the names were found, which is named in the answer."""
+    """What was found; improved: file name -> text of the machine file; page: the report, "" where none is requested; attempt: the error
+    after the names were found, which the answer names."""
 
     diagnosis: Diagnosis
     improved: dict[str, str]
@@ -129,7 +129,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
         return few_enough(recording), machine_of_file  # the rest need not be kept
 
     def run(self, loaded: tuple[Recording, Machine], report: Progress) -> Diagnosed:
-        """What fails after the names are found is named in the answer, which is given all the same."""
+        """Diagnose the recording; an error after the names are found is named in the answer, which is given nevertheless."""
         recording, machine = loaded
         diagnosis = diagnose(recording, machine, seed=self.seed, extra_effects=self.effects, progress=report)
         diagnosis = _fitted_before(diagnosis, machine, self.recording.name)
@@ -172,7 +172,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
 
 
 def _page(recording: Recording, machine: Machine, diagnosis: Diagnosis) -> str:
-    """The report; where a picture cannot be drawn, a page that says so: numbers and files do not depend on it."""
+    """Return the report; where a picture cannot be drawn, a page with the reason: numbers and files do not depend on it."""
     from vcmm.show.pages.diagnosis import diagnosis_page, without_pictures
 
     try:
@@ -183,7 +183,7 @@ def _page(recording: Recording, machine: Machine, diagnosis: Diagnosis) -> str:
 
 
 def _fitted_before(diagnosis: Diagnosis, machine: Machine, recording: str) -> Diagnosis:
-    """The diagnosis with a warning where the machine was made from this very recording."""
+    """Return the diagnosis with a warning where the machine was made from this very recording."""
     if not any(i.evidence.startswith(f"diagnosed from {recording}") for i in machine.inputs):
         return diagnosis
     remark = (
@@ -194,7 +194,7 @@ def _fitted_before(diagnosis: Diagnosis, machine: Machine, recording: str) -> Di
 
 
 def _own_class(word: str) -> type[Effect]:
-    """module:Class to the class. Raises UsageError naming what is missing."""
+    """Return the class of module:Class. Raises UsageError naming what is missing."""
     module, _, name = word.partition(":")
     sys.path.insert(0, str(Path.cwd()))
     try:

@@ -1,4 +1,4 @@
-"""vcmm diagnose FOLDER: every recording of a folder by itself, and what changed from one to the next."""
+"""vcmm diagnose FOLDER: every recording of a folder by itself, and the changes from one to the next."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vcmm.show.tables.table import records as as_records
 
 
 class DiagnosedFolder(NamedTuple):
-    """A record of every recording in the order of time, and what changed between them."""
+    """A record of every recording in the order of time, and the changes between them."""
 
     records: list[DiagnosedRecording]
     changes: list[Change]
@@ -29,7 +29,7 @@ class DiagnosedFolder(NamedTuple):
 
 @dataclass(frozen=True)
 class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
-    """Every recording of a folder. Exit code 0: a recording that cannot be read is named in its row; 70 where one met a fault of ours."""
+    """Every recording of a folder. Exit code 0: a recording that cannot be read is named in its row; 70 where one met an internal error."""
 
     scenario: Path  # the folder, under the key by which shards hold it
     seed: int
@@ -50,7 +50,7 @@ class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
         return self.files_of(recordings_in(self.scenario))
 
     def files_of(self, paths: Sequence[Path]) -> list[Path]:
-        """Every file once."""
+        """Return every file once."""
         named = [*paths, *([self.machine] if self.machine else [])]
         return list(dict.fromkeys(f for p in named for f in sources(p)))
 

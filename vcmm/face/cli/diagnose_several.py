@@ -1,4 +1,4 @@
-"""vcmm diagnose A B ...: several recordings of one machine, what is common and what is each one's own."""
+"""vcmm diagnose A B ...: several recordings of one machine, with common effects and those of each recording."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Recordings(NamedTuple):
 
 
 class DiagnosedTogether(NamedTuple):
-    """As of one recording: what was found, the machine file with what is common, the report, what failed after the names were found."""
+    """Results as of one recording: findings, the machine file with the common effects, the report, the error after the names were found."""
 
     findings: Several
     improved: dict[str, str]
@@ -133,7 +133,7 @@ def read_all(files: Sequence[Path], machine: Path | None) -> Recordings:
 
 
 def left_out(several: Several) -> list[str]:
-    """Columns that not all recordings have, in words."""
+    """Return the columns that not all recordings have, in words."""
     return [
         f"the column {column} is missing in {', '.join(who)}, so all recordings are looked at without it"
         for column, who in several.left_out.items()
@@ -148,7 +148,7 @@ def _body(several: Several, folder: Path | None) -> dict[str, Any]:
 
 
 def _common(several: Several, machine: Machine, original: Path | None, out: Path) -> dict[str, str]:
-    """machine.toml with what is common; empty where there is nothing to write."""
+    """Return machine.toml with the common effects; empty where there is nothing to write."""
     answers, source = several.together.answer, several.recording.name
     new = anew(answers)
     if original is None or (new is None and not answers_to_write(answers)):

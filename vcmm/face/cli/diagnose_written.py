@@ -1,4 +1,4 @@
-"""What every diagnosis writes and says: the machine file with what was found, the report, the answer in words."""
+"""Output of every diagnosis: the machine file with the findings, the report, the answer in words."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ STEP_COMPARE = "compare the machine file that was written with the recording"
 
 
 def diagnosis_texts(content: str, page: str, improved: dict[str, str]) -> dict[str, str]:
-    """File name -> text, of --out."""
+    """Return file name -> text, of --out."""
     return {"diagnosis.json": content, **({"report.html": page} if page else {}), **improved}
 
 
 def write_report(report: Path | None, page: str) -> None:
-    """The file of --report, where there is a page."""
+    """Write the file of --report, where there is a page."""
     if report and page:
         write_text(report, page)
 
 
 def report_sentences(report: Path | None, page: str) -> Iterator[str]:
-    """What is said of the file of --report."""
+    """Yield the sentences about the file of --report."""
     if report and page:
         yield f"wrote {report}"
 
@@ -52,8 +52,8 @@ def report_sentences(report: Path | None, page: str) -> Iterator[str]:
 def read_back(
     folder: Path, improved: dict[str, str], files: Sequence[Path], diagnosis: Diagnosis, attempt: Attempt
 ) -> tuple[Diagnosis, dict[str, str]]:
-    """The diagnosis with the rms that the machine file leaves of recordings, once it is written and read again; and the texts,
-    none where the file cannot be read: it is taken away then.
+    """Return the diagnosis with the rms that the machine file leaves of recordings, once it is written and read again; and the texts,
+    none where the file cannot be read: it is removed then.
     """
 
     def written() -> Machine | None:
@@ -78,7 +78,7 @@ def read_back(
 def improved_files(
     folder: Path, recording: Path, machine: Path | None, stated: Machine, diagnosis: Diagnosis
 ) -> dict[str, str]:
-    """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
+    """Return file name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
     named = read_toml(recording).data.get("machine")
     original = machine or (recording.parent / named if isinstance(named, str) else None)
     if original is None:
@@ -97,7 +97,7 @@ def improved_files(
 
 
 def show_diagnosis(d: Diagnosis) -> None:
-    """The diagnosis on the terminal."""
+    """Show the diagnosis on the terminal."""
     if d.transfer:
         show_table(transfers(d))
     show_answers(diagnosis_answers(d))

@@ -1,4 +1,4 @@
-"""vcmm doctor: is everything here that vcmm needs, and how fast is it."""
+"""vcmm doctor: check that everything that vcmm needs is installed, and measure its speed."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ Check = list[str]  # what was looked at, what was found, "ok" or what is wrong w
 
 @dataclass(frozen=True)
 class DoctorJob(Job[list[Check], list[Check]]):
-    """The installation looked at. Loaded: what is installed; the result has what had to be tried, too."""
+    """The installation checked. Loaded: installed packages; the result also holds the trials."""
 
     warm: bool
     schema = "vcmm.doctor/1"
@@ -92,7 +92,7 @@ def _missing(rows: list[Check]) -> list[Check]:
 
 
 def _extra(name: str, extra: str, what: str) -> list[str]:
-    """A package of an extra, which most jobs do without."""
+    """Return a package of an extra, which most jobs do without."""
     package = _package(name)
     state = package[2] if package[2] == "ok" else f'not needed but for {what}: pip install "vcmm[{extra}]"'
     return [name, package[1], state]
@@ -108,7 +108,7 @@ def _package(name: str) -> list[str]:
 
 
 def _rendering() -> list[str]:
-    """Rendering without EGL or OSMesa ends the process, so a child process tries it."""
+    """Try rendering in a child process, since without EGL or OSMesa it ends the process."""
     if _package("pyvista")[2] != "ok":
         return ["off-screen OpenGL", "–", "not looked at: pyvista is not installed"]
     code = (

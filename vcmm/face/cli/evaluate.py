@@ -1,4 +1,4 @@
-"""vcmm evaluate: measured points or values in; true values, decisions and budgets out."""
+"""vcmm evaluate: from measured points or values to true values, decisions and budgets."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class EvaluateJob(Job[Scenario, tuple[EvaluatedPart, ...]]):
         return self.scenario, ""
 
     def check(self) -> None:
-        """Before the scenario is read: no line of it is wrong."""
+        """Check the options before the scenario is read: no line of it is wrong."""
         given = self.measured
         check_inputs(given.points, given.values, given.frame or "part", given.tip_centres)
         if self.export_file:
@@ -156,7 +156,7 @@ class EvaluateJob(Job[Scenario, tuple[EvaluatedPart, ...]]):
         return f"wrote {', '.join(f'{folder}/{name}' for name in names)}"
 
     def export(self, loaded: Scenario, result: tuple[EvaluatedPart, ...], content: dict[str, Any]) -> None:
-        """The file for another system, from the document that is shown."""
+        """Write the file for another system, from the displayed document."""
         if self.export_file is None:
             return
         from vcmm.files.foreign.export import export_text
@@ -176,7 +176,7 @@ class EvaluateJob(Job[Scenario, tuple[EvaluatedPart, ...]]):
 
 
 def _sheet_name(part: str, taken: Collection[str]) -> str:
-    """A plain file name for the sheet of a part; numbered where another part has it already (a/b and a?b)."""
+    """Return a plain file name for the sheet of a part; numbered where another part has it already (a/b and a?b)."""
     plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in part)
     names = (
         f"sheet{f'-{plain}' if plain else ''}{f'-{n}' if n > 1 else ''}.html"

@@ -1,4 +1,4 @@
-"""vcmm evaluate --compare: a measured part evaluated, and beside it what was predicted of it when it was cut.
+"""vcmm evaluate --compare: a measured part evaluated, beside the prediction of its cut.
 
 Prediction and measurement are one model: the part is cut with the errors of the machine tool and measured with those of the
 measuring machine, so the difference is judged with the covariance of both.
@@ -63,7 +63,7 @@ class EvaluateCompareJob(Job[CutAndMeasured, EvaluatedBesideCut]):
     schema = "vcmm.uncertainty/1"
 
     def check(self) -> None:
-        """UsageError for what a comparison has no use for."""
+        """Raise UsageError for options that a comparison does not use."""
         for flag, given in (
             ("--values", self.measurement.values),
             ("--tip-centres", self.measurement.tip_centres),
@@ -123,7 +123,7 @@ class EvaluateCompareJob(Job[CutAndMeasured, EvaluatedBesideCut]):
 
 
 def _both(scenario: Path, cut: Path | None) -> tuple[Path, CutScenario, Scenario | None]:
-    """(file of the cut, cut scenario that is inspected as measured, measuring scenario or None)."""
+    """Return (file of the cut, cut scenario that is inspected as measured, measuring scenario or None)."""
     if "cut" in read_toml(scenario).data:
         if cut is not None:
             raise UsageError(f"{scenario} holds a [cut] itself; leave --cut out")
@@ -138,7 +138,7 @@ def _both(scenario: Path, cut: Path | None) -> tuple[Path, CutScenario, Scenario
 
 
 def inspect_cut(cut: CutScenario, measuring: Scenario) -> CutScenario:
-    """The cut scenario, its part measured as a measuring scenario says. UsageError: features that are not of the cut part."""
+    """Return the cut scenario, its part measured as a measuring scenario says. UsageError: features that are not of the cut part."""
     for name in measuring.part.features:
         if name not in cut.part.features:
             raise UsageError(
@@ -152,7 +152,7 @@ def inspect_cut(cut: CutScenario, measuring: Scenario) -> CutScenario:
 
 
 def inspecting(cut: CutScenario) -> Scenario | None:
-    """The measuring scenario of [inspection]; None where no measuring machine is stated."""
+    """Return the measuring scenario of [inspection]; None where no measuring machine is stated."""
     how = cut.inspection
     if how.kind != OTHER or how.machine is None or how.pose is None or cut.plan is None:
         return None
@@ -166,5 +166,5 @@ def _unsaid(measuring: Scenario | None) -> tuple[str, ...]:
     if measuring is not None:
         return ()
     return (
-        "no measuring machine is stated ([inspection] machine and pose), so nothing is said of true values: only measured beside predicted",
+        "no measuring machine is stated ([inspection] machine and pose), so true values are not evaluated: only measured beside predicted",
     )

@@ -1,4 +1,4 @@
-"""What vcmm evaluate prints of measured parts."""
+"""Output of vcmm evaluate for measured parts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vcmm.show.tables.uncertainty import (
 
 
 def show_parts(parts: Sequence[EvaluatedPart], warnings: Collection[str]) -> None:
-    """Values, true values and decisions; of one part contributions too, of several one table."""
+    """Show values, true values and decisions; of one part contributions too, of several one table."""
     several = len(parts) > 1
     results = [(p.part, [e.result for e in p.characteristics]) for p in parts]
     show_answers(parts_answers(parts))

@@ -34,7 +34,7 @@ def explain_command(word: str, *, json: Json = False) -> int:
 
 
 class Explanation(Protocol):
-    """What a word means: as a document without its frame, and in words."""
+    """Meaning of a word: as a document without its frame, and in words."""
 
     def body(self) -> dict[str, Any]: ...
     def show(self) -> None: ...
@@ -61,7 +61,7 @@ class ExplainJob(Job[Explanation, Explanation]):
 
 
 def explanation_of(word: str) -> Explanation:
-    """An effect before a figure, a figure before an error. Raises UsageError, with names that are near."""
+    """Return an effect before a figure, a figure before an error. Raises UsageError, with similar names."""
     if word in BY_NAME:
         return EffectWords(find(word))
     if figures := standard_figures(word):
@@ -132,7 +132,7 @@ class ErrorWords:
 
 @dataclass(frozen=True)
 class EffectWords:
-    """An effect as it declares itself."""
+    """An effect by its own declaration."""
 
     kind: type[Effect]
 

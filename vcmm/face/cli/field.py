@@ -35,7 +35,7 @@ def field_command(
     json: Json = False,
     out: Path | None = None,
 ) -> int:
-    """Volumetric error map: tip errors (actual - nominal), their U, maxima, body diagonals.
+    """Compute the volumetric error map: tip errors (actual - nominal), their U, maxima, body diagonals.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def field_command(
 
 
 class MappedMachine(NamedTuple):
-    """A machine, the positions to map (None for a grid), and what such rows cannot show: (effect, its columns)."""
+    """A machine, the positions to map (None for a grid), and effects that such rows cannot show: (effect, its columns)."""
 
     machine: Machine
     run: Run | None
@@ -101,7 +101,7 @@ class FieldJob(Job[MappedMachine, ErrorField]):
         show_table(maxima(loaded.machine, result))
 
     def notes(self, loaded: MappedMachine, result: ErrorField) -> Iterator[str]:
-        """Where the map ends, and what its U does not hold."""
+        """Yield the limits of the map, and the Inputs that its U does not include."""
         if result.within:
             ranges = ", ".join(f"{a} {low:g} to {high:g} mm" for a, low, high in result.within)
             yield f"note: mapped where every effect is known: within {ranges}; body diagonals of the travels lie beyond"
@@ -117,7 +117,7 @@ class FieldJob(Job[MappedMachine, ErrorField]):
 
 @contextmanager
 def rows_of(machine: Path, at: Path | None) -> Iterator[None]:
-    """A complaint about a row gets the line of the positions file; without one, the way to choose the positions."""
+    """Give a complaint about a row the line of the positions file; without one, the way to choose the positions."""
     try:
         yield
     except ModelLimit as error:

@@ -1,4 +1,4 @@
-"""What `vcmm evaluate` is given of a measurement."""
+"""Measured data of `vcmm evaluate`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class GivenMeasurement:
-    """What was measured: a file of points or of values. frame: of the points; None for the usual one, that of the part."""
+    """Measured data: a file of points or of values. frame: of the points; None for the usual one, that of the part."""
 
     points: Path | None
     values: Path | None
@@ -23,7 +23,7 @@ class GivenMeasurement:
         return file
 
     def options(self) -> dict[str, Any]:
-        """By the names of the options."""
+        """Return the data by the names of the options."""
         return {
             "points": self.points, "values": self.values, "frame": self.frame, "tip_centres": self.tip_centres,
         }  # fmt: skip

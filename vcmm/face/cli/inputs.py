@@ -1,4 +1,4 @@
-"""Input files of a command line, looked at before its verb is imported: to refuse a missing file needs no numerical library.
+"""Check the input files of a command line before its verb is imported: refusing a missing file needs no numerical library.
 
 A verb declares what it reads in its signature, by the types `InputFile`, `InputPath` and `InputName` of `vcmm.face.cli.options`; they
 are read from its source, as help is. A line that the parser would refuse, such as one with an unknown option, is left to the parser.
@@ -32,7 +32,7 @@ def check_inputs(words: Sequence[str]) -> None:
 
 
 def _inputs(words: Sequence[str]) -> list[tuple[str, str]]:
-    """(path, the name of its type) of what a line names; none where the parser has something to say about the line."""
+    """Return (path, the name of its type) of the files that a line names; none where the parser refuses the line."""
     command = _command(words)
     if command is None:
         return []
@@ -44,7 +44,7 @@ def _inputs(words: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _command(words: Sequence[str]) -> tuple[list[HelpOption], list[str]] | None:
-    """The options of `VERB` or `VERB JOB`, and the words behind it; None where there is no such job or no source."""
+    """Return the options of `VERB` or `VERB JOB`, and the words behind it; None where there is no such job or no source."""
     verb, rest = words[0], list(words[1:])
     try:
         if rest and (jobs := HERE / f"{verb}_jobs.py").is_file():
@@ -60,7 +60,8 @@ def _command(words: Sequence[str]) -> tuple[list[HelpOption], list[str]] | None:
 
 
 def _values_of(options: Sequence[HelpOption], words: Sequence[str]) -> Iterator[tuple[HelpOption, str]]:
-    """(option, value) in the order of the line. Raises LookupError for a word that no option takes, or a value that is missing or no plain number."""
+    """Yield (option, value) in the order of the line. Raises LookupError for a word that no option takes, or a value that is missing or
+    no plain number."""
     by_name = {o.name: o for o in options if not o.is_word} | {o.off: o for o in options if o.off}
     places = [o for o in options if o.is_word]
     left = list(words)

@@ -1,4 +1,4 @@
-"""vcmm list: what there is to choose from."""
+"""vcmm list: lists of available names."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Rows = tuple[list[str], list[list[str]]]
 
 @dataclass(frozen=True)
 class ListJob(Job[Rows, Rows]):
-    """One list: headings and rows. Nothing is computed: what is loaded is the answer."""
+    """One list: headings and rows. Nothing is computed: the loaded data are the answer."""
 
     what: TopicName
     schema = "vcmm.list/1"
@@ -117,7 +117,7 @@ def _characteristics() -> Rows:
 
 
 def _count(roles: tuple[int, int]) -> str:
-    """How many features: "1", "0 to 3", "" for none."""
+    """Return how many features: "1", "0 to 3", "" for none."""
     least, most = roles
     if most == 0:
         return ""

@@ -1,4 +1,4 @@
-"""vcmm loop: from the part that came back measured to the program of the next one, proved by a cut."""
+"""vcmm loop: from the measured part to the program of the next one, proved by a cut."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def loop_command(
     Parameters
     ----------
     scenario
-        Scenario file (scenario/1) with a [cut] table; its machine stands in a file of its own.
+        Scenario file (scenario/1) with a [cut] table; its machine is in a file of its own.
     measured
         The part as it came back, points.csv (as of vcmm cut --measured).
     frame
@@ -75,7 +75,7 @@ def loop_command(
 
 
 class MeasuredPart(NamedTuple):
-    """The file of the measured points, u of one as text, whether they stand in the machine frame."""
+    """The file of the measured points, u of one as text, whether they are in the machine frame."""
 
     file: Path
     u_point: str
@@ -98,7 +98,7 @@ class _LoopRequest:
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """What the loop came to; proof: of the program that was written or refused, None where none was made."""
+    """Result of the loop; proof: of the program that was written or refused, None where none was made."""
 
     cut: MeasuredCut
     diagnosis: Diagnosis
@@ -117,7 +117,7 @@ class Loop:
 
     @property
     def left(self) -> str:
-        """What of the measured part has no cause in the machine file, in words; "" where nothing is open."""
+        """The part of the measured deviations without a cause in the machine file, in words; "" where there is none."""
         d = self.diagnosis
         if not self.stated and d.fit.noise > self.proof.allowed:
             return (
@@ -133,7 +133,7 @@ class Loop:
 
     @property
     def setting(self) -> str:
-        """What of the measured part lies within what is uncertain of setting up, in words; "" where it is no more than the scatter of points."""
+        """The part of the measured deviations within the uncertainty of setting up, in words; "" where it is no more than the scatter of points."""
         from scipy.stats import chi2
 
         n, scatter = len(self.rest), max(self.cut.scatter, LEAST_SCATTER)
@@ -147,7 +147,7 @@ class Loop:
 
     @property
     def met(self) -> bool:
-        """The next part is within what is allowed, and nothing of the measured one is open."""
+        """Whether the next part is within the allowed departure, and nothing of the measured one is open."""
         return bool(self.proof.met and not (self.refused or self.left or self.setting))
 
 
@@ -195,7 +195,7 @@ class LoopJob(Job[Points, Loop]):
 def _next(
     findings: LoopFindings, scenario: Path, folder: Path, wanted: _LoopRequest, is_stated: bool
 ) -> Loop:
-    """The program of the next part: compensated, cut on the machine with what was found, and written where it is no worse."""
+    """Return the program of the next part: compensated, cut on the improved machine, and written where it is no worse."""
     written = findings.written
     given = rewritable(folder / "next.toml" if findings.improved else scenario)
     cut = given.scenario
@@ -225,7 +225,7 @@ def _next(
 
 
 def _surface(scenario: CutScenario, wanted: bool) -> tuple[SurfaceErrors | None, tuple[str, ...]]:
-    """What the finished surface departs by beside the path; where that cannot be corrected, why."""
+    """Return the departure of the finished surface beside the path; where that cannot be corrected, why."""
     if not wanted:
         return None, ()
     try:

@@ -1,4 +1,4 @@
-"""What the loop goes on with: the comparison, the diagnosis, and of what was found only what predicts passes that it was not fitted to."""
+"""Findings that the loop uses: the comparison, the diagnosis, and only those names that predict passes that they were not fitted to."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from vcmm.show.console.complaints import about
 
 SURE = 0.95  # probability of a name from which on what the part cannot show of it is corrected too
 SHARED = "the next part is corrected by what they share"
-OPEN = f"which of these it is stays open ({{}}); {SHARED}"
+OPEN = f"which of them it is remains open ({{}}); {SHARED}"
 WITHOUT = {"explained": "unexplained", "partly explained": "unexplained"}
 
 
 @dataclass(frozen=True, eq=False)
 class LoopFindings:
-    """The comparison, the diagnosis and the machine file to go on with; rest (n,) mm: what that file leaves of the measured points; held_out: its
+    """The comparison, the diagnosis and the machine file to go on with; rest (n,) mm: residual of the measured points under that file; held_out: its
     proof, None where nothing was found to write."""
 
     cut: CameBack
@@ -78,7 +78,7 @@ def diagnose_cut(
 def _what_holds(
     part: _Part, back: CameBack, recording: Path, diagnosis: Diagnosis, machine: Machine
 ) -> LoopFindings:
-    """Of what was found as much as holds in passes held out: all of it, else without the last name, and so on, else nothing."""
+    """Return as much of the findings as holds in passes held out: all of it, else without the last name, and so on, else nothing."""
     proof = None
     diagnosis = _with_open_names(diagnosis)
     while True:
@@ -107,7 +107,7 @@ def _what_holds(
 def _write_and_read_again(
     part: _Part, recording: Path, diagnosis: Diagnosis, machine: Machine
 ) -> tuple[Diagnosis, dict[str, str]]:
-    """The machine file and the scenario of the next part, read again; no texts where there is nothing to write."""
+    """Write the machine file and the scenario of the next part, and read them again; no texts where there is nothing to write."""
     attempt = Attempt.none()
     improved = improved_files(part.folder, recording, None, machine, diagnosis)
     again, improved = read_back(part.folder, improved, [recording], diagnosis, attempt)
@@ -119,14 +119,14 @@ def _write_and_read_again(
 
 
 def _proof(part: _Part, cut: MeasuredCut) -> tuple[Array, HeldOutProof]:
-    """What the machine file that was written leaves of the measured points, and what the difference is worth in passes held out."""
+    """Return the residual of the measured points under the written machine file, and the significance of the difference in passes held out."""
     rest = rest_of(load_cut(part.folder / "next.toml"), part.given[0], part.in_machine)
     shape = cut.observed.rest - rest
     return rest, held_out_proof(cut.observed, shape, cut.scatter, not part.in_machine, part.seed)
 
 
 def _why_not(proof: HeldOutProof, answers: Sequence[Answer]) -> str:
-    """Why what was found is not to be written; "" where it is."""
+    """Return why the findings are not to be written; "" where they are."""
     if not proof.holds:
         return (
             f"its evidence is {proof.evidence:.1f} nats, where scatter alone reaches {proof.threshold:.1f}, and passes that it is not fitted to gain {proof.gain:.1f} nats by it: "
@@ -141,8 +141,8 @@ def _why_not(proof: HeldOutProof, answers: Sequence[Answer]) -> str:
 
 
 def _with_open_names(diagnosis: Diagnosis) -> Diagnosis:
-    """The diagnosis with names to write that are open between some that do the same to this part, where it is sure that it is one of
-    them: the next part is corrected by what they share, whichever it is."""
+    """Return the diagnosis with names to write that are open between some with the same effect on this part, where it is certain that it is one of
+    them: the next part is corrected by their common effect."""
     if answers_to_write(diagnosis.answer):
         return diagnosis
     answer = tuple(
@@ -168,7 +168,7 @@ def _is_open(proof: HeldOutProof, answers: Sequence[Answer]) -> bool:
 
 
 def _certainty(a: Answer) -> float:
-    """Probability that it is this name, its family, or one that repeats it exactly; of names that are left open that of the name alone."""
+    """Return the probability that it is this name, its family, or one that repeats it exactly; of names that are left open that of the name alone."""
     shared = SHARED in a.remark
     elsewhere = any(other.startswith(f"{a.family}[") for other in a.cannot_be_told_from)
     family = 0.0 if elsewhere else a.family_probability
@@ -176,7 +176,7 @@ def _certainty(a: Answer) -> float:
 
 
 def _leave_out_shift(machine: Path, shift: tuple[float, float, float]) -> None:
-    """What the name moves the whole part by is taken off in the machine file: the points, aligned to themselves, do not show it."""
+    """Subtract in the machine file the shift of the whole part by the name: the points, aligned to themselves, do not show it."""
     text = machine.read_text(encoding="utf-8")
     for direction, amount in zip("xyz", shift):
         text += (
@@ -187,7 +187,7 @@ def _leave_out_shift(machine: Path, shift: tuple[float, float, float]) -> None:
 
 
 def _without_last(diagnosis: Diagnosis, why: str) -> Diagnosis:
-    """The diagnosis with the last of the names to write withheld; without any, a mistake of the table is left alone too."""
+    """Return the diagnosis with the last of the names to write withheld; without any, a mistake of the table is left alone too."""
     written = [id(a) for a in answers_to_write(diagnosis.answer)]
     kept = [a for a in diagnosis.answer if id(a) in written or (a.renewed is not None and not a.withheld)]
     if not kept:
@@ -202,7 +202,7 @@ def _without_last(diagnosis: Diagnosis, why: str) -> Diagnosis:
 
 
 def _next_scenario(scenario: Path, folder: Path) -> str:
-    """Text of the scenario with the machine file that was found, its other files seen from the folder."""
+    """Return the text of the scenario with the new machine file, its other files seen from the folder."""
     edited = editable(scenario)
     move_names(edited, scenario.parent, folder)
     with_value_for_table(edited, "machine", "machine.toml")

@@ -1,4 +1,4 @@
-"""vcmm measure: one virtual measurement, of a part that is given or is cut first."""
+"""vcmm measure: one virtual measurement, of a given part or of one that is cut first."""
 
 from __future__ import annotations
 

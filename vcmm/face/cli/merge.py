@@ -1,4 +1,4 @@
-"""vcmm merge: the shards of a job put together."""
+"""vcmm merge: merge the shards of a job."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def merge_command(*files: InputFile, json: Json = False, out: Path | None = None
 
 
 def _job(verb: str, options: dict[str, Any], sharing: Sharing, json: bool, out: Path | None) -> int:
-    """What the verb itself would have done. options: as its shards hold them."""
+    """Run the rest of the verb. options: as its shards hold them."""
     flags = Flags(json, out)
     if verb == "audit":
         from vcmm.face.cli.audit import audit_job
@@ -68,7 +68,7 @@ def _job(verb: str, options: dict[str, Any], sharing: Sharing, json: bool, out: 
 
 
 def _read(file: Path) -> dict[str, Any]:
-    """The document of a shard. Raises DataError."""
+    """Read the document of a shard. Raises DataError."""
     try:
         content = json_module.loads(read_text(file))
     except (json_module.JSONDecodeError, RecursionError) as error:
@@ -84,7 +84,7 @@ def _read(file: Path) -> dict[str, Any]:
 
 
 def _complete(shards: list[tuple[Path, dict[str, Any]]]) -> dict[str, Any]:
-    """The first shard, after all were found to be of one job and every one to be there once, on the files of today."""
+    """Return the first shard, after checking that all are of one job, each once, on the present files."""
     file, first = shards[0]
     if first["version"] != __version__:
         raise DataError(f"{file}:1: made by vcmm {first['version']}, this is {__version__}; use one version")

@@ -1,4 +1,4 @@
-"""vcmm nc: what an NC program means."""
+"""vcmm nc: the meaning of an NC program."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def nc_command(
     out: Path | None = None,
     json: Json = False,
 ) -> int:
-    """What an NC program means: its moves as tool-tip positions, times, extents, remarks.
+    """Read an NC program: its moves as tool-tip positions, times, extents, remarks.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class UnderstoodProgram(NamedTuple):
 
 @dataclass(frozen=True)
 class NcJob(Job["Setup | None", UnderstoodProgram]):
-    """What one program means. Its document is written move by move (`print_stream`), so that a program of a million lines need not be held
+    """Meaning of one program. Its document is written move by move (`print_stream`), so that a program of a million lines need not be held
     twice; all else is as with every job. write_setup: the file of --write-setup; folder: of --out, for the page."""
 
     program: Path
@@ -115,7 +115,7 @@ class NcJob(Job["Setup | None", UnderstoodProgram]):
         return UnderstoodProgram(read, path, written)
 
     def _page(self, read: Program, setup: Setup | None, path: Toolpath | None) -> list[Path]:
-        """The page of --plot."""
+        """Return the page of --plot."""
         from vcmm.show.pages.program import program_page
 
         data, machine = read_bytes(self.program), machine_of(setup)
@@ -140,7 +140,7 @@ class NcJob(Job["Setup | None", UnderstoodProgram]):
         return 0
 
     def show(self, loaded: Setup | None, result: UnderstoodProgram) -> None:
-        """What a person reads."""
+        """Show the program."""
         read = result.read
         if read.dialect_reason:
             say(f"dialect {read.dialect}: {read.dialect_reason}")
@@ -152,7 +152,7 @@ class NcJob(Job["Setup | None", UnderstoodProgram]):
 
 
 def _write_setup(program: Path, read: Program, file: Path) -> Path:
-    """The file of --write-setup; one that is there is not written over."""
+    """Write the file of --write-setup; an existing one is not overwritten."""
     from vcmm.files.own.blank_setup import blank_setup
 
     if file.exists():
@@ -161,7 +161,7 @@ def _write_setup(program: Path, read: Program, file: Path) -> Path:
 
 
 def _time_program(read: Program, setup: Setup | None) -> Toolpath:
-    """The motion of the program in time, on the machine of the set-up."""
+    """Return the motion of the program in time, on the machine of the set-up."""
     from vcmm.files.own.machine import load_machine
     from vcmm.shop.motion.tool_centre import in_machine_axes
     from vcmm.shop.motion.toolpath import toolpath

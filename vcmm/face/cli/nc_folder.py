@@ -1,4 +1,4 @@
-"""vcmm nc FOLDER: every program of a folder, what became of it, and why."""
+"""vcmm nc FOLDER: every program of a folder, its result, and why."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FURTHER = (".i", ".arc", ".ptp", ".pim", ".iso", ".din", ".fan", ".cls", ".anc",
 
 @dataclass(frozen=True)
 class NcFolderJob(Job[list[Path], list[FolderRow]]):
-    """Every program of a folder. Exit code 0: that some are refused is the answer, not a failure. quiet: --json was given."""
+    """Every program of a folder. Exit code 0: refused programs are part of the answer, no failure. quiet: --json was given."""
 
     folder: Path
     dialect: str | None
@@ -65,7 +65,7 @@ class NcFolderJob(Job[list[Path], list[FolderRow]]):
 
 
 def programs_in(folder: Path) -> list[Path]:
-    """Files whose name ends as those of programs do, in this folder and below it. Raises UsageError where there is none."""
+    """Return the files whose name ends as those of programs do, in this folder and below it. Raises UsageError where there is none."""
     endings = {*ENDINGS, *FURTHER} - {""}
     programs = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in endings)
     if not programs:
@@ -76,7 +76,7 @@ def programs_in(folder: Path) -> list[Path]:
 
 
 def row_of(path: Path, folder: Path, dialect: str | None, setup: Setup) -> FolderRow:
-    """One program. What cannot be read becomes a reason, so that the others are read all the same."""
+    """Return the row of one program. One that cannot be read becomes a reason, so that the others are read nevertheless."""
     name = str(path.relative_to(folder))
     try:
         read = read_program(path, dialect, setup)

@@ -61,7 +61,7 @@ def _texts(original: Path, stem: str) -> dict[str, str]:
 
 
 def _names(folder: Path, texts: dict[str, str]) -> str:
-    """What was written, each file; of many the first, and how many lie in its folder."""
+    """Return the sentence about the written files, each file; of many the first, and how many lie in its folder."""
     first, *beside = (folder / name for name in texts)
     if len(beside) < MANY:
         return ", ".join(map(str, (first, *beside)))

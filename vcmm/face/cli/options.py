@@ -1,4 +1,4 @@
-"""Options that several verbs have. What is done with them: `vcmm.face.job`."""
+"""Options that several verbs have; `vcmm.face.job` uses them. What is done with them: `vcmm.face.job`."""
 
 from __future__ import annotations
 

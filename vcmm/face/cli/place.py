@@ -1,4 +1,4 @@
-"""vcmm place: the pose that serves best."""
+"""vcmm place: the best pose of a part."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def place_command(
     json: Json = False,
     out: Path | None = None,
 ) -> int:
-    """The pose, among those that the fixture allows, with the smallest objective: gain, map, flatness, certificate.
+    """Find the pose, among those that the fixture allows, with the smallest objective: gain, map, flatness, certificate.
 
     [placement] of the scenario says what may move and what is minimised; without it the part slides on the table and turns about the
     vertical, for U/T of all. A part that is cut moves with its work offset. `vcmm place gaska2014` runs the twin of a published study.
@@ -128,14 +128,14 @@ def _check(
 
 
 def _refuse(why: str, given: Mapping[str, object]) -> None:
-    """An option that would be passed over in silence is refused."""
+    """Refuse an option that would be ignored in silence."""
     idle = [name for name, value in given.items() if value]
     if idle:
         raise UsageError(f"{', '.join(idle)}: {why}, so this has no meaning here; leave it out")
 
 
 def _cuts(scenario: Path) -> bool:
-    """Whether the scenario cuts a part."""
+    """Return whether the scenario cuts a part."""
     return "cut" in read_toml(scenario).data
 
 
@@ -174,7 +174,7 @@ class PlaceJob(Job[Scenario, PlacementResult]):
         return f"wrote {folder}/report.html, place.json, placed.toml"
 
     def show(self, loaded: Scenario, result: PlacementResult) -> None:
-        """Poses compared, why, certificate and flatness, advice."""
+        """Show poses compared, reasons, certificate and flatness, advice."""
         show_answers(place_answers(result))
         for table in (compared_poses(result), why(result), how_sure(result)):
             show_table(table)

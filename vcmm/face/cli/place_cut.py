@@ -1,4 +1,4 @@
-"""vcmm place on a cutting scenario: where on the table the part comes out best."""
+"""vcmm place on a cutting scenario: the best place of the part on the table."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class PlaceCutJob(Job[CutScenario, PlacedCut]):
         )
 
     def show(self, loaded: CutScenario, result: PlacedCut) -> None:
-        """Poses compared, what each characteristic gains, how sure and how flat."""
+        """Show poses compared, the gain of each characteristic, certainty and flatness."""
         show_answers(placed_cut_answers(result))
         for table in (compared_cut_poses(result), gains(result)):
             show_table(table)
@@ -67,5 +67,5 @@ class PlaceCutJob(Job[CutScenario, PlacedCut]):
 
 
 def shift_of(placed: PlacedCut) -> Array:
-    """(3,) mm by which part and work offsets move."""
+    """Return the shift (3,) mm of part and work offsets."""
     return placed.best.pose[:3] - placed.present.pose[:3]

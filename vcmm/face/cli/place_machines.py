@@ -37,7 +37,7 @@ class CandidateMachines(NamedTuple):
 
 
 class Ranked(NamedTuple):
-    """Machine file -> what became of it; order: those that can take the part, the best first."""
+    """Machine file -> its result; order: those that can take the part, the best first."""
 
     rows: dict[str, Row]
     order: list[str]
@@ -128,7 +128,7 @@ class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
 
 
 def machines_in(named: Sequence[Path]) -> list[Path]:
-    """Machine files, each once; of a folder all that lie in it and below. Raises UsageError where a folder holds none."""
+    """Return machine files, each once; of a folder all that lie in it and below. Raises UsageError where a folder holds none."""
     out: list[Path] = []
     for path in named:
         if not path.is_dir():
@@ -143,12 +143,12 @@ def machines_in(named: Sequence[Path]) -> list[Path]:
 
 
 def _read(scenario: Path, machines: list[Path]) -> list[Path]:
-    """All files of the job, each once."""
+    """Return all files of the job, each once."""
     return list(dict.fromkeys(f for p in (scenario, *machines) for f in sources(p)))
 
 
 def _load_tasks(scenario: Path, machines: list[Path]) -> list[Scenario | str]:
-    """The task on every machine, or what is wrong with a machine file as text. Raises what the last raises where none can be read."""
+    """Return the task on every machine, or what is wrong with a machine file as text. Raises what the last raises where none can be read."""
     out: list[Scenario | str] = []
     for number, machine in enumerate(machines, 1):
         try:
@@ -161,7 +161,7 @@ def _load_tasks(scenario: Path, machines: list[Path]) -> list[Scenario | str]:
 
 
 def placed_on(options: Options, scenario: Scenario | str) -> Row:
-    """The part at its best pose on one machine, by any worker; `refused`: why the machine cannot take it, or its file not be read."""
+    """Return the part at its best pose on one machine, by any worker; `refused`: why the machine cannot take it, or its file not be read."""
     from vcmm.show.pages.place import place_page
 
     if isinstance(scenario, str):

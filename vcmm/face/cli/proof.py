@@ -1,4 +1,4 @@
-"""The proof of a rewritten program: it is cut and inspected before it is written."""
+"""Prove a rewritten program: cut and inspect it before it is written."""
 
 from __future__ import annotations
 
@@ -30,8 +30,10 @@ def in_rounds(
     tolerance: float,
     make: Callable[[SurfaceErrors | None], CompensatedProgram],
 ) -> tuple[CompensatedProgram, CutProof]:
-    """The new program and its proof: where the finished surface is corrected and the part is not yet within what is allowed, what it still
-    departs by is corrected once more, up to `ROUNDS` times; the best of these is kept. make: from surface errors (or None) to the program; scenario: None where the part is not
+    """Return the new program and its proof: where the finished surface is corrected and the part is not yet within the allowed departure,
+    its remaining
+    departure is corrected once more, up to `ROUNDS` times; the best program is kept. make: from surface errors (or None) to the program;
+    scenario: None where the part is not
     known."""
     made = make(surface)
     if scenario is None:
@@ -73,7 +75,7 @@ def refuse_worse(program: Path, proof: CutProof) -> None:
 
 
 def proof_of(scenario: CutScenario, data: bytes, suffix: str, allowed: float) -> CutProof:
-    """The proof of a new program for the part of a scenario, good or bad."""
+    """Return the proof of a new program for the part of a scenario, good or bad."""
     with tempfile.TemporaryDirectory() as folder:
         new = Path(folder) / f"new{suffix}"
         new.write_bytes(data)
@@ -81,7 +83,7 @@ def proof_of(scenario: CutScenario, data: bytes, suffix: str, allowed: float) ->
 
 
 def inspected_program(scenario: CutScenario, program: Path, tolerance: str) -> CutProof:
-    """--inspect: the proof of a program that stands in a file. Raises UsageError for a tolerance that is none."""
+    """Prove a program of a file for --inspect. Raises UsageError for a tolerance that is none."""
     allowed = quantity(tolerance, "length", "--tolerance", "1 um")
     if not allowed > 0:
         raise UsageError(f'--tolerance "{tolerance}" must be more than nothing, for example "1 um"')

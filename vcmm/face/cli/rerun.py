@@ -1,4 +1,4 @@
-"""vcmm rerun: an evidence pack run again, and whether the numbers are the same."""
+"""vcmm rerun: run an evidence pack again, and compare the numbers."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ def rerun_command(
 
 
 class Rerun(NamedTuple):
-    """What the pack says, and the numbers that are others now."""
+    """Content of the pack, and the numbers that differ now."""
 
     record: dict[str, Any]
     differences: list[ComparedNumber]
 
     @property
     def largest(self) -> float:
-        """Relative."""
+        """Largest relative difference."""
         return max((c.relative for c in self.differences), default=0.0)
 
     @property
@@ -107,7 +107,7 @@ class RerunJob(Job[Path, Rerun]):
         return int(not result.is_same)
 
     def show(self, loaded: Path, result: Rerun) -> None:
-        """What the pack says of itself is somebody else's text: control characters are spelled out."""
+        """Show the result; texts of the pack come from others, so control characters are spelled out."""
         record = result.record
         print(f"vcmm {visible_text(_command_of(record))}")
         print(
@@ -127,7 +127,7 @@ class RerunJob(Job[Path, Rerun]):
 
 
 def _run_again(record: dict[str, Any], folder: Path, most_trials: int) -> dict[str, Any]:
-    """The document of the command of a pack, run on its files in `folder`, and on no others. DataError: it does not run."""
+    """Return the document of the command of a pack, run on its files in `folder`, and on no others. DataError: it does not run."""
     from vcmm.face.cli import run
 
     files = {entry["file"] for entry in record["files"]}
@@ -156,7 +156,7 @@ def _run_again(record: dict[str, Any], folder: Path, most_trials: int) -> dict[s
 
 
 def _is_written_here(command: list[str], files: set[str]) -> bool:
-    """Whether --evidence writes such a command: job, scenario of the pack, then options, each once and none beside them."""
+    """Return whether --evidence writes such a command: job, scenario of the pack, then options, each once and none beside them."""
     options = [w for w in command if w.startswith("-")]
     return (
         command[:1] in JOBS
@@ -169,7 +169,7 @@ def _is_written_here(command: list[str], files: set[str]) -> bool:
 
 
 def _command_of(record: dict[str, Any]) -> str:
-    """The command of a pack for a message: short."""
+    """Return the command of a pack for a message, shortened."""
     return brief(" ".join(record["command"]), MOST_SHOWN)
 
 

@@ -1,4 +1,4 @@
-"""vcmm routes: the same task by independent routes, and whether they agree."""
+"""vcmm routes: evaluate the same task by independent routes, and check that they agree."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def routes_command(
     out: Path | None = None,
     evidence: Evidence = None,
 ) -> int:
-    """The same task by independent routes: virtual CMM, calibrated part (ISO 15530-3), several positions; E_n between them.
+    """Evaluate the same task by independent routes: virtual CMM, calibrated part (ISO 15530-3), several positions; E_n between them.
 
     Without measured data all of it is measured on a machine and parts that are drawn and hidden from the routes.
     Exit code 1 when two routes do not agree.
@@ -72,7 +72,7 @@ def routes_command(
 
 
 class RoutedTask(NamedTuple):
-    """A scenario, and what was measured; None where it is measured on a drawn machine."""
+    """A scenario, and the measured data; None where they are simulated on a sampled machine."""
 
     scenario: Scenario
     data: RouteData | None
@@ -80,7 +80,7 @@ class RoutedTask(NamedTuple):
 
 @dataclass(frozen=True)
 class RoutesJob(Job[RoutedTask, RoutesResult]):
-    """One task by independent routes. files: what was measured, by option; changes: of the settings."""
+    """One task by independent routes. files: measured data, by option; changes: of the settings."""
 
     scenario: Path
     files: dict[str, Path | None]

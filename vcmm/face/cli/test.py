@@ -65,7 +65,7 @@ def test_command(
 
 
 class Figures(NamedTuple):
-    """The figures of a test; from_certificate: the errors of the machine are drawn from its certificate."""
+    """The figures of a test; from_certificate: the errors of the machine are sampled from its certificate."""
 
     figures: Any
     warnings: list[str]
@@ -85,7 +85,7 @@ class AcceptanceJob(Job[tuple[Path, ...], Figures]):
     schema = "vcmm.test/1"
 
     def check(self) -> None:
-        """UsageError where --report has nothing to draw."""
+        """Raise UsageError where --report has nothing to draw."""
         if self.report is None:
             return
         if self.iso not in ("230-2", "230-4") or not self.is_recorded():
@@ -94,7 +94,7 @@ class AcceptanceJob(Job[tuple[Path, ...], Figures]):
             )
 
     def is_recorded(self) -> bool:
-        """Whether every file is a recording, no machine."""
+        """Return whether every file is a recording, no machine."""
         return all(str(read_toml(f).data.get("vcmm", "")).startswith("recording/") for f in self.files)
 
     def load(self) -> tuple[Path, ...]:
@@ -111,7 +111,7 @@ class AcceptanceJob(Job[tuple[Path, ...], Figures]):
         return {"test.json": content}
 
     def export(self, loaded: tuple[Path, ...], result: Figures, content: dict[str, Any]) -> None:
-        """The page of --report."""
+        """Write the page of --report."""
         if self.report is None:
             return
         from vcmm.files.own.recording import load_recording

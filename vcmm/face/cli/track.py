@@ -1,4 +1,4 @@
-"""vcmm track: a machine followed in time by all recordings of a folder."""
+"""vcmm track: follow a machine in time by all recordings of a folder."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class FollowingOptions(NamedTuple):
 
 
 class Questions(NamedTuple):
-    """What else is asked: the next check (task, limits, checks, days), doubtful parts, what has no name."""
+    """Further questions: the next check (task, limits, checks, days), doubtful parts, missing effects without a name."""
 
     task: Path | None
     limits: tuple[str, ...]
@@ -100,7 +100,7 @@ class Questions(NamedTuple):
 
 
 class TrackAnswers(NamedTuple):
-    """The machine followed; planned: which check next; rest: what has no name; doubtful: parts. None and empty where not asked."""
+    """The machine followed; planned: which check next; rest: missing effects without a name; doubtful: parts. None and empty where not requested."""
 
     track: Track
     planned: tables.Planned | None
@@ -123,14 +123,14 @@ class TrackJob(Job[Path, TrackAnswers]):
         return self.folder
 
     def run(self, loaded: Path, report: Progress) -> TrackAnswers:
-        """The state lies in the folder --out after it, whatever else is asked."""
+        """Follow the machine; the state is in the folder --out afterwards, for any further questions."""
         followed = track(self.machine, loaded, state=self.target, progress=report, **self.following._asdict())
         doubtful = self._doubtful(followed)
         planned = self._planned(followed)
         return TrackAnswers(followed, planned, self._rest() if self.asked.rest else None, doubtful)
 
     def _planned(self, followed: Track) -> tables.Planned | None:
-        """Which check next; None where it was not asked."""
+        """Return which check is next; None where it was not requested."""
         _, limits, checks, days, parts, _ = self.asked
         task = None if parts and not limits else self.asked.task
         if task is None and not limits and checks is None and days is None:
@@ -142,17 +142,17 @@ class TrackJob(Job[Path, TrackAnswers]):
         return followed.next_checks(task, limits, checks, days or DAYS)
 
     def _doubtful(self, followed: Track) -> Sequence[DoubtfulParts]:
-        """Parts between a good check and an alarm; nothing where no list was given."""
+        """Return the parts between a good check and an alarm; nothing where no list was given."""
         if self.asked.parts is None:
             return ()
         if self.asked.task is None:
             raise UsageError(
-                "--parts takes --task SCENARIO as well: the characteristics whose shift is asked"
+                "--parts takes --task SCENARIO as well: the characteristics whose shift is wanted"
             )
         return followed.doubtful_parts(self.asked.task, self.asked.parts)
 
     def _rest(self) -> LearnedRest:
-        """The learned residual of all recordings against the machine file."""
+        """Return the learned residual of all recordings against the machine file."""
         from vcmm.learn.tracking.learned_rest import learn_rest
 
         machine = load_machine(self.machine)

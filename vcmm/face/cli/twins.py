@@ -63,12 +63,12 @@ class TwinJob(Job[ModuleType, Outcome]):
 
 
 def draws_machines(package: ModuleType) -> bool:
-    """Whether the ranges of a twin are over drawn machines, so that `--draws` says how many."""
+    """Return whether the ranges of a twin are over sampled machines, so that `--draws` states their number."""
     return "draws" in signature(package.twin.run).parameters
 
 
 def way_of(name: str) -> tuple[Callable[..., Outcome], list[str]]:
-    """How a twin is run, which its scenario says, and the commands that come next."""
+    """Return how a twin is run, according to its scenario, and the commands that come next."""
     if name not in scenarios():
         return _run_drawn, ["calibrate --help"]
     new = f"new {name}"
@@ -87,7 +87,7 @@ def _run_cut(
     options: dict[str, int],
     report: Progress,
 ) -> Outcome:
-    """A twin that cuts its scenario."""
+    """Run a twin that cuts its scenario."""
     from vcmm.files.own.cut_scenario import load_cut
 
     scenario = load_cut(example(name))
@@ -103,7 +103,7 @@ def _run_drawn(
     options: dict[str, int],
     report: Progress,
 ) -> Outcome:
-    """A twin whose machines and readings are drawn."""
+    """Run a twin whose machines and readings are sampled."""
     result = package.twin.run(**options, progress=report)
     return Outcome(result, package.page.twin_page(result), [])
 
@@ -114,7 +114,7 @@ def _run_recorded(
     options: dict[str, int],
     report: Progress,
 ) -> Outcome:
-    """A twin that diagnoses its recording, and does the measuring job of the scenario plate."""
+    """Run a twin that diagnoses its recording, and does the measuring job of the scenario plate."""
     from vcmm.files.own.recording import load_recording
     from vcmm.files.own.scenario import load_scenario
 

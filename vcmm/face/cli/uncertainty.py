@@ -159,7 +159,7 @@ class UncertaintyJob(SharedJob[Scenario, UncertaintyResult]):
         return decision_code(result.characteristics, self.require)
 
     def show(self, loaded: Scenario, result: UncertaintyResult) -> None:
-        """The result table, the largest budget lines, and how it was computed."""
+        """Show the result table, the largest budget lines, and the method."""
         show_answers(answer_of(c) for c in result.characteristics)
         show_table(results(result))
         for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):

@@ -1,4 +1,4 @@
-"""What `vcmm VERB --help` prints, read from the source of the verb: to load the parser takes as long as ten starts of Python.
+"""Print `vcmm VERB --help`, read from the source of the verb: loading the parser takes as long as ten starts of Python.
 
 tests/face/cli/test_verb_help.py holds the words, choices and defaults of every verb to what the parser takes.
 """
@@ -40,7 +40,7 @@ class HelpOption:
 
 
 def verb_help(words: list[str], codes: str) -> str | None:
-    """The page of `VERB` or `VERB JOB`; None where the source is not at hand or has no such job."""
+    """Return the page of `VERB` or `VERB JOB`; None where the source is not available or has no such job."""
     verb, *job = words
     jobs = HERE / f"{verb}_jobs.py"
     try:
@@ -54,7 +54,7 @@ def verb_help(words: list[str], codes: str) -> str | None:
 
 
 def _jobs(path: Path) -> Iterator[tuple[str, str]]:
-    """Names and first lines of the jobs that a verb consists of."""
+    """Return names and first lines of the jobs that a verb consists of."""
     if not path.is_file():
         return
     tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -64,7 +64,7 @@ def _jobs(path: Path) -> Iterator[tuple[str, str]]:
 
 
 def options_of(tree: ast.Module, name: str) -> list[HelpOption]:
-    """The parameters of a verb. StopIteration: there is no function of this name."""
+    """Return the parameters of a verb. StopIteration: there is no function of this name."""
     command = _function(tree, name)
     aliases = _aliases(tree) | _aliases(ast.parse((HERE / "options.py").read_text(encoding="utf-8")))
     arguments = command.args
@@ -83,7 +83,7 @@ def _function(tree: ast.Module, name: str) -> ast.FunctionDef:
 
 
 def _aliases(tree: ast.Module) -> dict[str, ast.expr]:
-    """Types with names of their own: Seed = Annotated[int, ...]."""
+    """Return the types with names of their own: Seed = Annotated[int, ...]."""
     return {
         n.targets[0].id: n.value
         for n in tree.body
@@ -120,7 +120,7 @@ def _option(
 
 
 def _parts(node: ast.expr | None, aliases: dict[str, ast.expr]) -> Iterator[ast.AST]:
-    """All of a type, with what its names stand for."""
+    """Yield all of a type, with the targets of its names."""
     for part in ast.walk(node) if node is not None else ():
         yield part
         if isinstance(part, ast.Name) and part.id in aliases:
@@ -136,7 +136,7 @@ def _choices(node: ast.AST) -> list[str]:
 
 
 def _text(node: ast.expr) -> str:
-    """A default as one types it; empty for None, "" and what is no constant."""
+    """Return a default as one types it; empty for None, "" and values that are no constants."""
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Path":
         return _text(node.args[0]) if node.args else "."
     if not isinstance(node, ast.Constant) or node.value is None:
@@ -145,7 +145,7 @@ def _text(node: ast.expr) -> str:
 
 
 def _describe(text: str) -> tuple[str, dict[str, str]]:
-    """What stands before the parameters, and the words of each (numpydoc)."""
+    """Return the text before the parameters, and the words of each (numpydoc)."""
     before, _, after = text.partition("Parameters\n----------\n")
     words: dict[str, str] = {}
     name = ""
@@ -188,7 +188,7 @@ def _label_of(o: HelpOption) -> str:
 
 
 def _words(o: HelpOption, words: dict[str, str]) -> str:
-    """Description, choices and default."""
+    """Return description, choices and default."""
     text = words.get(o.parameter, "").replace("`", "")
     choices = f" [choices: {', '.join(o.choices)}]" if o.choices else ""
     default = f" [default: {o.default}]" if o.default else ""
@@ -196,7 +196,7 @@ def _words(o: HelpOption, words: dict[str, str]) -> str:
 
 
 def _rows(rows: list[tuple[str, str]], width: int) -> list[str]:
-    """Two columns; a long name has a line of its own."""
+    """Return two columns; a long name has a line of its own."""
     out = []
     for name, text in rows:
         lines = textwrap.wrap(text, max(width - COLUMN, 30)) or [""]

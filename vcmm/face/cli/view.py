@@ -48,7 +48,7 @@ def view_command(
 
 
 def _items(file: Path, close: bool, look: str) -> tuple[Any, str]:
-    """What the window holds, and its title."""
+    """Return the content of the window, and its title."""
     kind = str(read_toml(file).data.get("vcmm", "")).split("/")[0]
     if kind == "machine":
         from vcmm.files.own.machine import load_machine

@@ -1,4 +1,4 @@
-"""Calibration by nets and nodes: what a program needs to follow a published procedure beside `vcmm.calibrate`."""
+"""Calibration by nets and nodes: tools for published procedures beside `vcmm.calibrate`."""
 
 from __future__ import annotations
 

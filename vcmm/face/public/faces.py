@@ -83,7 +83,7 @@ def correct_face(
 
 
 def _extent(face_map: FaceMap) -> tuple[Array, Array]:
-    """Lowest and highest x, y of the part that the scan reached, mm."""
+    """Return the lowest and highest x, y of the part that the scan reached, mm."""
     if face_map.scan.spiral:
         far = np.full(2, float(np.abs(face_map.scan.x).max()))
         return -far, far

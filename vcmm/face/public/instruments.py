@@ -1,4 +1,4 @@
-"""Instruments: readings of machines with drawn errors, joined to recordings, and written as files."""
+"""Instruments: simulated readings of machines with sampled errors, joined to recordings, and written as files."""
 
 from __future__ import annotations
 

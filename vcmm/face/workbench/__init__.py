@@ -1,1 +1,1 @@
-"""The page of a task, live on this machine: knobs in a browser, and U, decision and budget moving with them."""
+"""The page of a task, live on this machine: knobs in a browser, with U, decision and budget following them."""

@@ -1,4 +1,4 @@
-"""One task on the bench: previews at once, long work one at a time, the older given up when a knob moves on or it is cancelled.
+"""One task of the workbench: previews at once, long work one at a time, cancelled when a knob moves on or by the user.
 
 The scenario file with the knobs turned, as text to be saved: its owner's comments and layout stay.
 
@@ -44,7 +44,7 @@ Progress = Callable[[str, float], None]
 
 
 def run_open(job: str, scenario: Scenario, progress: Progress) -> Answer:
-    """A job on the task that is open: {"job", "said": sentences, "report": HTML or ""}. UsageError: no such job."""
+    """Run a job on the open task: {"job", "said": sentences, "report": HTML or ""}. UsageError: no such job."""
     if job not in OPEN_TASK:
         raise UsageError(f'there is no job "{job[:40]}".{choose_from(job, (*OPEN_TASK, *WITH_FILES))}')
     if job == "measure":
@@ -63,7 +63,7 @@ def run_open(job: str, scenario: Scenario, progress: Progress) -> Answer:
 def run_files(
     job: str, files: Mapping[str, bytes], folder: Path, scenario: Scenario | None, progress: Progress
 ) -> Answer:
-    """A job with dropped files; job "" is what they ask for themselves. UsageError: not one job's files.
+    """Run a job with dropped files; job "" is the one that the files need. UsageError: not one job's files.
 
     files: by plain name (checked by the caller); folder: an empty one, in which they are read. scenario: the task that is open, which
     measured points and values belong to. What files name elsewhere on this machine is refused by the readers themselves.
@@ -81,7 +81,7 @@ def run_files(
 
 
 def job_of(files: Mapping[str, bytes]) -> str:
-    """Which job a set of files is for: one recording, several, a scenario that cuts, or tables of measured points or values."""
+    """Return which job a set of files is for: one recording, several, a scenario that cuts, or tables of measured points or values."""
     recordings = _of_kind(files, b"recording/")
     if recordings:
         return "diagnose" if len(recordings) == 1 else "calibrate"
@@ -96,7 +96,7 @@ def job_of(files: Mapping[str, bytes]) -> str:
 
 
 def lay_out(files: Mapping[str, bytes], folder: Path) -> None:
-    """The files in the folder. UsageError: a file and a folder of one name."""
+    """Write the files to the folder. UsageError: a file and a folder of one name."""
     try:
         for name, content in files.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -199,10 +199,10 @@ UNITS = {"room": " K"}  # knobs whose value in a file is a text with its unit
 
 
 def saved_text(source: Path, scenario: Scenario, values: Mapping[str, float]) -> str:
-    """Text of a scenario file like `source` with the knobs at `values`: pose in [pose], all else in [knobs].
+    """Return the text of a scenario file like `source` with the knobs at `values`: pose in [pose], all else in [knobs].
 
     scenario: that of the file before its [knobs] are turned. To be kept in the folder of `source`, whose files it names. A knob that
-    stands where it stood is not written. UsageError: knobs that do not exist or are out of range.
+    was not changed is not written. UsageError: knobs that do not exist or are out of range.
     """
     chosen = with_knobs(scenario, values)
     starts = {k.name: k.start for k in knobs_of(scenario)}
@@ -215,7 +215,7 @@ def saved_text(source: Path, scenario: Scenario, values: Mapping[str, float]) ->
 
 
 def _with_knobs_table(text: str, turned: Mapping[str, float]) -> str:
-    """The text with [knobs] as given, and without where nothing is turned."""
+    """Return the text with [knobs] as given, and without where nothing is turned."""
     import tomlkit
 
     document = tomlkit.parse(text.rstrip() + "\n")
@@ -245,7 +245,7 @@ class GivenUp(Exception):
 
 
 class Bench:
-    """The task, and which question of every open page is its newest. Answers are dictionaries of JSON."""
+    """The task, and the newest question of every open page. Answers are dictionaries of JSON."""
 
     def __init__(self, scenario: Scenario, source: Path | None = None) -> None:
         """source: the file of the scenario, whose [knobs] are not turned yet (`load_scenario(..., knobs=False)`)."""
@@ -262,7 +262,7 @@ class Bench:
         return {"name": self.scenario.name, "knobs": knobs, "turned": self._turned}
 
     def progress(self, page: str = "") -> dict[str, Any]:
-        """What the long work of a page is at, in words and as a share; empty where it has none."""
+        """Return the progress of the long work of a page, in words and as a share; empty where it has none."""
         text, share = self._done.get(page, ("", None))
         return {"text": text, "share": share}
 
@@ -272,7 +272,7 @@ class Bench:
         return {"cancelled": True}
 
     def text_with_knobs(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The scenario file with the knobs at `values`, to be kept in the folder of the one that was opened."""
+        """Return the scenario file with the knobs at `values`, to be kept in the folder of the one that was opened."""
         if self.source is None:
             raise UsageError(
                 "this task was not read from a file; vcmm serve SCENARIO opens one that can be saved"
@@ -281,7 +281,7 @@ class Bench:
         return {"name": f"{stem}-turned.toml", "toml": saved_text(self.source, self.scenario, values)}
 
     def sweep(self, values: Mapping[str, Any], knob: str, page: str = "") -> dict[str, Any]:
-        """U of every characteristic along one knob; other pages may ask between two of its steps."""
+        """Return U of every characteristic along one knob; other pages may ask between two of its steps."""
         mine = self._ask(page)
 
         def step(done: int, total: int) -> None:
@@ -296,7 +296,8 @@ class Bench:
             self._done.pop(page, None)
 
     def preview(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
-        """Figures and the part where it lies now. UsageError: knobs that do not exist. GivenUp: the page has asked something newer meanwhile."""
+        """Return figures and the part at its present place. UsageError: knobs that do not exist. GivenUp: the page has asked something
+        newer meanwhile."""
         mine = self._ask(page)
         chosen = with_knobs(self.scenario, values)
         with self._working:
@@ -305,7 +306,7 @@ class Bench:
             return preview(chosen, chosen.settings.seed) | {"figures": [figure]}
 
     def settle(self, values: Mapping[str, Any], page: str = "") -> dict[str, Any]:
-        """The whole evaluation with its scenes. GivenUp as soon as the page has asked something newer."""
+        """Return the whole evaluation with its scenes. GivenUp as soon as the page has asked something newer."""
         mine = self._ask(page)
         chosen = with_knobs(self.scenario, values)
 
@@ -328,7 +329,7 @@ class Bench:
     def job(
         self, name: str, files: Mapping[str, bytes], folder: Path, values: Mapping[str, Any], page: str = ""
     ) -> dict[str, Any]:
-        """Another job: on the task with its knobs at `values`, or with dropped files. GivenUp when it is cancelled."""
+        """Run another job: on the task with its knobs at `values`, or with dropped files. GivenUp when it is cancelled."""
         mine = self._ask(page)
         chosen = with_knobs(self.scenario, values)
 
@@ -348,7 +349,7 @@ class Bench:
     def _ask(self, page: str = "") -> Question:
         with self._asked:
             number = self._newest.pop(page, 0) + 1
-            self._newest[page] = number  # the last to ask stands last
+            self._newest[page] = number  # the last question is the newest
             if len(self._newest) > MOST_PAGES:
                 del self._newest[next(iter(self._newest))]
             return page, number
@@ -360,7 +361,7 @@ class Bench:
 
 
 def diagnose_files(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
-    """What physics a dropped recording holds: its .toml and the tables that it names. Raises UsageError for other sets of files.
+    """Diagnose a dropped recording: its .toml and the tables that it names. Raises UsageError for other sets of files.
 
     files: by plain name (checked by the caller); folder: an empty one, in which they are read.
     """

@@ -1,11 +1,11 @@
-"""Value and U while a knob moves: of each result that part of the whole evaluation which needs no trials.
+"""Value and U while a knob moves: the part of the whole evaluation that needs no trials.
 
 What is shown at once is a preview and says so. Once the knobs rest, the whole evaluation follows and replaces it.
 
     sizes, distances, angles   the closed form: u^2 = sum of (gradient gain u)^2, U from the inverted characteristic function
                                (the same number, or where the whole evaluation takes trials the same within their error)
-    extreme values             what the machine adds to drawn parts that are off or rough: the same draws, the same number;
-                               where no parts can be drawn the spread of PREVIEW draws of the model
+    extreme values             the addition of the machine to sampled parts that are off or rough: the same draws, the same number;
+where no parts can be sampled the spread of PREVIEW draws of the model
     a known bias left in       U + |bias|, as in the whole evaluation
 """
 
@@ -29,7 +29,7 @@ OWNERS = 4  # lines of a budget
 
 
 def preview(scenario: Scenario, seed: int = 0) -> dict[str, Any]:
-    """Every characteristic with value, U and its largest owners; lengths in um, angles in urad. Raises what a task raises."""
+    """Return every characteristic with value, U and its largest owners; lengths in um, angles in urad. Raises what a task raises."""
     task = scenario.task()
     results = at_once(task, scenario.settings)
     model = build(task)
@@ -54,7 +54,8 @@ def _value(c: CharacteristicResult) -> float:
 
 
 def _root(term: Term) -> Array:
-    """(L, m): the draws of the lanes are about this times m independent standard draws. Lanes of one copy of a joint law go together."""
+    """Return a root (L, m): the draws of the lanes are about this times m independent standard draws. Lanes of one copy of a joint law go
+    together."""
     u = np.asarray(term.law.u, float)
     if u.ndim == 0:
         return float(u) * np.eye(len(term.lanes)) if np.isfinite(u) else np.zeros((len(term.lanes), 1))
@@ -66,7 +67,7 @@ def _root(term: Term) -> Array:
 
 
 def _preview_spread(model: LinearModel, terms: tuple[Term, ...], seed: int) -> Array:
-    """Standard deviation of every characteristic over PREVIEW draws."""
+    """Return the standard deviation of every characteristic over PREVIEW draws."""
     draws = np.random.default_rng(seed)
     q = np.tile(model.q0, (PREVIEW, 1))
     for term in terms:

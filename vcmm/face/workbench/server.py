@@ -1,7 +1,7 @@
 """The server of the workbench: this machine only, one token, small requests, no paths from the browser.
 
 Listens on 127.0.0.1. Every request must name this host and port (so that no other site can reach it by a name of its own),
-and every question must bear the token of the page, which no other page can read. What is dropped is read in a temporary
+and every question must bear the token of the page, which no other page can read. Dropped files are read in a temporary
 folder under its plain file name. Standard library only.
 
 The page of the workbench: the answer first, the knobs beside it (below it on a narrow screen), pictures, sweep, files, live scenes.
@@ -53,7 +53,7 @@ def _own(name: str) -> str:
 
 
 def bench_page(name: str, token: str) -> str:
-    """The whole page. The token is for its own questions; no other page can read it."""
+    """Return the whole page. The token is for its own questions; no other page can read it."""
     given = json.dumps({"token": token}).replace("<", "\\u003c")
     figures = "".join(
         f'<figure class="figure live-scene"><figcaption>{escape(title)}</figcaption><div class="picture row"><div class="scene" tabindex="0" role="group" aria-label="{escape(title)}" '
@@ -101,12 +101,12 @@ class WorkbenchServer(ThreadingHTTPServer):
         self.origin = f"http://{HOST}:{self.server_address[1]}"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A page that was closed or reloaded wants no answer and is no fault; everything else is told."""
+        """Ignore a page that was closed or reloaded, which is no fault; report everything else."""
         if not isinstance(sys.exception(), (ConnectionError, TimeoutError)):
             super().handle_error(request, client_address)
 
     def shutdown_request(self, request: Any) -> None:
-        """What is still under way is read and thrown away for a second at most: closed before, the system would take the answer back."""
+        """Read and discard the remaining request for a second at most: if closed before, the system would discard the answer."""
         with suppress(OSError):
             request.shutdown(socket.SHUT_WR)
             request.settimeout(1.0)
@@ -117,7 +117,7 @@ class WorkbenchServer(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """What to open in a browser."""
+        """Address to open in a browser."""
         return f"{self.origin}/?token={self.token}"
 
 
@@ -131,7 +131,7 @@ class Handler(BaseHTTPRequestHandler):
     timeout = 60
 
     def parse_request(self) -> bool:
-        """As the base class, and False after a refusal of a request whose body has no one length: what follows is no request."""
+        """Parse as the base class, and return False after a refusal of a request whose body has no single length: the rest is no request."""
         if not super().parse_request():
             return False
         if self.request_version == "HTTP/0.9" or len(self.headers.get_all("Host", [])) != 1:
@@ -153,14 +153,14 @@ class Handler(BaseHTTPRequestHandler):
         return True
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """A refusal as JSON; the connection is closed, for what follows may be the rest of a request that was not read."""
+        """Send a refusal as JSON; the connection is closed, since the rest may belong to a request that was not read."""
         self.close_connection = True
         if not hasattr(self, "request_version") or self.request_version == "HTTP/0.9":
             self.request_version = "HTTP/1.1"
         self._refuse(code, message or "this request cannot be answered")
 
     def do_GET(self) -> None:
-        """The page, and nothing else."""
+        """Answer with the page, and nothing else."""
         asked = urlsplit(self.path)
         given = parse_qs(asked.query).get("token", [""])[0]
         if not self._is_ours():
@@ -174,7 +174,7 @@ class Handler(BaseHTTPRequestHandler):
             self._send(200, "text/html; charset=utf-8", page)
 
     def do_POST(self) -> None:
-        """A question of the page. Its body is read whole before anything is answered: a refused one is no further request."""
+        """Answer a question of the page. Its body is read whole before anything is answered: a refused one is no further request."""
         length = int(self.headers["Content-Length"])
         content = self.rfile.read(length)
         answers: dict[str, Answer] = {
@@ -244,12 +244,12 @@ class Handler(BaseHTTPRequestHandler):
             return self.server.bench.job(str(body["job"]), files, Path(folder), body["knobs"], _page(body))
 
     def _is_ours(self) -> bool:
-        """Whether host and origin are this server's own."""
+        """Return whether host and origin are this server's own."""
         host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
         return f"http://{host}" == self.server.origin and origin in (None, self.server.origin)
 
     def _object(self, content: bytes) -> Mapping[str, Any] | None:
-        """The JSON object of a question, or None after a refusal."""
+        """Return the JSON object of a question, or None after a refusal."""
         try:
             value = json.loads(content)
         except (ValueError, RecursionError):
@@ -276,11 +276,11 @@ class Handler(BaseHTTPRequestHandler):
             self.wfile.write(content)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Quiet: the terminal shows the address and nothing else."""
+        """Log nothing: the terminal shows the address only."""
 
 
 def _files(given: Any) -> dict[str, bytes]:
-    """Dropped files by name. UsageError: too many, or names that are none of a file in a folder below."""
+    """Return dropped files by name. UsageError: too many, or names that are none of a file in a folder below."""
     files = dict(given)
     if not 0 < len(files) <= MOST_FILES:
         raise UsageError(f"{len(files)} files; 1 to {MOST_FILES} are taken")
@@ -290,12 +290,12 @@ def _files(given: Any) -> dict[str, bytes]:
 
 
 def _page(body: Mapping[str, Any]) -> str:
-    """Which open page asks: a short text of its own choice."""
+    """Return which open page asks: a short text of its own choice."""
     return str(body.get("page", ""))[:40]
 
 
 def _plain(value: Any) -> Any:
-    """Numbers of numpy as those of Python."""
+    """Return numbers of numpy as those of Python."""
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} has no JSON form")

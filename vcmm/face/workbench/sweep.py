@@ -1,4 +1,4 @@
-"""U of every characteristic against one knob, all others as they stand: which way to turn it, and how far it is worth it."""
+"""U of every characteristic against one knob, all others at their present values, to show in which direction and how far to turn it."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ SMALL = {"um": "µm", "urad": "µrad"}
 def sweep(
     scenario: Scenario, values: Mapping[str, Any], name: str, step: Callable[[int, int], None]
 ) -> dict[str, Any]:
-    """The previews along one knob (`pictures` draws them). step(done, all) is called before each and may raise.
+    """Evaluate the previews along one knob (`pictures` draws them). step(done, all) is called before each and may raise.
 
-    `at` (n,), `U` by characteristic (n,) with None where the knob allows no evaluation, `reasons` of these.
+    `at` (n,), `U` by characteristic (n,) with None where the knob allows no evaluation, `reasons` for these.
     UsageError: no such knob, or no value of it allows an evaluation.
     """
     knobs = {k.name: k for k in knobs_of(scenario)}
@@ -54,7 +54,7 @@ def sweep(
 
 
 def pictures(scenario: Scenario, results: Mapping[str, Any]) -> list[str]:
-    """What `sweep` found, one chart per unit."""
+    """Return the result of `sweep`, one chart per unit."""
     knob = next(k for k in knobs_of(scenario) if k.name == results["knob"])
     units = results["unit"]
     return [
@@ -64,7 +64,7 @@ def pictures(scenario: Scenario, results: Mapping[str, Any]) -> list[str]:
 
 
 def places_of(knob: Knob, now: float) -> list[float]:
-    """Values over the reach of a knob, its present one among them; whole numbers for a knob that counts."""
+    """Return values over the reach of a knob, its present one among them; whole numbers for a knob that counts."""
     low, high = knob.reach
     if knob.name == "touches":
         return [float(v) for v in range(round(low), round(high) + 1)]
@@ -89,7 +89,7 @@ def sweep_chart(
     now: float,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """U over the knob, one line per characteristic; a line where the knob stands now."""
+    """Plot U over the knob, one line per characteristic; a line at the present value of the knob."""
     series = [
         PlotSeries(at, [math.nan if u is None else u for u in us], name, marker=True) for name, us in lines.items()
     ]  # fmt: skip

@@ -1,1 +1,1 @@
-"""Files of other systems, in and out: QIF, DCC, DMIS, Q-DAS. What they hold becomes plain values in the words of vcmm."""
+"""Read and write files of other systems: QIF, DCC, DMIS, Q-DAS. Their contents become plain values in the terms of vcmm."""

@@ -1,4 +1,4 @@
-"""The errors of a machine's axes as tables for controls need them: an axis along itself both ways, and in whose motion."""
+"""Errors of a machine's axes in the form of tables for controls: an axis along itself in both directions, with the sense of the motion."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ TINY = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Tables:
-    """Files by name, and one sentence for each error that they do not hold."""
+    """Files by name, and one sentence for each error that they do not include."""
 
     files: dict[str, str]
     left_out: tuple[str, ...]
 
 
 def carries_part(machine: Machine, letter: str) -> bool:
-    """Whether an axis moves the part (a table) and not the tool."""
+    """Return whether an axis moves the part (a table) and not the tool."""
     return letter in machine.chain.work
 
 
 def of_the_tool(machine: Machine, letter: str, q: Array, forward: Array) -> list[str]:
-    """Lines for a table that holds actual positions. q (n,) mm commanded; forward (n,) mm: actual - nominal when it is approached
+    """Return lines for a table that holds actual positions. q (n,) mm commanded; forward (n,) mm: actual - nominal when it is approached
     forwards, as the tool moves over the part."""
     whose = (
         f"{letter} carries the part: what counts is the tool seen from the part, in the sense in which {letter} is commanded; the table "
@@ -47,7 +47,7 @@ def of_the_tool(machine: Machine, letter: str, q: Array, forward: Array) -> list
     if error:
         way = "further" if error > 0 else "less far"
         lines.append(
-            f"example: commanded to {letter} {at:.3f} forwards, the tool stands over {letter} {at + error:.4f} of the part: {abs(error) * 1e3:.1f} um "
+            f"example: commanded to {letter} {at:.3f} forwards, the tool is over {letter} {at + error:.4f} of the part: {abs(error) * 1e3:.1f} um "
             f"{way} towards +{letter} than it should; the control {'takes them off' if error > 0 else 'adds them'}"
         )
     return lines
@@ -58,7 +58,7 @@ def linear(machine: Machine) -> dict[str, Axis]:
 
 
 def component_errors(machine: Machine, letter: str, q: Array) -> tuple[Array, list[str]]:
-    """Errors (n, 6) of the axis's own motion over its positions, as ISO 230-1 states them, and ids that vary with more."""
+    """Return the errors (n, 6) of the axis's own motion over its positions, as ISO 230-1 states them, and ids of effects that depend on more."""
     total, left = np.zeros((len(q), 6)), []
     for effect in machine.effects:
         if effect.link != letter or effect.place != "motion":
@@ -72,7 +72,7 @@ def component_errors(machine: Machine, letter: str, q: Array) -> tuple[Array, li
 
 
 def _alone(machine: Machine, effect: Effect, letter: str, q: Array) -> Array | None:
-    """Motion of an effect over one axis; None where it depends on anything else."""
+    """Return the motion of an effect over one axis; None where it depends on anything else."""
     if required(effect):
         return None
     motions = []
@@ -99,7 +99,7 @@ def rest_of(machine: Machine, held: set[str], why: str) -> list[str]:
 
 
 def errors_both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, set[str]]:
-    """Positioning error of an axis forwards and backwards, mm, tip sense, and the ids it is made of."""
+    """Return the positioning error of an axis forwards and backwards, mm, tip sense, and the ids of its effects."""
     values, left = component_errors(machine, letter, q)
     sign = -1.0 if letter in machine.chain.work else 1.0
     forward = sign * values[:, "XYZ".index(letter)]
@@ -113,7 +113,7 @@ def errors_both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Ar
 
 
 def cross_errors(machine: Machine, letter: str, q: Array, why: str) -> list[str]:
-    """A sentence that names the errors of an axis across itself, where it has any."""
+    """Return a sentence that names the errors of an axis across itself, where it has any."""
     values, _ = component_errors(machine, letter, q)
     names = [
         f"E{n}{letter}"

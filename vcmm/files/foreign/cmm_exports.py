@@ -1,15 +1,15 @@
-"""Values as other measuring software exports them: tables of CALYPSO (..._chr.txt) and text reports of PC-DMIS.
+"""Read values that other measuring software exports: tables of CALYPSO (..._chr.txt) and text reports of PC-DMIS.
 
 CALYPSO   tab-separated; heading planid partnb id type idsymbol actual nominal uppertol lowertol ... unit; perhaps a last line END.
           `id` is the characteristic, `actual` its value, `partnb` the part.
 PC-DMIS   blocks  DIM LOC1= LOCATION OF CIRCLE CIR1 UNITS=MM  with a heading  AX NOMINAL +TOL -TOL MEAS DEV OUTTOL, in the order and
           with the columns that the FORMAT of the program chose, and a row per axis. Rows of a position leave cells empty: such a
-          row is read by where its numbers stand. The characteristic is LOC1, or LOC1.D where the block has several rows; tables of
+          row is read by the columns of its numbers. The characteristic is LOC1, or LOC1.D where the block has several rows; tables of
           geometric tolerances (FCF...) are those of vcmm.files.foreign.pcdmis_report.
 
-Such files hold everything that was measured. What the scenario does not ask for, and what is not understood, is said.
+Such files hold everything that was measured. Notes name values that the scenario does not need, and rows that are not understood.
 Sources: help of PC-DMIS, "Dimension Command Format" and "Dimension Format" (Hexagon); an exported table of CALYPSO with all 45
-columns, in the open zeiss converter. Nobody of us has either program.
+columns, in the open zeiss converter. Not tested with either program.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ MOST_SHOWN = 8  # names in a message
 
 @dataclass(frozen=True)
 class ExportRow:
-    """One number of an export as it stands there. short: the name of its block, where the block has this row only."""
+    """One number of an export as written in the file. short: the name of its block, where the block has this row only."""
 
     part: str
     name: str
@@ -64,7 +64,7 @@ class ExportRow:
     deviation: str = ""
 
     def value(self, name: str) -> GivenValue:
-        """In mm or rad, under a name. DataError: no number, an unknown unit, a broken row."""
+        """Return the value in mm or rad, under a name. DataError: no number, an unknown unit, a broken row."""
         if self.broken:
             raise DataError(f"{self.where}: {self.broken}")
         unit = UNIT_WORDS.get(self.unit.strip().lower())
@@ -93,7 +93,8 @@ class ExportRow:
         )
 
     def remarks(self, name: str, drawing: float | None) -> list[str]:
-        """Where nominal and deviation contradict its value or the scenario, with the line. Of rows whose `value` can be told."""
+        """Return remarks where nominal and deviation contradict the value or the scenario, with the line, for rows whose `value` can be
+        read. Of rows whose `value` can be told."""
         words = ("MEAS", "NOMINAL", "DEV") if self.column == "MEAS" else ("actual", "nominal", "deviation")
         cells = StatedCells(self.cell, self.nominal, self.deviation, words)
         remarks = contradictions(cells, UNIT_WORDS[self.unit.strip().lower()], drawing)
@@ -102,7 +103,7 @@ class ExportRow:
 
 @dataclass(frozen=True)
 class Export:
-    """All rows of an export, and what of it is not understood."""
+    """All rows of an export, and notes on rows that are not understood."""
 
     kind: str
     rows: tuple[ExportRow, ...]
@@ -113,7 +114,7 @@ Reader = Callable[[Path, Sequence[str], list[str]], Iterator[ExportRow]]
 
 
 def read_export(path: str | Path) -> Export | None:
-    """An export of CALYPSO or PC-DMIS; None where the file is none. DataError, with the line: cut off, the wrong table."""
+    """Read an export of CALYPSO or PC-DMIS; None where the file is none. DataError, with the line: cut off, the wrong table."""
     text, assumed = foreign_text(path)
     lines = list(lines_of(text))
     kind = _kind(Path(path), lines)
@@ -127,9 +128,9 @@ def read_export(path: str | Path) -> Export | None:
 def exported_values(
     path: str | Path, wanted: Collection[str], nominals: Mapping[str, float] | None = None
 ) -> tuple[tuple[tuple[GivenValue, ...], ...], str] | None:
-    """(values per part, what was left out in words) of an export; None where the file is no such export.
+    """Return (values per part, a note on values left out) of an export; None where the file is no such export.
 
-    nominals: of the scenario, mm or rad; a row with another one, and a deviation that is not actual - nominal, are told.
+    nominals: of the scenario, mm or rad; notes report a row with another one, and a deviation that is not actual - nominal.
     DataError, with the line: a cell that is no number, an unknown unit, a value given twice, none of the wanted ones there.
     """
     export = read_export(path)
@@ -158,7 +159,7 @@ def exported_values(
 
 
 def _requested_name(row: ExportRow, wanted: Collection[str]) -> str:
-    """The name under which a row is asked for, or ""."""
+    """Return the name under which a row is requested, or ""."""
     return next((n for n in (row.short, row.name) if n and n in wanted), "")
 
 
@@ -168,7 +169,7 @@ def _some(names: Sequence[str]) -> str:
 
 
 def _kind(path: Path, lines: Sequence[str]) -> str | None:
-    """Which reader a file wants, by its heading. DataError: another table of CALYPSO."""
+    """Return the reader for a file, by its heading. DataError: another table of CALYPSO."""
     head = TABS.cells(next((line for line in lines if line.strip()), ""))
     if set(CALYPSO) <= set(head):
         return "CALYPSO table"
@@ -184,7 +185,7 @@ def _kind(path: Path, lines: Sequence[str]) -> str | None:
 
 
 def _is_dimension(lines: Sequence[str], at: int) -> bool:
-    """Whether a heading AX follows within a few lines."""
+    """Return whether a heading AX follows within a few lines."""
     return any(line.strip().upper().startswith(("AX ", "AX\t")) for line in lines[at + 1 : at + 5])
 
 
@@ -194,7 +195,7 @@ def _check_once(rows: Sequence[GivenValue]) -> None:
         first = lines_of.setdefault((v.part, v.name), v.where)
         if first != v.where:
             of = f' of part "{v.part}"' if v.part else ""
-            raise DataError(f'{v.where}: "{v.name}"{of} stands in {first} already; keep one')
+            raise DataError(f'{v.where}: "{v.name}"{of} is already in {first}; keep one')
 
 
 def _calypso(path: Path, lines: Sequence[str], _notes: list[str]) -> Iterator[ExportRow]:

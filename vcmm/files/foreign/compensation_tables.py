@@ -1,11 +1,11 @@
-"""Tables for controls: what of a machine's errors the control's own compensation can hold, and what is left out.
+"""Tables for controls: the errors of a machine that the control's own compensation can hold, and notes on the others.
 
 ISG (also Beckhoff): component errors of every axis over its own travel and the squareness errors, mm and rad, as read by
 vcmm.files.foreign.isg. LinuxCNC: COMP_FILE of type 0, one per axis: nominal, actual position forwards, actual position backwards
 (the axis's own positioning error and backlash only). Heidenhain: COM tables for KinematicsComp (iTNC 530 HSCI manual:
 C1..C3 = EXj EYj EZj); rotations are left out, because the unit of their columns is not stated there. SINUMERIK and FANUC: pitch_tables.
 
-What a table for a control says of itself: whose motion it holds, which sign, and one of its own numbers in the words of the operator.
+Each table states its motion and sign, and one of its own numbers in the words of the operator.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from vcmm.physics.structure.squareness import Squareness
 
 
 def of_the_axes(machine: Machine, of_axes: dict[str, tuple[Array, Array]]) -> list[str]:
-    """Lines for a table that holds the errors of each axis's own motion. of_axes: letter -> positions (n,) mm, error along itself (n,) mm."""
+    """Return lines for a table that holds the errors of each axis's own motion. of_axes: letter -> positions (n,) mm, error along itself (n,) mm."""
     tables = [a for a in of_axes if carries_part(machine, a)]
     whose = "the motion of each axis itself, in the directions of the machine (ISO 230-1)"
     if tables:
@@ -54,7 +54,7 @@ def of_the_axes(machine: Machine, of_axes: dict[str, tuple[Array, Array]]) -> li
             back = "-" if sense == "+" else "+"
             effect = f", so that the tool is seen {abs(error[k]) * 1e3:.1f} um too far towards {back}{letter} of the part"
         lines.append(
-            f"example: with {letter} commanded to {q[k]:.3f}, E{letter}{letter} = {error[k]:+.6f} mm: {body} stands {abs(error[k]) * 1e3:.1f} um too far "
+            f"example: with {letter} commanded to {q[k]:.3f}, E{letter}{letter} = {error[k]:+.6f} mm: {body} is {abs(error[k]) * 1e3:.1f} um too far "
             f"towards {sense}{letter} of the machine{effect}"
         )
     return lines
@@ -66,7 +66,7 @@ MOST_POINTS = 256  # of a COMP_FILE
 
 
 def control_tables(machine: Machine, form: str, nodes: int = NODES) -> Tables:
-    """The tables of one control. Raises UsageError for an unknown format."""
+    """Return the tables of one control. Raises UsageError for an unknown format."""
     writers: dict[str, Callable[[Machine, int], Tables]] = {
         "isg": isg_tables, "linuxcnc": linuxcnc_tables, "heidenhain": heidenhain_tables, "sinumerik": sinumerik_tables, "fanuc": fanuc_tables,
     }  # fmt: skip
@@ -78,7 +78,7 @@ def control_tables(machine: Machine, form: str, nodes: int = NODES) -> Tables:
 
 
 def isg_tables(machine: Machine, nodes: int) -> Tables:
-    """One file with all axes and the squareness errors."""
+    """Return one file with all axes and the squareness errors."""
     tables, held, of_axes = [], set(), {}
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
@@ -102,7 +102,7 @@ def isg_tables(machine: Machine, nodes: int) -> Tables:
 
 
 def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
-    """COMP_FILE of each axis: nominal, actual forwards, actual backwards, mm. Behind the last row it says whose motion that is: LinuxCNC
+    """Return COMP_FILE of each axis: nominal, actual forwards, actual backwards, mm. Behind the last row a line states the motion: LinuxCNC
     ends its reading at the first line without three numbers (usrmotLoadComp)."""
     files, held = {}, set()
     left = []
@@ -120,7 +120,7 @@ def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
 
 
 def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
-    """COM tables, one for each axis: AXISPOS, BACKLASH, C1 to C3 in mm."""
+    """Return COM tables, one for each axis: AXISPOS, BACKLASH, C1 to C3 in mm."""
     files, held, left, of_axes = {}, set(), [], {}
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
@@ -149,5 +149,5 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
 
 
 def without_scatter(machine: Machine) -> Machine:
-    """The machine without effects that have no known value."""
+    """Return the machine without effects that have no known value."""
     return replace(machine, effects=tuple(e for e in machine.effects if not e.about.is_random))

@@ -1,4 +1,4 @@
-"""What a file of another system becomes: the names and texts of the vcmm files made of it, and what was assumed."""
+"""Convert files of another system to vcmm files: their names and texts, and the assumptions made."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ConvertedFiles:
 
 @dataclass(frozen=True)
 class Beside:
-    """What stands around a part: name of a machine file and the centre of its volume (mm); characteristics to leave out, and why."""
+    """Surroundings of a part: name of a machine file and the centre of its volume (mm); characteristics to leave out, and why."""
 
     machine: str | None = None
     centre: Sequence[float] | None = None
@@ -51,7 +51,7 @@ class Beside:
 
 
 def convert(path: str | Path, around: Beside = Beside()) -> ConvertedFiles:
-    """The vcmm files of a file of another system.
+    """Convert a file of another system to the texts of vcmm files.
 
     Raises DataError: a kind of file that is not read, and what its reader refuses.
     """
@@ -93,7 +93,7 @@ def _qif(path: str | Path, around: Beside) -> ConvertedFiles:
 def _part(kind: str, whole: DrawnPart, around: Beside) -> ConvertedFiles:
     understood = [c for c in whole.characteristics if c["name"] not in around.without]
     silent = _without_points(whole, understood)
-    told = [f"{c['name']}: {why}; left out, it stands in part.toml as a comment" for c, why in silent]
+    told = [f"{c['name']}: {why}; left out, and written to part.toml as a comment" for c, why in silent]
     drawn = replace(
         whole,
         characteristics=[c for c in understood if c["name"] not in {s["name"] for s, _ in silent}],
@@ -127,7 +127,8 @@ def _part(kind: str, whole: DrawnPart, around: Beside) -> ConvertedFiles:
 def _without_points(
     drawn: DrawnPart, characteristics: Sequence[dict[str, Any]]
 ) -> list[tuple[dict[str, Any], str]]:
-    """Characteristics of features without points, and which: `evaluate` could not tell them. Where no points are known, none."""
+    """Return the characteristics of features without points, which `evaluate` could not evaluate, and these features. Where no points are
+    known, none."""
     pairs = [(c, next((n for n in features_of(c) if n not in drawn.points), "")) for c in characteristics]
     return [(c, f"{bare} has no measured points") for c, bare in pairs if bare and drawn.points]
 
@@ -147,7 +148,7 @@ def _certificate(path: str | Path) -> ConvertedFiles:
 
 
 def _export(path: str | Path) -> ConvertedFiles:
-    """Values or points that other software measured, as values.csv or points.csv. Raises DataError: neither."""
+    """Return values or points that other software measured, as values.csv or points.csv. Raises DataError: neither."""
     from vcmm.files.foreign.cmm_exports import read_export
     from vcmm.files.foreign.point_lists import read_point_list
 
@@ -175,7 +176,7 @@ def _export(path: str | Path) -> ConvertedFiles:
 
 
 def _values(export: Export) -> ConvertedFiles:
-    """values.csv of all rows; a row that cannot be told becomes a note."""
+    """Return values.csv of all rows; a row that cannot be read becomes a note."""
     notes, rows = list(export.notes), []
     for row in export.rows:
         try:

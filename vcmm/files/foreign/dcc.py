@@ -32,7 +32,7 @@ STATED = (
 
 @dataclass(frozen=True)
 class Quantity:
-    """One value of a certificate: where it stands in it, its unit as here, expanded uncertainty U with factor k (None: not stated).
+    """One value of a certificate: its place in it, its unit in vcmm, expanded uncertainty U with factor k (None: not stated).
 
     interval: ends of a coverage interval that is stated in place of U, with the standard uncertainty; p: coverage probability of either.
     """
@@ -55,7 +55,7 @@ class Quantity:
 
 
 def read_dcc(path: str | Path) -> tuple[Quantity, ...]:
-    """All quantities of the measurement results, of a whole certificate or of its measurementResults alone, as `evaluate --export` writes them.
+    """Read all quantities of the measurement results, of a whole certificate or of its measurementResults alone, as `evaluate --export` writes them.
 
     Raises DataError with file and line: no DCC, numbers without unit.
     """
@@ -76,7 +76,7 @@ def read_dcc(path: str | Path) -> tuple[Quantity, ...]:
 
 
 def quantities_csv(quantities: Sequence[Quantity]) -> str:
-    """Quantities as a table: section, name, value, unit, U, k, u, ends of the interval where one is stated, p."""
+    """Return quantities as a table: section, name, value, unit, U, k, u, ends of the interval where one is stated, p."""
     rows = [
         [
             q.section,
@@ -144,7 +144,7 @@ def _list(held: Node, section: str, name: str) -> list[Quantity]:
 
 
 def _spread(held: Node, name: str, count: int) -> list[float] | None:
-    """Numbers of a list within the uncertainties, one for all or one each."""
+    """Return the numbers of a list within the uncertainties, one for all or one each."""
     node = next(
         (n for n in held.below() if n.name in (name, name.replace("uncertainty", "valueExpandedMU"))), None
     )
@@ -157,7 +157,7 @@ def _spread(held: Node, name: str, count: int) -> list[float] | None:
 
 
 def _uncertainty(held: Node, factor: float) -> dict[str, Any]:
-    """Keys of a Quantity: an expanded uncertainty with its factor (of a standard uncertainty alone 1), or an interval with its ends; p."""
+    """Return the keys of a Quantity: an expanded uncertainty with its factor (of a standard uncertainty alone 1), or an interval with its ends; p."""
     nodes = {n.name: n for n in held.below()}
     by_name = {name: float(series(n)[0, 0]) for name, n in nodes.items() if name in STATED}
     p = by_name.get("coverageProbability")
@@ -175,7 +175,7 @@ def _uncertainty(held: Node, factor: float) -> dict[str, Any]:
 
 
 def _unit(node: Node, word: str) -> tuple[str, float]:
-    """Unit here and factor; a unit that is not known stays as it is written."""
+    """Return the unit in vcmm and its factor; an unknown unit does not change."""
     if not word:
         raise DataError(f"{node.at}: the unit is empty")
     return UNITS.get(word.replace(" ", ""), (word, 1.0))
@@ -189,10 +189,10 @@ def _label(node: Node) -> str:
 
 
 def dcc_results(title: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
-    """The element measurementResults of a DCC with the evaluated values, to be put into a laboratory's certificate.
+    """Return the element measurementResults of a DCC with the evaluated values, to be put into a laboratory's certificate.
 
-    A value whose interval is value +- U has the expanded uncertainty; another interval (a bias taken off, a form) stands with
-    its ends; where coverage is not demonstrated, neither. Who calibrated what for whom (administrativeData) is the laboratory's to write, and so is its signature.
+    A value whose interval is value +- U has the expanded uncertainty; another interval (a corrected bias, a form) is written by
+    its ends; where coverage is not demonstrated, neither is written. The laboratory adds administrativeData and its signature.
     """
     blocks = []
     for part, listed in values.items():
@@ -234,5 +234,5 @@ def _value_xml(v: HandedValue) -> str:
 
 
 def _digits(value: float, places: int | None) -> str:
-    """A number to the place of the last digit of U; all its digits where U is not stated."""
+    """Return a number to the place of the last digit of U; all its digits where U is not stated."""
     return f"{value:.12g}" if places is None else f"{value:.{places}f}"

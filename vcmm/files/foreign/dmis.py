@@ -36,7 +36,8 @@ _LABEL = re.compile(r"\s*(?:([A-Z]{1,3})\(([^)]*)\)\s*=\s*)?([A-Z0-9]+)\s*(?:/(.
 
 @dataclass(frozen=True)
 class DmisStatement:
-    """kind[/words] with its label and place: F(C1)=FEAT/CIRCLE,INNER,... -> ("F", "C1"), "FEAT", ["CIRCLE", "INNER", ...]."""
+    """One statement of a program: kind[/words] with its label and place: F(C1)=FEAT/CIRCLE,INNER,... -> ("F", "C1"), "FEAT", ["CIRCLE",
+    "INNER", ...]."""
 
     at: str
     label: tuple[str, str]
@@ -46,7 +47,7 @@ class DmisStatement:
 
 @dataclass(eq=False)
 class _Program:
-    """What was read so far."""
+    """The contents of a program read so far."""
 
     part: DrawnPart
     mm: float = 0.0  # of one unit of length; 0: not stated yet
@@ -86,7 +87,7 @@ def read_dmis(path: str | Path) -> DrawnPart:
 
 
 def _note_assumptions(program: _Program) -> None:
-    """A note for every extent that neither a statement nor touches tell."""
+    """Add a note for every extent that neither a statement nor touches determine."""
     for name, table in program.part.features.items():
         open_ended = table["type"] in ("plane", "line", "cylinder", "cone")
         if open_ended and name not in program.features_with_extent and name not in program.touches:
@@ -105,7 +106,7 @@ def _note_unused(program: _Program) -> None:
 
 
 def _statements(path: Path) -> list[DmisStatement]:
-    """Statements of a file: lines ended by $ go on, $$ begins a comment."""
+    """Split a file into statements: lines ended by $ go on, $$ begins a comment."""
     out: list[DmisStatement] = []
     text, start = "", 0
     for number, raw in enumerate(lines_of(read_text(path)), 1):
@@ -133,7 +134,7 @@ def _statement(at: str, text: str) -> DmisStatement:
 
 
 def _split(rest: str) -> list[str]:
-    """Words between commas outside of quotes."""
+    """Split words at commas outside of quotes."""
     cells = re.findall(r"(?:'[^']*'|[^,'])+|(?<=,)(?=,|$)", rest)
     return [c.strip() for c in cells]
 
@@ -166,7 +167,7 @@ def _feature(program: _Program, s: DmisStatement) -> None:
         raise DataError(f"{s.at}: a feature needs its name: F(name)=FEAT/...")
     if not program.mm:
         raise DataError(
-            f"{s.at}: no UNITS/ statement stands before the first feature, so no length has a unit"
+            f"{s.at}: there is no UNITS/ statement before the first feature, so no length has a unit"
         )
     name, kind = s.label[1], s.words[0].upper() if s.words else ""
     maker = FEATURES.get(kind)
@@ -184,7 +185,7 @@ def _feature(program: _Program, s: DmisStatement) -> None:
 
 
 def _numbers(s: DmisStatement, after: str, least: int) -> list[float]:
-    """The numbers behind a word such as CART. ValueError: another coordinate system, too few, no numbers."""
+    """Return the numbers behind a word such as CART. ValueError: another coordinate system, too few, no numbers."""
     words = [w.upper() for w in s.words]
     if after not in words:
         raise ValueError(
@@ -251,7 +252,8 @@ def _cylinder(p: _Program, s: DmisStatement) -> dict[str, Any]:
 
 
 def _cone(p: _Program, s: DmisStatement) -> dict[str, Any]:
-    """The point of a DMIS cone is its vertex; part/1 wants a diameter: that at 20 mm from it, where the touches move it."""
+    """Return the table of a cone; the point of a DMIS cone is its vertex; part/1 needs a diameter: that at 20 mm from it, where the
+    touches move it."""
     x = _numbers(s, "CART", 7)
     axis, full = unit(x[3:6]), p.rad * x[6]
     if not 0.0 < full < math.pi:
@@ -284,7 +286,7 @@ def _tolerance(program: _Program, s: DmisStatement) -> None:
         raise DataError(f"{s.at}: a tolerance needs its name: T(name)=TOL/...")
     kind = s.words[0].upper() if s.words else ""
     if kind not in TOLERANCES:
-        program.part.notes.append(f"{s.at}: TOL/{kind} {s.label[1]}: no such characteristic here, left out where it is asked for")  # fmt: skip
+        program.part.notes.append(f"{s.at}: TOL/{kind} {s.label[1]}: no such characteristic here, left out where it is used")  # fmt: skip
     program.tolerances[s.label[1]] = ToleranceStatement(s.at, s.label[1], kind, s.words[1:], program.mm or 1.0, program.rad)  # fmt: skip
 
 
@@ -312,7 +314,7 @@ def _touch(program: _Program, s: DmisStatement) -> None:
         x = _numbers(s, "CART", 3)
         if len(x) < 6:
             raise DataError(
-                f"{s.at}: PTMEAS without its vector i,j,k: the normal of a {feature['type']} at this place is due"
+                f"{s.at}: PTMEAS without its vector i,j,k: write the normal of a {feature['type']} at this place"
             )
         row = [*(program.mm * v for v in x[:3]), *unit(x[3:6])]
     except ValueError as error:
@@ -335,13 +337,13 @@ def _output(program: _Program, s: DmisStatement) -> None:
 
 
 def _names(kinds: str, s: DmisStatement) -> list[str]:
-    """Names in words such as FA(C1) of the kinds given."""
+    """Return the names in words such as FA(C1) of the kinds given."""
     matches = (re.fullmatch(rf"(?:{kinds})\(([^)]*)\)", w, re.IGNORECASE) for w in s.words)
     return [f[1].strip() for f in matches if f]
 
 
 def _span_feature(drawn: DrawnPart, name: str, rows: Any) -> None:
-    """The extent of a plane, bore or cone from its touches (n, 6)."""
+    """Compute the extent of a plane, bore or cone from its touches (n, 6)."""
     table = drawn.features[name]
     place = np.array([float(v) for v in table["point"].removesuffix(" mm").split()])
     if table["type"] in ("cylinder", "cone"):

@@ -26,7 +26,7 @@ MATERIAL = {"MMC": "M", "LMC": "L"}
 
 @dataclass(frozen=True)
 class ToleranceStatement:
-    """T(name)=TOL/kind,words at a line; factors of its units to mm and rad."""
+    """A statement T(name)=TOL/kind,words at a line; factors of its units to mm and rad."""
 
     at: str
     name: str
@@ -39,7 +39,7 @@ class ToleranceStatement:
 def tables_of(
     drawn: DrawnPart, t: ToleranceStatement, features: list[str], context: tuple[str, Mapping[str, str]]
 ) -> None:
-    """The characteristic of a tolerance asked for features, into `drawn`; a note where part/1 has no words for it.
+    """Add to `drawn` the characteristic of a tolerance for features; a note where part/1 cannot express it.
 
     context: the line of the OUTPUT, and the feature of every datum letter.
     """
@@ -63,7 +63,7 @@ def tables_of(
 def _table(
     drawn: DrawnPart, t: ToleranceStatement, features: list[str], datums: Mapping[str, str]
 ) -> dict[str, Any] | str:
-    """The table, or why there is none."""
+    """Return the table, or why there is none."""
     if t.kind in BETWEEN:
         if len(features) != 2:
             return f"TOL/{t.kind} needs two features in its OUTPUT"

@@ -1,4 +1,4 @@
-"""A part as another system describes it, in the words of part/1, and the TOML text of it."""
+"""A part of another system in the terms of part/1, and its TOML text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DIGITS = 12  # significant digits of a length in mm: 1e-9 mm at a metre
 
 
 class NotHere(Exception):
-    """A characteristic that part/1 has no words for; the text says which part of it."""
+    """A characteristic that part/1 cannot express; the text names the part of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,31 +38,31 @@ class DrawnPart:
     silent: Sequence[tuple[dict[str, Any], str]] = ()
 
     def free_name(self, wanted: str) -> str:
-        """A name for a characteristic that no other one has."""
+        """Return a name for a characteristic that no other one has."""
         return _free(wanted, {c["name"] for c in self.characteristics})
 
     def free_feature(self, wanted: str) -> str:
-        """A name for a feature that no other one has."""
+        """Return a name for a feature that no other one has."""
         return _free(wanted, self.features)
 
     def reference_first(self, features: Sequence[str]) -> list[str]:
-        """Features of a distance as part/1 wants them: a plane first, then axes, centres last; otherwise as they came."""
+        """Return the features of a distance as part/1 wants them: a plane first, then axes, centres last; otherwise as they came."""
         rank = {"plane": 0, "line": 1, "cylinder": 1, "cone": 1}
         return sorted(features, key=lambda n: rank.get(self.features[n]["type"], 2))
 
 
 def mm(*values: float) -> str:
-    """Lengths as a text with the unit: "1 2 3 mm"."""
+    """Return lengths as a text with the unit: "1 2 3 mm"."""
     return " ".join(_digits(v) for v in values) + " mm"
 
 
 def deg(value: float) -> str:
-    """An angle in rad as a text in degrees."""
+    """Return an angle in rad as a text in degrees."""
     return f"{_digits(np.degrees(value))} deg"
 
 
 def unit(direction: Sequence[float]) -> list[float]:
-    """A direction of length 1, as a list. Raises ValueError for no direction at all."""
+    """Return a direction of length 1, as a list. Raises ValueError for no direction at all."""
     d = np.asarray(direction, float)
     size = float(np.linalg.norm(d))
     if not np.isfinite(size) or size < 1e-9:
@@ -71,7 +71,7 @@ def unit(direction: Sequence[float]) -> list[float]:
 
 
 def part_toml(drawn: DrawnPart) -> str:
-    """The text of a part/1 file; the notes stand at its head."""
+    """Return the text of a part/1 file; the notes are at its head."""
     lines = [f"# part of {comment(drawn.source)}, drawing frame = its coordinate system"]
     lines += [f"# {comment(note)}" for note in drawn.notes]
     lines += ['vcmm = "part/1"', f"name = {toml_value(drawn.name)}"]
@@ -93,12 +93,12 @@ def _characteristic_toml(table: Mapping[str, Any]) -> list[str]:
 
 
 def features_toml(drawn: DrawnPart, head: str) -> list[str]:
-    """Lines of the table of features."""
+    """Return the lines of the table of features."""
     return [f"[{head}]", *(f"{_key(n)} = {toml_value(t)}" for n, t in drawn.features.items())]
 
 
 def toml_value(value: Any) -> str:
-    """A value as TOML: texts, numbers, lists, inline tables."""
+    """Return a value as TOML: texts, numbers, lists, inline tables."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -116,7 +116,7 @@ def _key(name: str) -> str:
 
 
 def comment(text: str) -> str:
-    """A text as the words of one line."""
+    """Return a text as the words of one line."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
@@ -125,13 +125,13 @@ def _digits(value: float) -> str:
 
 
 def _free(wanted: str, taken: Collection[str]) -> str:
-    """The name itself, or the first of "name (2)", "name (3)" ... that is free."""
+    """Return the name itself, or the first of "name (2)", "name (3)" ... that is free."""
     names = (wanted if n == 1 else f"{wanted} ({n})" for n in range(1, len(taken) + 2))
     return next(name for name in names if name not in taken)
 
 
 def spanned_plane(place: Array, axis: Array, points: Array) -> dict[str, Any]:
-    """Centre, size and first direction of the rectangle of points (n, 3) on a plane; {} where they span none."""
+    """Return centre, size and first direction of the rectangle of points (n, 3) on a plane; {} where they span none."""
     u = np.eye(3)[0] if abs(axis[0]) < 0.9 else np.eye(3)[1]
     u = u - axis * (u @ axis)
     u /= np.linalg.norm(u)

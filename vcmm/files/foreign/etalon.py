@@ -27,7 +27,7 @@ LAYOUT = Layout(remark="//")
 
 
 def is_etalon(text: str) -> bool:
-    """Whether the first line that is no comment opens a section such as [EXX]."""
+    """Return whether the first line that is no comment opens a section such as [EXX]."""
     return any(row.text.startswith("[") for row in islice(LAYOUT.rows(lines_of(text)), 1))
 
 

@@ -1,13 +1,13 @@
-"""Results written for other systems, by the ending of the file: .qif (QIF 3.0), .dfq (Q-DAS), .xml (results of a DCC).
+"""Write results for other systems, by the ending of the file: .qif (QIF 3.0), .dfq (Q-DAS), .xml (results of a DCC).
 
 Q-DAS ASCII transfer format (.dfq): characteristics with limits and the measured values of all parts, K-fields.
 
     K0100 number of characteristics     K1001 part number, K1002 part name      K2001/i number, K2002/i name of characteristic
     K2022/i decimals                    K2101/i nominal                         K2110/i, K2111/i lower, upper limit
-    K2112/i, K2113/i allowances: limits from nominal    K2142/i unit            K2900/i remark: what is known of the true value
+    K2112/i, K2113/i allowances: limits from nominal    K2142/i unit            K2900/i remark: knowledge about the true value
     K0001/i value, K0002/i attribute (0 valid, 255 no value)    K0014/i part, where there are several
 
-The format has no field for a measurement uncertainty of a value: it stands in the remark of the characteristic.
+The format has no field for a measurement uncertainty of a value: it is in the remark of the characteristic.
 Source: Q-DAS ASCII Transferformat V13, key catalogue.
 """
 
@@ -29,7 +29,7 @@ DECIMALS = 7  # 0.1 nm, where U is not stated
 
 
 def dfq_text(part: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
-    """The text of a file. values: by part, each with the same characteristics; angles in degrees. UsageError otherwise."""
+    """Return the text of a file. values: by part, each with the same characteristics; angles in degrees. UsageError otherwise."""
     first = next(iter(values.values()))
     for name, part_values in values.items():
         if [v.name for v in part_values] != [v.name for v in first]:
@@ -54,7 +54,7 @@ def dfq_text(part: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
 
 
 def _places(v: HandedValue) -> int:
-    """Decimals of the value in the unit of the file, by its U."""
+    """Return the decimals of the value in the unit of the file, by its U."""
     places = v.places(1.0 if v.unit == "mm" else math.degrees(1.0))
     return DECIMALS if places is None else places
 
@@ -75,7 +75,7 @@ def _characteristic(i: int, v: HandedValue, decimals: int) -> list[str]:
 
 
 def _true_value_remark(v: HandedValue) -> str:
-    """What the remark says of the true value: value +- U, its interval, or why neither is stated."""
+    """Return the remark about the true value: value +- U, its interval, or why neither is stated."""
     unit = "mm" if v.unit == "mm" else "deg"
     if v.interval is None:
         return v.why or "the interval of the true value has no end"
@@ -90,7 +90,7 @@ def _number(value: float, unit: str, decimals: int = DECIMALS) -> str:
 
 
 def _plain(text: str) -> str:
-    """One line without control characters; 80 characters are what the catalogue allows."""
+    """Return one line without control characters; the catalogue allows 80 characters."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())[:80]
 
 
@@ -98,7 +98,7 @@ ENDINGS = (".qif", ".dfq", ".xml")
 
 
 def check_ending(path: str | Path) -> None:
-    """UsageError for a file whose ending names no system."""
+    """Raise UsageError for a file whose ending names no system."""
     if Path(path).suffix.lower() not in ENDINGS:
         given = Path(path).suffix
         raise UsageError(
@@ -109,7 +109,7 @@ def check_ending(path: str | Path) -> None:
 def export_text(
     path: str | Path, name: str, part: Part, document: Mapping[str, Any]
 ) -> tuple[str, tuple[str, ...]]:
-    """Text of the file and notes on what it cannot say. name: of the task; document: what `evaluate --json` prints."""
+    """Return the text of the file and notes on content that it cannot express. name: of the task; document: the output of `evaluate --json`."""
     check_ending(path)
     values = handed_over(document)
     ending = Path(path).suffix.lower()

@@ -1,4 +1,4 @@
-"""Does an export agree with itself and with the scenario? deviation = actual - nominal, and one nominal in both.
+"""Check that an export agrees with itself and with the scenario: deviation = actual - nominal, and one nominal in both.
 
 A row measured against another nominal than that of the scenario is a row of another drawing, or the scenario is: its value is right,
 its decision may not be. Numbers are compared as far as they are written: deviation within 1.5 last digits of the coarsest of the
@@ -18,7 +18,7 @@ ROUNDING = 1e-6  # of a last digit: binary numbers
 
 @dataclass(frozen=True)
 class StatedCells:
-    """Cells of one row as they stand there ("" where there is none), and the words of their columns."""
+    """Cells of one row as written ("" where there is none), and the words of their columns."""
 
     actual: str
     nominal: str = ""
@@ -27,7 +27,7 @@ class StatedCells:
 
 
 def contradictions(cells: StatedCells, unit: str, drawing: float | None) -> list[str]:
-    """What does not hold, in words, without the place. unit: of the cells; drawing: nominal of the scenario, mm or rad."""
+    """Return contradictions in words, without the place. unit: of the cells; drawing: nominal of the scenario, mm or rad."""
     actual, nominal, deviation = (_number(c) for c in (cells.actual, cells.nominal, cells.deviation))
     a, n, d = cells.words
     out = []
@@ -53,7 +53,7 @@ def contradictions(cells: StatedCells, unit: str, drawing: float | None) -> list
 
 
 def _number(cell: str) -> float | None:
-    """None: an empty cell, or a word such as MMC."""
+    """Return the number of a cell; None for an empty cell, or a word such as MMC."""
     try:
         return foreign_number(cell)
     except ValueError:
@@ -61,11 +61,11 @@ def _number(cell: str) -> float | None:
 
 
 def _places(cell: str) -> int:
-    """Digits behind the point or comma: 50,0021 -> 4."""
+    """Return the digits behind the point or comma: 50,0021 -> 4."""
     return len(re.sub(r"^[^.,]*[.,]?", "", cell.strip().lower().split("e")[0]))
 
 
 def _digit(cell: str) -> float:
-    """What the last digit is worth: 50,0021 -> 1e-4, 1.5e-3 -> 1e-4."""
+    """Return the value of the last digit: 50,0021 -> 1e-4, 1.5e-3 -> 1e-4."""
     power = cell.strip().lower().partition("e")[2]
     return float(10.0 ** ((int(power) if power else 0) - _places(cell)))

@@ -1,4 +1,4 @@
-"""Results as they are handed to other systems: taken from the JSON document that was shown, not computed again."""
+"""Results for other systems: taken from the displayed JSON document, not computed again."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SHIFT = 0.05  # of U: drawn ends scatter by some per cent; a normal law shifted 
 
 @dataclass(frozen=True)
 class HandedValue:
-    """One characteristic in mm or rad (`unit`): what was measured, its bias, u, U and k, the tolerance, the decision.
+    """One characteristic in mm or rad (`unit`): measured value, its bias, u, U and k, the tolerance, the decision.
 
     interval: of the true value, with probability p; None where its coverage is not demonstrated (`why` says so) or an end of it is
     not known. `about` says whether it is measured +- U: not where a known bias is taken off, nor for most extreme values.
@@ -37,14 +37,15 @@ class HandedValue:
 
     @property
     def about(self) -> bool:
-        """Whether the interval of the true value is measured +- U but for the scatter of its drawn ends (SHIFT)."""
+        """Whether the interval of the true value is measured +- U except for the scatter of its simulated ends (SHIFT)."""
         if self.interval is None or self.U is None:
             return False
         ends = (self.measured - self.U, self.measured + self.U)
         return max(abs(a - b) for a, b in zip(self.interval, ends)) <= SHIFT * self.U
 
     def places(self, scale: float = 1.0) -> int | None:
-        """Decimals of two significant digits of U, or of half the interval, times `scale` (JCGM 100, 7.2.6; EA-4/02, 6.3); None: not known."""
+        """Return the decimals of two significant digits of U, or of half the interval, times `scale` (JCGM 100, 7.2.6; EA-4/02, 6.3);
+        None: not known."""
         half = self.U if self.about else self.interval and (self.interval[1] - self.interval[0]) / 2
         if half is None or not math.isfinite(half) or half <= 0:
             return None
@@ -52,7 +53,7 @@ class HandedValue:
 
 
 def handed_over(document: Mapping[str, Any]) -> dict[str, list[HandedValue]]:
-    """Values of every part (one nameless part where the document has none) of a document of `evaluate` or `uncertainty`.
+    """Return the values of every part (one nameless part where the document has none) of a document of `evaluate` or `uncertainty`.
 
     Raises UsageError for another document.
     """

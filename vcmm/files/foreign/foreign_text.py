@@ -1,4 +1,4 @@
-"""Text as measuring software on other people's computers writes it: UTF-8, UTF-16 or Windows-1252, points or commas in numbers."""
+"""Read text of measuring software on other computers: UTF-8, UTF-16 or Windows-1252, points or commas in numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
 
 def foreign_text(path: str | Path) -> tuple[str, tuple[str, ...]]:
-    """(text with plain ends of lines, what was assumed of its encoding). DataError: no text at all, a packed file."""
+    """Return (text with plain ends of lines, assumption about its encoding). DataError: no text at all, a packed file."""
     path = Path(path)
     raw = raw_bytes(path)
     if raw.startswith(b"{\\rtf"):
@@ -39,7 +39,7 @@ def foreign_text(path: str | Path) -> tuple[str, tuple[str, ...]]:
 
 
 def foreign_number(cell: str) -> float:
-    """A number with a point or with a decimal comma (15,0031). ValueError: anything else, 1.234,5 too.
+    """Parse a number with a point or with a decimal comma (15,0031). ValueError: anything else, 1.234,5 too.
 
     >>> foreign_number("15,0031"), foreign_number("-0.5"), foreign_number("1,5e-3")
     (15.0031, -0.5, 0.0015)

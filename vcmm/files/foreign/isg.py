@@ -82,7 +82,7 @@ def read_isg(path: str | Path) -> ErrorFile:
 
 
 def _blocks(text: str) -> list[list[tuple[int, list[str]]]]:
-    """(line, words) of every line that says something, table by table."""
+    """Return (line, words) of every line with content, table by table."""
     blocks: list[list[tuple[int, list[str]]]] = [[]]
     for row in LAYOUT.rows(lines_of(text)):
         if row.text.startswith("#"):
@@ -119,7 +119,7 @@ def _block(path: Path, rows: list[tuple[int, list[str]]], occurrences: dict[str,
 
 
 def _kind_problems(path: Path, line: int, names: list[str], count: int) -> list[str]:
-    """Component errors need an axis column, position-independent ones have none."""
+    """Return problems of the columns: component errors need an axis column, position-independent ones have none."""
     out = []
     for name in names[count:]:
         if count == 0 and name[0] == "E":

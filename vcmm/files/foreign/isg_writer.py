@@ -11,7 +11,7 @@ from vcmm.files.foreign.isg import ErrorFile, ErrorTable
 
 
 def isg_text(file: ErrorFile, comment: str = "") -> str:
-    """The text of a file; numbers with ten digits, mm and rad."""
+    """Return the text of a file; numbers with ten digits, mm and rad."""
     parts = [_table(t) for t in file.tables]
     if file.constants:
         names = list(file.constants)
@@ -28,7 +28,7 @@ def _table(table: ErrorTable) -> str:
 
 
 def with_values(file: ErrorFile, values: Mapping[str, Array | float]) -> ErrorFile:
-    """The same tables with other numbers: component name -> values in the shape of its grids, or one number."""
+    """Return the same tables with other numbers: component name -> values in the shape of its grids, or one number."""
     tables = tuple(
         ErrorTable(
             t.arguments,

@@ -127,7 +127,7 @@ def _directions(sheet: Sheet, problems: list[str]) -> Array:
 
 
 def _other_columns(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
-    """Conditions and labels beside target, deviation and direction."""
+    """Return conditions and labels beside target, deviation and direction."""
     own_headings = [*TARGET.headings, *OBSERVED.headings, "direction"]
     headings = [
         c
@@ -144,7 +144,7 @@ def _other_columns(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array],
 
 
 def _ecmc(path: Path, text: str) -> PositioningRuns:
-    """Assignments of an ecmc ISO 230-2 script: per cycle the targets forward, then back."""
+    """Read assignments of an ecmc ISO 230-2 script: per cycle the targets forward, then back."""
     targets: dict[int, float] = {}
     actual: dict[tuple[int, int, int], float] = {}
     problems: list[str] = []

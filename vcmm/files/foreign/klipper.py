@@ -1,9 +1,9 @@
-"""Thermal logs of Klipper kind: an axis homed onto a switch again and again while bed and frame warm.
+"""Thermal logs of Klipper: an axis homed onto a switch repeatedly while bed and frame warm.
 
 Lines of metadata begin with #; then a table with `time` (2021/06/13-05:42:16, or seconds), `mcu_pos_z` (steps of the motor at the
-switch) and temperatures `frame_t`, `bed_t` ... in degC. What is set (`bed_target`) is left out, and so is `sample`. The length of
-a step stands in the file (# step_dist=0.0025) or in `[counter] step = "0.0025 mm"`, which counts where both are there: published
-heads are wrong at times. The switch stands still: where the axis finds it is what is indicated.
+switch) and temperatures `frame_t`, `bed_t` ... in degC. Set values (`bed_target`) are left out, and so is `sample`. The length of
+a step is in the file (# step_dist=0.0025) or in `[counter] step = "0.0025 mm"`, which counts where both are there: published
+heads are wrong at times. The switch does not move: the position at which the axis finds it is the indication.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def read_klipper(path: str | Path, step: float | None = None) -> Homings:
 
 
 def _seconds(sheet: Sheet) -> Array:
-    """The column time in s from the first row."""
+    """Return the column time in s from the first row."""
     cells = sheet.words("time")
     clock = next((c for c in CLOCKS if _reads(cells[0], c)), None)
     if clock is None:
@@ -99,7 +99,7 @@ def _reads(cell: str, clock: str) -> bool:
 def recording_of_homings(
     homings: Homings, machine: Machine, at: Mapping[str, float], offset: Array
 ) -> Recording:
-    """Homings as displacements along their axis, indicated - true; the axis stands at `at`, or at zero."""
+    """Return homings as displacements along their axis, indicated - true; the axis is at `at`, or at zero."""
     if homings.axis not in machine.chain.letters:
         raise UsageError(
             f"the machine {machine.chain.structure} has no axis {homings.axis}; correct it, or the log"

@@ -27,7 +27,7 @@ UNITS = {"METRE": 1000.0, "RADIAN": 1.0}  # to mm and rad
 
 
 class Ref(int):
-    """The number of an entity that is referred to."""
+    """The number of a referenced entity."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +39,12 @@ class Entity:
     parts: dict[str, list[Any]]
 
     def values(self, *names: str) -> list[Any]:
-        """The values under the first of the names that it has, or none."""
+        """Return the values under the first of the names that it has, or none."""
         return next((self.parts[n] for n in names if n in self.parts), [])
 
 
 class Part21:
-    """A file: `numbers` in file order, entities parsed when they are asked for."""
+    """A file: `numbers` in file order, entities parsed on demand."""
 
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
@@ -54,7 +54,7 @@ class Part21:
         for match in ENTITY.finditer(text):
             number = int(match[1])
             if number in self._bodies:
-                raise DataError(f"{self._at(match.start())}: #{number} stands a second time")
+                raise DataError(f"{self._at(match.start())}: #{number} is defined a second time")
             self._bodies[number] = (match.start(), match[2])
 
     def _at(self, place: int) -> str:
@@ -76,7 +76,7 @@ class Part21:
         return out
 
     def of(self, *names: str) -> Iterator[Entity]:
-        """Entities with one of the names, in the order of the file."""
+        """Yield entities with one of the names, in the order of the file."""
         for number in sorted({n for name in names for n in self._by_name.get(name, [])}, key=self._order):
             yield self[number]
 
@@ -87,7 +87,7 @@ class Part21:
         return number in self._bodies
 
     def __getitem__(self, number: int) -> Entity:
-        """DataError: no such entity, values that cannot be read."""
+        """Return an entity. DataError: no such entity, values that cannot be read."""
         if number not in self._found:
             if number not in self._bodies:
                 raise DataError(f"{self.path}:1: #{number} is referred to and does not exist")
@@ -97,11 +97,11 @@ class Part21:
         return self._found[number]
 
     def measure(self, number: int) -> float:
-        """A measure with its unit, in mm or rad. DataError: no measure, a unit that is neither length nor angle."""
+        """Return a measure with its unit, in mm or rad. DataError: no measure, a unit that is neither length nor angle."""
         entity = self[number]
         value, unit = (entity.values("MEASURE_WITH_UNIT", "LENGTH_MEASURE_WITH_UNIT", "PLANE_ANGLE_MEASURE_WITH_UNIT") + [None, None])[:2]  # fmt: skip
         if not isinstance(value, float) or not isinstance(unit, Ref):
-            raise DataError(f"{entity.at}: a measure with unit is due")
+            raise DataError(f"{entity.at}: expected a measure with unit")
         return value * self._factor(unit, 0)
 
     def _factor(self, number: int, depth: int) -> float:
@@ -114,7 +114,7 @@ class Part21:
             inner = self[factor[1]].values("MEASURE_WITH_UNIT", "LENGTH_MEASURE_WITH_UNIT", "PLANE_ANGLE_MEASURE_WITH_UNIT")  # fmt: skip
             if len(inner) == 2 and isinstance(inner[0], float):
                 return inner[0] * self._factor(inner[1], depth + 1)
-        raise DataError(f"{entity.at}: a unit of length or angle is due, in SI or converted to it")
+        raise DataError(f"{entity.at}: expected a unit of length or angle, in SI or converted to it")
 
 
 class _Reader:
@@ -192,7 +192,7 @@ def read_part21(path: str | Path) -> Part21:
     except OSError as error:
         raise DataError(f"{file}: cannot be read ({error.strerror})") from None
     if not text.lstrip("\ufeff \r\n\t").startswith("ISO-10303-21"):
-        raise DataError(f"{file}:1: this is no STEP file: ISO-10303-21 stands not at its head")
+        raise DataError(f"{file}:1: this is no STEP file: it does not begin with ISO-10303-21")
     part21 = Part21(file, re.sub(r"/\*.*?\*/", lambda m: "\n" * m[0].count("\n"), text, flags=re.S))
     if not part21.numbers:
         raise DataError(f"{file}:1: this STEP file holds no entity")
@@ -201,7 +201,7 @@ def read_part21(path: str | Path) -> Part21:
 
 
 def _check_depth(file: Path, text: str) -> None:
-    """DataError where lists are nested deeper than any value is: Open CASCADE would end the whole program by a full stack."""
+    """Raise DataError where lists are nested deeper than any value is: Open CASCADE would end the whole program by a full stack."""
     depth = line = 0
     for match in re.finditer(r"'[^']*'|[()\n]", text):
         mark = match[0]

@@ -4,7 +4,7 @@
     FEATURE  NOMINAL  +TOL  -TOL  BONUS  MEAS  DEV  OUTTOL
     CIR1     0.0000  0.2000 0.0000 0.0104 0.0065 0.0065 0.0000
 
-A row with fewer cells than the heading has words is read by where its numbers stand, and proved by DEV = MEAS - NOMINAL. A row of a
+A row with fewer cells than the heading has words is read by the columns of its numbers, and checked by DEV = MEAS - NOMINAL. A row of a
 geometric tolerance is FCFLOC1.Position.CIR1, or FCFLOC1.Position where the table has one; FCFFLAT1.PLN1 or FCFFLAT1 without a segment; a
 Summary with axes gives FCFLOC1.CIR1.X. BONUS is what the size pays for at maximum or least material; MEAS still holds it.
 """
@@ -55,7 +55,7 @@ class ReportTable:
     rows: list[TableRow] = field(default_factory=list)
 
     def named_rows(self) -> Iterator[tuple[str, str, str, TableRow]]:
-        """(name, the short one or "", unit, row)."""
+        """Yield (name, the short one or "", unit, row)."""
         parts = [self.name, *([self.segment] if self.segment and self.segment != "Summary" else [])]
         base = ".".join(parts)
         for row in self.rows:
@@ -70,7 +70,7 @@ class ReportTable:
 
 
 def frame_begins(lines: Sequence[str], at: int) -> bool:
-    """Whether a geometric tolerance with a table begins in this line."""
+    """Return whether a geometric tolerance with a table begins in this line."""
     if not FRAME.match(lines[at].strip()):
         return False
     for line in lines[at + 1 : at + 1 + NEAR]:
@@ -82,13 +82,13 @@ def frame_begins(lines: Sequence[str], at: int) -> bool:
 
 
 def is_frame_heading(line: str) -> bool:
-    """Whether a line is the heading of the values of a geometric tolerance."""
+    """Return whether a line is the heading of the values of a geometric tolerance."""
     words = line.upper().split()
     return bool(words) and words[0] == "FEATURE" and "MEAS" in words
 
 
 def frame_of(line: str) -> ReportTable:
-    """The table that a line such as `FCFLOC1 Position  MM` begins."""
+    """Return the table that a line such as `FCFLOC1 Position  MM` begins."""
     match = FRAME.match(line.strip())
     assert match is not None
     unit = UNIT.search(line[match.end("name") :])
@@ -97,19 +97,20 @@ def frame_of(line: str) -> ReportTable:
 
 
 def heading_of(line: str) -> tuple[tuple[str, int], ...]:
-    """Words of a heading and where they end."""
+    """Return the words of a heading and where they end."""
     return tuple((HEADINGS.get(m[0], m[0]), m.end()) for m in re.finditer(r"\S+", line.upper()))
 
 
 def is_row(table: ReportTable, text: str) -> bool:
-    """A name (an axis X, D, TP ... of a dimension) and something that stands for a number; not the head of a new page within a table."""
+    """Return whether a line is a row: a name (an axis X, D, TP ... of a dimension) and something that replaces a number; not the head of
+    a new page within a table."""
     first, *others = text.split() or [""]
     named = table.is_frame or bool(AXIS.fullmatch(first))
     return bool(first) and named and any(NUMBER.match(cell) for cell in others)
 
 
 def row_of(table: ReportTable, line: str, where: str) -> TableRow:
-    """A row by its heading. DataError: the heading has no MEAS."""
+    """Parse a row by its heading. DataError: the heading has no MEAS."""
     words = [w for w, _ in table.header]
     if "MEAS" not in words:
         raise DataError(f"{where}: the heading of {table.name} has no column MEAS; add it to the report")
@@ -122,7 +123,7 @@ def row_of(table: ReportTable, line: str, where: str) -> TableRow:
         why = f"{len(cells)} cells where the heading names {len(words)}, and not each under its heading; export the report again"
         return TableRow(where, name, axis, "", why, bonus)
     measured = placed.get("MEAS", "")
-    missing = "" if measured.strip("-") else "no measured value stands in this row"
+    missing = "" if measured.strip("-") else "this row has no measured value"
     nominal, deviation = (placed.get(word, "") for word in ("NOMINAL", "DEV"))
     return TableRow(
         where,
@@ -137,13 +138,13 @@ def row_of(table: ReportTable, line: str, where: str) -> TableRow:
 
 
 def _by_place(cells: Sequence[tuple[str, int]], header: Sequence[tuple[str, int]]) -> dict[str, str] | None:
-    """Cells of a short row by the heading near whose end they end; None where two stand under one."""
+    """Return the cells of a short row by the heading near whose end they end; None where two are under one."""
     by_heading = {min(header, key=lambda h: abs(h[1] - end))[0]: cell for cell, end in cells}
     return by_heading if len(by_heading) == len(cells) else None
 
 
 def _agrees(placed: Mapping[str, str], words: Sequence[str]) -> bool:
-    """Whether deviation = measured - nominal holds in a short row to its last digit: the proof that its cells stand rightly."""
+    """Return whether deviation = measured - nominal holds in a short row to its last digit, which proves that its cells are assigned correctly."""
     if "MEAS" not in placed:
         return True
     if "DEV" not in words:

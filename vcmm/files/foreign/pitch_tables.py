@@ -32,7 +32,7 @@ CROSS = "$AA_ENC_COMP corrects an axis along itself only; sag and straightness (
 
 
 def sinumerik_tables(machine: Machine, nodes: int) -> Tables:
-    """One file that is run as a program, $AA_ENC_COMP of each axis, mm."""
+    """Return one file that is run as a program, $AA_ENC_COMP of each axis, mm."""
     lines, held, left = ["%_N_AX_EEC_INI", "CHANDATA(1)"], set(), []
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
@@ -59,7 +59,7 @@ def sinumerik_tables(machine: Machine, nodes: int) -> Tables:
 
 
 def fanuc_tables(machine: Machine, nodes: int) -> Tables:
-    """One tape: N10000 + number of the point, P the value in detection units; `parameters.txt` holds 3620 to 3624 and 1851."""
+    """Return one tape: N10000 + number of the point, P the value in detection units; `parameters.txt` holds 3620 to 3624 and 1851."""
     tape, remarks, held, left = ["%"], [], set(), []
     for letter, axis in linear(machine).items():
         low, high = axis.travel
@@ -91,14 +91,14 @@ def fanuc_tables(machine: Machine, nodes: int) -> Tables:
         left += cross_errors(machine, letter, q, "a pitch error table corrects an axis along itself only")
     left += rest_of(machine, held, "not a positioning error of one axis along itself")
     left.append(
-        "what is left between the points is up to half a detection unit (0.5 um), and up to one step between two of them: the control adds whole pulses"
+        "the remaining error between the points is up to half a detection unit (0.5 um), and up to one step between two of them: the control adds whole pulses"
     )
     text = "\n".join([f"{machine.name}: stored pitch error compensation", *remarks])
     return Tables({"pitch.txt": "\n".join([*tape, "%", ""]), "parameters.txt": text}, tuple(left))
 
 
 def pulses(up: Array, zero: int) -> tuple[list[int], int]:
-    """Detection units from point to point that add up to nominal - actual within half a step, from the point `zero` on, and the
+    """Return detection units from point to point that add up to nominal - actual within half a step, from the point `zero` on, and the
     magnification that they need."""
     wanted = -(up - up[zero]) / UNIT
     for factor in range(1, 101):

@@ -1,9 +1,9 @@
-"""Measured points as measuring software writes them: bare lists of numbers, without the heading of a points.csv.
+"""Read measured points of measuring software: bare lists of numbers, without the heading of a points.csv.
 
 PC-DMIS   the first line begins with XYZIJK, and with METRIC from its 11th column on (inches without); then x,y,z or x,y,z,i,j,k
           per line.
 others    three or six numbers per line (x y z, perhaps i j k), perhaps a word before them, which is the feature; separated by
-          blanks, tabs, semicolons or commas. No unit stands there: millimetres are taken, which is said.
+          blanks, tabs, semicolons or commas. No unit is stated: millimetres are assumed, with a note.
 
 Without a word the rows are in the order of the plan. A column of numbers before the coordinates is no name: such a list is refused.
 Source: help of PC-DMIS, "Notes on XYZ Files", "Importing an XYZ File as CAD Data" (Hexagon).
@@ -31,14 +31,14 @@ COMMENTS = ("#", "//", "!", "%")
 
 @dataclass(frozen=True)
 class PointList:
-    """Points of one part, and what was assumed."""
+    """Points of one part, and the assumptions made."""
 
     points: GivenPoints
     notes: tuple[str, ...]
 
 
 def read_point_list(path: str | Path) -> PointList | None:
-    """The points of a list; None where the first line is neither XYZIJK nor numbers (a points.csv has a heading).
+    """Read the points of a list; None where the first line is neither XYZIJK nor numbers (a points.csv has a heading).
 
     DataError, with the line: a row with another number of cells than the first, no number, a vector without length.
     """
@@ -64,7 +64,7 @@ def read_point_list(path: str | Path) -> PointList | None:
 
 
 def _cells(line: str) -> list[str]:
-    """Cells of a line; a comma separates only where nothing else does, else it is a decimal comma."""
+    """Split a line into cells; a comma separates only where nothing else does, else it is a decimal comma."""
     text = line.strip()
     if ";" in text or "\t" in text:
         return Layout(r"[;\t]").cells(text.rstrip(";"))
@@ -74,7 +74,7 @@ def _cells(line: str) -> list[str]:
 
 
 def _numbers(cells: Sequence[str]) -> list[float]:
-    """The numbers after a word, or from the first cell on; none where one of them is no number."""
+    """Return the numbers after a word, or from the first cell on; none where one of them is no number."""
     try:
         return [foreign_number(c) for c in cells[0 if _is_number(cells[0]) else 1 :]]
     except ValueError:

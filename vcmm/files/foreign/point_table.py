@@ -38,7 +38,7 @@ _NAME = re.compile(r"(?P<before>[a-z]*?)_?(?P<axis>[xyz])_?(?P<after>[a-z]*)")
 
 
 def canonical(name: str) -> str:
-    """'Meas X [mm]' -> 'mx', 'nom_y' -> 'y', 'x_dev' -> 'dx', 'I' -> 'i'; '' where the name is none of these."""
+    """Return the canonical name: 'Meas X [mm]' -> 'mx', 'nom_y' -> 'y', 'x_dev' -> 'dx', 'I' -> 'i'; '' for any other name."""
     plain = re.sub(r"[\[(]\s*mm\s*[\])]|_mm$", "", name.strip().lower()).strip().replace(" ", "_")
     if plain in NORMAL:
         return "ijk"[NORMAL[plain]]
@@ -53,7 +53,7 @@ def canonical(name: str) -> str:
 
 
 def of_feature(name: str) -> bool:
-    """Whether a column tells of the feature itself and not of its place: 'Meas D', 'Nom D', 'Round', 'form'."""
+    """Return whether a column describes the feature itself and not its place: 'Meas D', 'Nom D', 'Round', 'form'."""
     words = re.split(r"[\s_]+", re.sub(r"[\[(].*[\])]", "", name.strip().lower()))
     prefixes = {*MEASURED_NAMES, *NOMINAL, *DEVIATION} - {"d"}
     rest = [w for w in words if w and w not in prefixes]
@@ -61,7 +61,7 @@ def of_feature(name: str) -> bool:
 
 
 def read_list(path: Path) -> Sheet:
-    """A table, or a printed list: lines of head, names two blanks apart, numbers in columns.
+    """Read a table, or a printed list: lines of head, names two blanks apart, numbers in columns.
 
     Raises DataError with the line of a ragged row.
     """
@@ -84,7 +84,7 @@ def read_list(path: Path) -> Sheet:
 
 
 def _drop_same(sheet: Sheet, table: dict[str, Array], problems: list[str]) -> None:
-    """Of measured and deviation the deviation goes where both are there and say the same, to rounding."""
+    """Drop the deviation where both measured value and deviation are there and agree to rounding."""
     for c in "xyz":
         if not {c, f"m{c}", f"d{c}"} <= set(table):
             continue
@@ -152,7 +152,7 @@ def read_points(
 def _columns(
     sheet: Sheet, problems: list[str]
 ) -> tuple[dict[str, Array], dict[str, Array], dict[str, np.ndarray]]:
-    """Coordinates by canonical name, conditions, labels."""
+    """Return coordinates by canonical name, conditions, labels."""
     table: dict[str, Array] = {}
     allowed = [c for c in file_columns() if c == "time_s" or c.startswith("temp_")]
     for name in [n for n in sheet.header if n.lower() not in LABELS and canonical(n)]:
@@ -213,7 +213,7 @@ def _unit_normals(sheet: Sheet, table: dict[str, Array]) -> Array | None:
 def _run(
     machine: Machine, pose: Pose, nominal: Array, normal: Array | None, offset: Array, tip_radius: float
 ) -> Run:
-    """Where the axes stood at each point: the tip centre one radius off the surface."""
+    """Return the positions of the axes at each point: the tip centre one radius off the surface."""
     in_machine = pose.apply(nominal)
     turned = np.zeros_like(nominal) if normal is None else pose.turn(normal)
     offsets = np.tile(np.asarray(offset, dtype=float), (len(nominal), 1))

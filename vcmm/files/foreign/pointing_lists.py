@@ -1,4 +1,4 @@
-"""Pointing lists: where a tool of two rotary axes really pointed when its axes read what they did.
+"""Pointing lists: actual directions of a tool on two rotary axes against the readings of its axes.
 
 TPOINT lists (format "tpoint", equatorial mounts): free lines of head, the last of them latitude (d m s), date (y m d),
 temperature (degC), pressure (hPa) ..., then rows of 14 numbers: right ascension (h m s) and declination (d m s) of the star,
@@ -57,7 +57,7 @@ class Pointings:
 
 
 def recording_of_pointings(pointings: Pointings, machine: Machine, measuring: bool) -> Recording:
-    """Sightings as a recording of angles. Raises UsageError where the machine has not two rotary axes on its tool side."""
+    """Return sightings as a recording of angles. Raises UsageError where the machine has not two rotary axes on its tool side."""
     axes = [a for a in machine.chain.tool if is_rotary(a)]
     if len(axes) != 2:
         raise UsageError(
@@ -91,7 +91,7 @@ def recording_of_pointings(pointings: Pointings, machine: Machine, measuring: bo
 
 
 def direction_of(longitude: Array, latitude: Array) -> Array:
-    """(n, 3) of hour angle and declination, or azimuth and altitude (rad): y is to the west."""
+    """Return the direction (n, 3) of hour angle and declination, or azimuth and altitude (rad): y is to the west."""
     across = np.cos(latitude)
     return np.stack([across * np.cos(longitude), -across * np.sin(longitude), np.sin(latitude)], axis=1)
 
@@ -155,7 +155,7 @@ def _stars(
 
 
 def _numbers(line: str) -> list[float]:
-    """The numbers of a line of nothing but finite numbers, else none."""
+    """Return the numbers of a line of nothing but finite numbers, else none."""
     try:
         return numbers_of(line.split(), "")
     except DataError:
@@ -163,19 +163,19 @@ def _numbers(line: str) -> list[float]:
 
 
 def _signs(line: str) -> list[float]:
-    """Of the four angles of a row: -00 12 30 is negative."""
+    """Return the signs of the four angles of a row: -00 12 30 is negative."""
     words = line.split()
     return [-1.0 if words[i].startswith("-") else 1.0 for i in (0, 3, 6, 9)]
 
 
 def _base60(parts: Array) -> Array:
-    """d m s (n, 3) without sign to d."""
+    """Convert d m s (n, 3) without sign to d."""
     whole = np.abs(parts)
     return np.asarray(whole[:, 0] + whole[:, 1] / 60.0 + whole[:, 2] / 3600.0)
 
 
 def precess(ra: Array, dec: Array, year: float) -> tuple[Array, Array]:
-    """Places of J2000 (rad) at the mean equinox of a year."""
+    """Convert places of J2000 (rad) to the mean equinox of a year."""
     t = (year - 2000.0) / 100.0
     arcs = (
         2306.2181 * t + 0.30188 * t**2 + 0.017998 * t**3,
@@ -191,14 +191,14 @@ def precess(ra: Array, dec: Array, year: float) -> tuple[Array, Array]:
 
 
 def refract(apparent: Array, latitude: float, celsius: float, hectopascal: float) -> Array:
-    """Directions (n, 3) raised by the refraction of the air; latitude rad. Raises DataError for stars below the horizon."""
+    """Raise directions (n, 3) by the refraction of the air; latitude rad. Raises DataError for stars below the horizon."""
     zenith = np.array([np.cos(latitude), 0.0, np.sin(latitude)])
     sine = apparent @ zenith
     height = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
     low = np.flatnonzero(height < 0)
     if len(low):
         raise DataError(
-            f"star {int(low[0]) + 1} of the list stands {-height[low[0]]:.1f} deg below the horizon: check latitude and sidereal time"
+            f"star {int(low[0]) + 1} of the list is {-height[low[0]]:.1f} deg below the horizon: check latitude and sidereal time"
         )
     lift = np.radians(1.02 / 60.0 / np.tan(np.radians(height + 10.3 / (height + 5.11))))
     lift = lift * hectopascal / 1010.0 * 283.0 / (273.0 + celsius)

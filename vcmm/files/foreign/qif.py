@@ -1,4 +1,4 @@
-"""QIF 3.0 (ISO 23952): the document, its units, and what its ids name."""
+"""QIF 3.0 (ISO 23952): the document, its units, and the targets of its ids."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Qif:
     by_id: dict[str, Node]
 
     def node_at(self, node: Node, path: str) -> Node | None:
-        """The node whose id stands along a path below `node`; None where no id stands. DataError for an unknown id."""
+        """Return the node whose id is given along a path below `node`; None where no id is given. DataError for an unknown id."""
         at = node.one(path)
         if at is None:
             return None
@@ -37,23 +37,23 @@ class Qif:
         return target
 
     def length(self, node: Node) -> float:
-        """A length in mm. Raises DataError: no number, another unit than that of the file."""
+        """Return a length in mm. Raises DataError: no number, another unit than that of the file."""
         _own_unit(node, "linearUnit")
         return self.to_mm * number(node)
 
     def angle(self, node: Node) -> float:
-        """An angle in rad."""
+        """Return an angle in rad."""
         _own_unit(node, "angularUnit")
         return self.to_rad * number(node)
 
     def place(self, node: Node) -> Array:
-        """Three lengths in mm."""
+        """Return three lengths in mm."""
         _own_unit(node, "linearUnit")
         return self.to_mm * np.array(numbers(node, 3))
 
 
 def is_qif(path: str | Path) -> bool:
-    """Whether a file is named as QIF files are."""
+    """Return whether a file is named as QIF files are."""
     return str(path).lower().endswith(".qif")
 
 
@@ -71,7 +71,7 @@ def read_qif(path: str | Path) -> Qif:
     for node in root.below():
         if (key := node.attributes.get("id")) is not None:
             if key in by_id:
-                raise DataError(f'{node.at}: the id "{brief(key)}" stands here and at {by_id[key].at}')
+                raise DataError(f'{node.at}: the id "{brief(key)}" is used here and at {by_id[key].at}')
             by_id[key] = node
     units = root.one("FileUnits/PrimaryUnits")
     if units is None:

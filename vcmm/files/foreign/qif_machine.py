@@ -6,12 +6,12 @@
     XYSquareness C0Y, XZSquareness B0Z, YZSquareness A0Z
 
 Signs. QIF states for a linearity "measured by high-accuracy methods minus reported by the CMM": true - indicated, which
-is -(indicated - true) of a measuring machine; the tip of a machine that indicates too little stands too far, so the value
+is -(indicated - true) of a measuring machine; the tip of a machine that indicates too little is too far, so the value
 is the error of the tip, EXX as here. A squareness is positive where the angle between the positive axes exceeds 90 deg. In
 this package's frame (conventions.md) a positive C0Y turns Y about +Z, away from +X: the angle grows, the sign is the
 same; a positive A0Z turns Z about +X, towards -Y: the angle from Y grows, the same; a positive B0Z turns Z about +Y,
 towards +X: the angle from X shrinks, so B0Z = -XZSquareness. For straightness and angles QIF fixes no sign: they are taken
-as ISO 230-1 has them, and which of two tilts of Z is its pitch is a convention as well (about X here). Both are said.
+as ISO 230-1 has them, and which of two tilts of Z is its pitch is a convention as well (about X here). A note states both.
 Source: ISO 23952:2020, QIF 3.0, MeasurementResources.
 """
 
@@ -88,7 +88,7 @@ def read_qif_machine(path: str | Path) -> QifMachine:
 
 
 def machine_files(machine: QifMachine, source: str) -> dict[str, str]:
-    """machine.toml, and errors.csv where the file holds errors: the texts by name."""
+    """Return machine.toml, and errors.csv where the file holds errors: the texts by name."""
     travels = _travels(machine)
     lines = [f"# {machine.name}, from {source}", *(f"# {n}" for n in machine.notes), 'vcmm = "machine/1"']
     lines += [f"name = {toml_value(machine.name)}", 'kind = "cmm"', 'structure = "w b Y X Z t"   # the file does not say it: correct it']  # fmt: skip
@@ -108,7 +108,7 @@ def machine_files(machine: QifMachine, source: str) -> dict[str, str]:
 
 
 def _table(machine: QifMachine) -> str:
-    """Errors in the format of errors.csv: a table per axis, squareness in one of its own."""
+    """Return the errors in the format of errors.csv: a table per axis, squareness in one of its own."""
     blocks = []
     for axis, curves in machine.curves.items():
         positions = np.unique(np.concatenate([p for p, _ in curves.values()]))
@@ -165,7 +165,7 @@ def _unit(node: Node, key: str, units: dict[str, float], default: float) -> floa
 
 
 def _mpe(qif: Qif, cmm: Node) -> tuple[float, float] | None:
-    """MPE_E0 = base um + rate um/mm times L."""
+    """Return MPE_E0 = base um + rate um/mm times L."""
     test = next((n for n in cmm.below() if n.name == "CartesianCMMISO10360Test"), None)
     base = None if test is None else test.one("LinearError/BaseError")
     rate = None if test is None else test.one("LinearError/ErrorRate")

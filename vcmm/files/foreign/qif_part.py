@@ -1,9 +1,9 @@
 """A QIF document as a part: its features with extents, characteristics and measured points.
 
-By which criterion a QIF file states its forms: QIF items often name none, and their values tell it where points stand beside them.
+Criterion of the forms of a QIF file: QIF items often name none, and their values determine it where the file holds points.
 
-The form of the file's own points is computed by least squares (G) and as minimum zone (C). The radius of the tip is no matter: points and
-centres of the tip lie as far apart. Where one of them is the value that the file states, that criterion is taken; else G is assumed, and said.
+The form of the file's own points is computed by least squares (G) and as minimum zone (C). The radius of the tip does not matter: points and
+centres of the tip have the same range. Where one of them is the value that the file states, that criterion is taken; else G is assumed, and said.
 
 Features of a QIF document as tables of part/1, from definition, nominal and item; their measured points.
 
@@ -38,7 +38,7 @@ KINDS = {
 
 
 def add_features(qif: Qif, drawn: DrawnPart, measured: Mapping[str, Array]) -> dict[str, str]:
-    """Every feature item that vcmm has, into `drawn`; its name by item id. What it has not becomes a note.
+    """Add every feature item that vcmm has to `drawn`; return its name by item id. Other items become notes.
 
     measured: points (n, 3) mm by id of the feature item.
     """
@@ -86,7 +86,7 @@ def _table(
 
 
 def _place(qif: Qif, nominal: Node, kind: str) -> tuple[Array, list[float]]:
-    """A point of the feature and its direction; a sphere has none."""
+    """Return a point of the feature and its direction; a sphere has none."""
     point = nominal.one("Location") or nominal.one("Axis/AxisPoint") or nominal.one("StartPoint")
     if point is None:
         raise DataError(
@@ -123,7 +123,7 @@ def _round(qif: Qif, definition: Node, kind: str, name: str) -> dict[str, Any]:
 
 
 def _side(drawn: DrawnPart, definition: Node, table: dict[str, Any], points: Array | None) -> dict[str, Any]:
-    """{"inside": True} of a bore. Where the file does not say it, centres of the tip within the diameter tell."""
+    """Return {"inside": True} of a bore. Where the file does not state it, centres of the tip within the diameter show it."""
     stated = definition.words("InternalExternal")
     if stated in ("INTERNAL", "EXTERNAL"):
         return {"inside": True} if stated == "INTERNAL" else {}
@@ -144,7 +144,7 @@ def _extent(
     qif: Qif, drawn: DrawnPart, kind: str, described: tuple[str, Node, Node], frame: tuple[Array, list[float]],
     points: Array | None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Size of a plane, length of the others: stated, spanned by the points, or assumed and said."""
+    """Return the size of a plane, length of the others: stated, spanned by the points, or assumed with a note."""
     name, nominal, definition = described
     place, axis = frame
     stated = definition.one("Length") or nominal.one("Length")
@@ -178,7 +178,7 @@ ROUNDING = 5e-7  # mm, half a nanometre: values are written so
 
 
 def take_criteria(qif: Qif, drawn: DrawnPart, names: dict[str, str]) -> None:
-    """Adds `criterion` to the forms in `drawn` that the file's own values decide, and a note to every form. names: by item id."""
+    """Add `criterion` to the forms in `drawn` that the file's own values determine, and a note to every form. names: by item id."""
     stated = _stated_values(qif)
     for item, name in names.items():
         table = next(c for c in drawn.characteristics if c["name"] == name)
@@ -206,7 +206,7 @@ def _criterion_note(drawn: DrawnPart, table: dict[str, Any], stated: float | Non
 
 
 def _form(feature: dict[str, Any], points: Array, criterion: str) -> float:
-    """Range of the distances from the element, mm."""
+    """Return the range of the distances from the element, mm."""
     axis = np.array(feature["axis"], float) if feature["type"] == "circle" else None
     element = gauss(feature["type"], points, fixed_axis=axis)
     if criterion == "C":
@@ -215,7 +215,7 @@ def _form(feature: dict[str, Any], points: Array, criterion: str) -> float:
 
 
 def _stated_values(qif: Qif) -> dict[str, float]:
-    """Values in mm of the first results, by item id."""
+    """Return the values in mm of the first results, by item id."""
     result = next((n for n in qif.root.below() if n.name == "MeasurementResults"), None)
     listed = None if result is None else result.one("MeasuredCharacteristics/CharacteristicMeasurements")
     out: dict[str, float] = {}
@@ -252,7 +252,7 @@ def read_qif_part(path: str | Path) -> DrawnPart:
 
 
 def _measured_sets(qif: Qif, notes: list[str]) -> dict[str, MeasuredSet]:
-    """Points by feature item of the first results: they tell extents; a tip radius changes these by itself at most."""
+    """Return the points by feature item of the first results, from which extents follow; a tip radius changes these by itself at most."""
     result = next((n for n in qif.root.below() if n.name == "MeasurementResults"), None)
     if result is None:
         return {}

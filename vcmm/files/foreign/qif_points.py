@@ -30,7 +30,7 @@ class MeasuredSet:
 
 @dataclass(frozen=True, eq=False)
 class QifPoints:
-    """Points of every part as `evaluate` takes them; tip_radius mm: they are centres of such a tip (None: on the surface)."""
+    """Points of every part in the form that `evaluate` needs; tip_radius mm: they are centres of such a tip (None: on the surface)."""
 
     parts: tuple[GivenPoints, ...]
     tip_radius: float | None
@@ -69,7 +69,7 @@ def read_qif_points(path: str | Path) -> QifPoints:
 
 
 def feature_names(qif: Qif) -> dict[str, str]:
-    """FeatureName of every feature item by its id; "feature ID" where it has none."""
+    """Return FeatureName of every feature item by its id; "feature ID" where it has none."""
     items = qif.root.one("Features/FeatureItems")
     return {
         key: item.words("FeatureName") or f"feature {key}"
@@ -79,7 +79,7 @@ def feature_names(qif: Qif) -> dict[str, str]:
 
 
 def of_features(qif: Qif, result: Node, notes: list[str]) -> dict[str, MeasuredSet]:
-    """Points of one set of results by id of the feature item; measured features without points become notes."""
+    """Return the points of one set of results by id of the feature item; measured features without points become notes."""
     sets = {s.attributes.get("id", ""): s for s in result.many("MeasuredPointSets/MeasuredPointSet")}
     measured = result.one("MeasuredFeatures")
     out: dict[str, MeasuredSet] = {}
@@ -124,7 +124,7 @@ def _piece(qif: Qif, entry: Node, sets: Mapping[str, Node]) -> MeasuredSet:
 
 
 def _rows(entry: Node, count: int) -> tuple[int, int]:
-    """First and last row that an entry names, counted from 1."""
+    """Return the first and last row that an entry names, counted from 1."""
     if entry.name == "WholePointSetId":
         return 1, count
     text = entry.attributes.get("range" if entry.name == "RangePointSetId" else "index", "")

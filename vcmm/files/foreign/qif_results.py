@@ -1,14 +1,14 @@
-"""Results as a QIF 3.0 document: features, characteristics and their measured values with combinedUncertainty and meanError.
+"""Write results as a QIF 3.0 document: features, characteristics and their measured values with combinedUncertainty and meanError.
 
 combinedUncertainty is the combined standard uncertainty u, meanError the size of the bias (indicated - true): QIF allows no
-sign there, so the bias with its sign stands as an attribute "bias" of the measurement. Elements, their order, what is required
-and what words are allowed were read in the schema of QIF 3.0; tests/files/foreign/qif_schema.py holds what was read.
+sign there, so the bias with its sign is an attribute "bias" of the measurement. Elements, their order, required
+ones and allowed words follow the schema of QIF 3.0; tests/files/foreign/qif_schema.py holds them.
 Source: ISO 23952:2020, QIF 3.0: QIFDocument.xsd, QIFResults.xsd, Characteristics.xsd, Features.xsd, IntermediatesPMI.xsd, Units.xsd.
 
-What QIF 3.0 says of a characteristic before it is measured: tolerance, material condition, shape of the zone; its numbers.
+Statements of QIF 3.0 about a characteristic before it is measured: tolerance, material condition, shape of the zone; its numbers.
 
 A zone of orientation, position, coaxiality or straightness must name its shape; orientation and position also a material condition.
-Numbers of lengths and angles are xs:decimal, which has no exponent. Read in the schema of QIF 3.0 (Characteristics.xsd, Units.xsd).
+Numbers of lengths and angles are xs:decimal, which has no exponent. Source: the schema of QIF 3.0 (Characteristics.xsd, Units.xsd).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ PARALLEL = 1e-9  # of a cosine from 1: directions that the drawing calls paralle
 
 
 def decimal(value: float, digits: int = 15) -> str:
-    """A number as xs:decimal has it: significant digits, never an exponent.
+    """Return a number as xs:decimal: significant digits, never an exponent.
 
     >>> decimal(0.000085), decimal(-1e-7), decimal(25.4), decimal(0.0)
     ('0.000085', '-0.0000001', '25.4', '0')
@@ -39,7 +39,7 @@ def decimal(value: float, digits: int = 15) -> str:
 
 
 def size_definition(v: HandedValue) -> str:
-    """Content of the definition of a size, distance or angle: limits from the nominal value, or that it has none."""
+    """Return the content of the definition of a size, distance or angle: limits from the nominal value, or that it has none."""
     if v.tolerance is None:
         return "<NonTolerance>MEASURED</NonTolerance>"
     low, high = (decimal(end - v.nominal, 12) for end in v.tolerance)
@@ -49,7 +49,7 @@ def size_definition(v: HandedValue) -> str:
 def zone_definition(
     c: Characteristic, v: HandedValue, features: Mapping[str, Feature], frame: int | None
 ) -> str:
-    """Content of the definition of a form, orientation, location, run-out or profile; without tolerance its width is 0."""
+    """Return the content of the definition of a form, orientation, location, run-out or profile; without tolerance its width is 0."""
     width = v.tolerance[1] if v.tolerance is not None else 0.0
     parts = [f"<ToleranceValue>{decimal(width)}</ToleranceValue>"]
     if frame is not None:
@@ -61,7 +61,7 @@ def zone_definition(
 
 
 def _shape(c: Characteristic, of: Sequence[Feature], datums: Sequence[Feature]) -> str:
-    """The word for the zone that vcmm evaluates (vcmm.part.gps.orientation, vcmm.part.gps.location); "" where none is due."""
+    """Return the word for the zone that vcmm evaluates (vcmm.part.gps.orientation, vcmm.part.gps.location); "" where none is needed."""
     kind = of[0].kind
     if c.type == "straightness":
         return "NonDiametricalZone"
@@ -109,7 +109,7 @@ class _Writer:
         self.sections.setdefault(section, []).append(text)
 
     def lists(self, *sections: str) -> str:
-        """Lists with their counts, as every list of QIF has one; empty ones are left out."""
+        """Return lists with their counts, as every list of QIF has one; empty ones are left out."""
         lists = [(s, self.sections.get(s, [])) for s in sections]
         return "\n".join(f'<{s} n="{len(t)}">\n' + "\n".join(t) + f"\n</{s}>" for s, t in lists if t)
 
@@ -117,7 +117,8 @@ class _Writer:
 def qif_text(
     part: Part, values: Mapping[str, Sequence[HandedValue]], seed: str
 ) -> tuple[str, tuple[str, ...]]:
-    """The document, and what it could not say. values: by part. seed: makes the document's identifier, so that it repeats."""
+    """Return the document, and notes on content that it cannot express. values: by part. seed: makes the document's identifier, so that
+    it repeats."""
     writer, notes = _Writer(), []
     items = {n: _feature(writer, f) for n, f in part.features.items() if f.kind in FEATURES}
     datums = _datums(writer, part, items)
@@ -165,7 +166,7 @@ def _section(name: str, content: str) -> str:
 
 
 def _feature(w: _Writer, f: Feature) -> tuple[int, int]:
-    """Ids of the nominal and the item of a feature."""
+    """Return the ids of the nominal and the item of a feature."""
     kind, definition, nominal, item = FEATURES[f.kind], w.id(), w.id(), w.id()
     size = ""
     if f.kind in ("circle", "cylinder", "sphere", "cone"):
@@ -202,7 +203,7 @@ def _place(f: Feature) -> str:
 
 
 def _datums(w: _Writer, part: Part, items: Mapping[str, tuple[int, int]]) -> dict[str, int]:
-    """Id of the datum reference frame by characteristic; datums are lettered in the order in which they are met."""
+    """Return the id of the datum reference frame by characteristic; datums are lettered in the order in which they are met."""
     letters: dict[str, int] = {}
     frames: dict[str, int] = {}
     order = ("PRIMARY", "SECONDARY", "TERTIARY")
@@ -227,11 +228,11 @@ def _datums(w: _Writer, part: Part, items: Mapping[str, tuple[int, int]]) -> dic
 
 
 def _gaps(c: Characteristic, v: HandedValue, frames: Mapping[str, int]) -> list[str]:
-    """What QIF as written here cannot say of a characteristic."""
+    """Return notes on properties of a characteristic that QIF as written here cannot express."""
     out = []
     if c.datums and c.name not in frames:
         out.append(
-            f"{c.name}: a common datum has no word in QIF as written here; it stands there without datums"
+            f"{c.name}: a common datum has no word in QIF as written here; it is written without datums"
         )
     if v.tolerance is None and c.type not in SIZES:
         out.append(
@@ -247,7 +248,7 @@ def _characteristic(
     features: Mapping[str, Feature],
     placed: tuple[Mapping[str, tuple[int, int]], int | None],
 ) -> tuple[str, int]:
-    """Kind and id of the item of a characteristic. placed: ids of features, and of its datum reference frame."""
+    """Return the kind and id of the item of a characteristic. placed: ids of features, and of its datum reference frame."""
     items, frame = placed
     kind = SIZES.get(c.type) or ZONES[c.type]
     definition, nominal, item = w.id(), w.id(), w.id()
@@ -297,7 +298,7 @@ def _status(v: HandedValue) -> str:
 
 
 def _component(w: _Writer, name: str, status: str) -> str:
-    """The part that was measured, by its name as serial number; nothing for a part without name."""
+    """Return the component that was measured, by its name as serial number; nothing for a part without name."""
     if not name:
         return ""
     key = w.id()

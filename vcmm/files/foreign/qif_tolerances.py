@@ -1,4 +1,4 @@
-"""Characteristics of a QIF document as tables of part/1; what vcmm cannot say in the same words becomes a note."""
+"""Convert characteristics of a QIF document to tables of part/1; characteristics that vcmm cannot express become notes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class QifDefinition:
 
 
 def add_characteristics(qif: Qif, drawn: DrawnPart, names: Mapping[str, str]) -> dict[str, str]:
-    """Every characteristic item that part/1 has words for, into `drawn`; its name by item id. The others become notes."""
+    """Add every characteristic item that part/1 can express to `drawn`; return its name by item id. The others become notes."""
     items = qif.root.one("Characteristics/CharacteristicItems")
     datums = _datum_features(qif, names)
     out: dict[str, str] = {}
@@ -116,7 +116,7 @@ def _zone(qif: Qif, definition: QifDefinition, datums: Mapping[str, str]) -> dic
 
 
 def _datums(qif: Qif, frame: Node, datums: Mapping[str, str]) -> list[str]:
-    """Features of the datums in their order. NotHere: a modifier on a datum, a datum without feature."""
+    """Return the features of the datums in their order. NotHere: a modifier on a datum, a datum without feature."""
     rank = {"PRIMARY": 0, "SECONDARY": 1, "TERTIARY": 2}
     letters = []
     for datum in frame.many("Datums/Datum"):
@@ -152,7 +152,7 @@ def _datum_features(qif: Qif, names: Mapping[str, str]) -> dict[str, str]:
 
 
 def _limits(qif: Qif, definition: QifDefinition, diameter: float | None) -> dict[str, Any]:
-    """Limits from the nominal value of the features, or nothing where the drawing states none."""
+    """Return limits from the nominal value of the features, or nothing where the drawing states none."""
     tolerance = definition.definition.one("Tolerance")
     if tolerance is None:
         return {}
@@ -181,5 +181,5 @@ def _limits(qif: Qif, definition: QifDefinition, diameter: float | None) -> dict
 
 
 def _clean(value: float) -> float:
-    """Limits minus nominal without the noise of subtraction: to 1e-9 mm."""
+    """Return limits minus nominal without the noise of subtraction: to 1e-9 mm."""
     return round(value, 9) if math.isfinite(value) else value

@@ -78,7 +78,7 @@ def _sections(path: Path, text: str) -> dict[str, Lines]:
 
 
 def _value(lines: Lines, key: str) -> str:
-    """The text after 'key :' ('' where it is not there)."""
+    """Return the text after 'key :' ('' where it is missing)."""
     for row in lines:
         word, colon, value = row.text.partition(":")
         if colon and word.strip().lower() == key:
@@ -95,7 +95,7 @@ def _check_type(path: Path, sections: dict[str, Lines]) -> None:
 
 
 def _targets(path: Path, lines: Lines) -> Array:
-    """The wrapped list of targets (k,) mm."""
+    """Return the wrapped list of targets (k,) mm."""
     numbers: list[float] = []
     count, reading, at = 0, False, lines[0].line if lines else 1
     for row in lines:
@@ -141,7 +141,7 @@ def _deviations(path: Path, sections: dict[str, Lines], k: int) -> tuple[Array, 
 
 
 def _directions(run: Array, target: Array) -> Array:
-    """+1 or -1 per row: the way the targets of its run go; runs of one target go up and down in turn."""
+    """Return +1 or -1 per row: the direction of the targets of its run; runs of one target go up and down in turn."""
     out = np.ones(len(run))
     for value in np.unique(run):
         rows = np.flatnonzero(run == value)

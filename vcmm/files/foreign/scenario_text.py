@@ -1,6 +1,6 @@
 """A scenario around a part of another system: a machine with a certificate to fill in, a pose, styli, a plan.
 
-Everything that the other file does not say is a default that its comment names; `vcmm check` passes on the result.
+Everything that the other file does not state is a default that its comment names; `vcmm check` passes on the result.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from vcmm.core.run import Array
 from vcmm.core.text import csv_of
 from vcmm.files.foreign.drawing import DrawnPart, comment, mm, toml_value
 
-TRAVELS = (600.0, 500.0, 400.0)  # mm, of the machine that stands in until its own file does
+TRAVELS = (600.0, 500.0, 400.0)  # mm, of the placeholder machine, until its own file replaces it
 ROOM = 200.0  # mm that travels keep beyond the part: styli, clearance
 REACH = 120.0  # mm, length of the styli
 STEEP = 0.3  # vertical share of an axis from which on a straight stylus enters a bore from above (73 deg)
@@ -22,7 +22,7 @@ TIPS = (4.0, 2.0, 1.0, 0.5)  # mm, usual tip diameters
 
 
 def scenario_toml(drawn: DrawnPart, machine: str | None = None, centre: Sequence[float] | None = None) -> str:
-    """The text of a scenario/1 file. machine: name of a machine file; centre: mm, of its volume, where the part is put."""
+    """Return the text of a scenario/1 file. machine: name of a machine file; centre: mm, of its volume, where the part is put."""
     low, high = _box(drawn.features)
     travels = [max(t, float(h - b) + ROOM) for t, b, h in zip(TRAVELS, low, high)]
     middle = (
@@ -42,10 +42,10 @@ def scenario_toml(drawn: DrawnPart, machine: str | None = None, centre: Sequence
 
 
 def machine_toml(drawn: DrawnPart) -> str:
-    """A machine that is known by its certificate only, with travels that hold the part."""
+    """Return a machine that is known by its certificate only, with travels that hold the part."""
     low, high = _box(drawn.features)
     x, y, z = (max(t, float(h - b) + ROOM) for t, b, h in zip(TRAVELS, low, high))
-    return f"""# a machine that stands in: write what the certificate of yours says
+    return f"""# a placeholder: write the values of the certificate of your machine
 vcmm = "machine/1"
 name = "stand-in, certificate of ISO 10360-2"
 kind = "cmm"
@@ -71,13 +71,13 @@ def target_file(feature: str) -> str:
 
 
 def target_csv(targets: Array) -> str:
-    """Touches (n, 6) as a point list of a plan: x_mm, y_mm, z_mm, nx, ny, nz."""
+    """Return the touches (n, 6) as a point list of a plan: x_mm, y_mm, z_mm, nx, ny, nz."""
     rows = [[f"{v:.12g}" for v in row] for row in targets]
     return csv_of([["x_mm", "y_mm", "z_mm", "nx", "ny", "nz"], *rows])
 
 
 def _plan(drawn: DrawnPart) -> list[str]:
-    """Styli and steps: every feature that a characteristic needs, as often as its kind asks for."""
+    """Return styli and steps: every feature that a characteristic needs, as often as its kind requires."""
     used = _used_features(drawn)
     steps = [_step(name, drawn.features[name], drawn.tip_radius) for name in used]
     for step in steps:
@@ -94,7 +94,7 @@ def _plan(drawn: DrawnPart) -> list[str]:
 
 
 def features_of(characteristic: Mapping[str, Any]) -> list[str]:
-    """Names of the features that a characteristic needs, datums last."""
+    """Return the names of the features that a characteristic needs, datums last."""
     out: list[str] = []
     for key in ("of", "between", "datums"):
         value = characteristic.get(key, [])
@@ -104,7 +104,7 @@ def features_of(characteristic: Mapping[str, Any]) -> list[str]:
 
 
 def _used_features(drawn: DrawnPart) -> list[str]:
-    """Features of the characteristics in the order of the drawing."""
+    """Return the features of the characteristics in the order of the drawing."""
     named = {n for c in drawn.characteristics for n in features_of(c)}
     return [n for n in drawn.features if n in named]
 
@@ -121,7 +121,7 @@ def _step(name: str, table: Mapping[str, Any], tip_radius: float | None) -> dict
 
 
 def _points(kind: str, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Twice the points that define the element and more: what ISO 10360-5 takes on a sphere, 8 on a circle."""
+    """Return twice the points that define the element and more: those of ISO 10360-5 on a sphere, 8 on a circle."""
     if kind == "plane":
         side = min(_number(part) for part in table["size"].removesuffix(" mm").split())
         return {"strategy": "grid", "n": [3, 3], "margin": mm(0.1 * side)}
@@ -151,7 +151,7 @@ def _offset(stylus: str) -> tuple[float, float, float]:
 
 
 def _box(features: Mapping[str, Mapping[str, Any]]) -> tuple[Array, Array]:
-    """Corners of the box around the places of all features, grown by half their largest size."""
+    """Return the corners of the box around the places of all features, grown by half their largest size."""
     places, sizes = [], []
     for table in features.values():
         places.append([_number(v) for v in table["point"].removesuffix(" mm").split()])

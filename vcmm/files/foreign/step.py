@@ -1,7 +1,7 @@
 """STEP files (AP203, AP214, AP242) as parts: planes, cylinders, cones, spheres and tori become features.
 
 The geometry is read by Open CASCADE (`pip install vcmm[step]`), tolerances by `step_tolerances` from the text. Faces of one
-surface (the halves of a bore) are one feature; free-form faces, fillets and chamfers without a tolerance are left out and said.
+surface (the halves of a bore) are one feature; free-form faces, fillets and chamfers without a tolerance are left out, with a note.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _name(text: Part21) -> str:
 
 
 def _number_faces(text: Part21, faces: list[SurfaceFace], kinds: list[str]) -> list[SurfaceFace]:
-    """Faces with their numbers in the file: Open CASCADE keeps the order of the shells. Numbers below 0 where it did not.
+    """Return faces with their numbers in the file: Open CASCADE keeps the order of the shells. Numbers below 0 where it did not.
 
     Checked by the kind of every surface, and by the radii of all round ones.
     """
@@ -82,15 +82,15 @@ def _number_faces(text: Part21, faces: list[SurfaceFace], kinds: list[str]) -> l
 
 
 def _surface(text: Part21, face: int) -> tuple[str, float]:
-    """Kind of surface of a face and its third value (the radius of round ones)."""
+    """Return the kind of surface of a face and its third value (the radius of round ones)."""
     surface = text[text[face].values("ADVANCED_FACE", "FACE_SURFACE")[2]]
     name, values = next(iter(surface.parts.items()))
     return name, float(values[2]) if len(values) > 2 and isinstance(values[2], float) else 0.0
 
 
 def _add_features(drawn: DrawnPart, faces: Iterable[SurfaceFace]) -> tuple[dict[int, str], dict[str, float]]:
-    """Features into `drawn`, one for all faces of one round surface: names by number of the face, and how far round in rad those
-    go that do not go all around.
+    """Add features to `drawn`, one for all faces of one round surface; return names by number of the face, and the angle in rad of those
+    that do not go all around.
     """
     groups: list[list[SurfaceFace]] = []
     for face in faces:
@@ -118,13 +118,13 @@ def _add_features(drawn: DrawnPart, faces: Iterable[SurfaceFace]) -> tuple[dict[
 
 
 def _on(face: SurfaceFace, touches: Array) -> Array:
-    """Places and outward normals (n, 6) of touches in u and v."""
+    """Return the places and outward normals (n, 6) of touches in u and v."""
     places = face.place + touches @ face.frame[:2]
     return np.hstack([places, np.broadcast_to(face.axis, places.shape)])
 
 
 def _same(a: SurfaceFace, b: SurfaceFace) -> bool:
-    """Whether two faces are of one round surface and touch or overlap along its axis."""
+    """Return whether two faces are of one round surface and touch or overlap along its axis."""
     if (
         a.kind != b.kind
         or a.kind == "plane"
@@ -148,7 +148,7 @@ def _same(a: SurfaceFace, b: SurfaceFace) -> bool:
 
 
 def _join_faces(group: list[SurfaceFace]) -> SurfaceFace:
-    """One face for all: the angles together, from the lowest to the highest place along the axis."""
+    """Join the faces into one: the angles together, from the lowest to the highest place along the axis."""
     first = group[0]
     if len(group) == 1:
         return first
@@ -162,7 +162,7 @@ def _join_faces(group: list[SurfaceFace]) -> SurfaceFace:
 
 
 def _table(face: SurfaceFace) -> dict[str, Any]:
-    """The table of part/1."""
+    """Return the table of part/1."""
     side = {"inside": True} if face.inside else {}
     if face.kind == "plane":
         u0, u1, v0, v1 = face.reach
@@ -181,7 +181,7 @@ def _table(face: SurfaceFace) -> dict[str, Any]:
 
 
 def _cone(face: SurfaceFace) -> dict[str, Any]:
-    """A cone from its narrow end: Open CASCADE counts v along the slope, from the reference radius."""
+    """Return the table of a cone from its narrow end: Open CASCADE counts v along the slope, from the reference radius."""
     radius, half = face.sizes
     ends = sorted((radius + v * math.sin(half), v * math.cos(half)) for v in face.reach[2:])
     (narrow, near), (wide, far) = ends
@@ -196,12 +196,12 @@ def _cone(face: SurfaceFace) -> dict[str, Any]:
 
 
 def _clean(place: Array) -> Array:
-    """Without the noise of the modeller: 1e-9 mm."""
+    """Return a place without the noise of the modeller: 1e-9 mm."""
     return np.round(place, 9) + 0.0
 
 
 def _ask_plainly(drawn: DrawnPart) -> None:
-    """Where no tolerance could be read: diameters of round features and flatness of planes, without limits."""
+    """Add diameters of round features and flatness of planes, without limits, where no tolerance could be read."""
     for name, table in drawn.features.items():
         kind = table["type"]
         if kind in ("cylinder", "sphere"):
@@ -209,12 +209,12 @@ def _ask_plainly(drawn: DrawnPart) -> None:
         elif kind == "plane":
             drawn.characteristics.append({"name": f"{name} flatness", "type": "flatness", "of": name})
     drawn.notes.append(
-        "no tolerance was read: diameters and flatness are asked without limits; delete what you do not need"
+        "no tolerance was read: diameters and flatness are listed without limits; delete what you do not need"
     )
 
 
 def _leave_out_fillets(drawn: DrawnPart, part_of: Mapping[str, float]) -> None:
-    """What is asked of round features that do not go all around (`part_of`: name -> rad) goes; with a note where it bears a tolerance."""
+    """Remove characteristics of round features that do not go all around (`part_of`: name -> rad); with a note where one bears a tolerance."""
     kept = []
     for c in drawn.characteristics:
         part = [n for n in features_of(c) if n in part_of]

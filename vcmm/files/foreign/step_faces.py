@@ -1,4 +1,4 @@
-"""Faces of a STEP file by Open CASCADE, in a process of its own: a broken file can end it by a fault that Python cannot catch.
+"""Read the faces of a STEP file by Open CASCADE, in a separate process: a broken file can end it by a fault that Python cannot catch.
 
 Measured: of 12 copies of a sound file with a few entities deleted, exchanged or cut off, 3 ended the process (signal 11).
 """
@@ -63,7 +63,7 @@ class SurfaceFace:
 
 @dataclass(frozen=True, eq=False)
 class StepFaces:
-    """Faces with a surface that vcmm has, lengths in mm; kinds of all in their order; how many others there are by kind."""
+    """Faces with a surface that vcmm has, lengths in mm; kinds of all in their order; the number of others by kind."""
 
     faces: list[SurfaceFace]
     kinds: list[str]
@@ -71,7 +71,7 @@ class StepFaces:
 
 
 def read_faces(path: Path) -> StepFaces:
-    """The faces of a file, read by a child. DataError: no shape, a fault of Open CASCADE, too long; Environment: it is missing."""
+    """Read the faces of a file by a child process. DataError: no shape, a fault of Open CASCADE, too long; Environment: it is missing."""
     if importlib.util.find_spec("OCP") is None:
         raise Environment(STEP_READER_MISSING)
     state = path.stat()
@@ -80,7 +80,7 @@ def read_faces(path: Path) -> StepFaces:
 
 @lru_cache(maxsize=1)
 def _by_child(path: Path, _changed: int, _size: int) -> StepFaces:
-    """As `read_faces`; the last file is kept, because a part whose drawing contradicts itself is read twice."""
+    """Read as `read_faces` does; the last file is cached, because a part whose drawing contradicts itself is read twice."""
     home = str(Path(__file__).resolve().parents[3])
     around = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, [home, os.environ.get("PYTHONPATH")]))}
     with tempfile.TemporaryDirectory(prefix="vcmm-step-") as folder:
@@ -114,7 +114,7 @@ def _fault(code: int, told: bytes) -> str:
 
 
 def write_faces(path: str, store: str) -> None:
-    """What the child does: the faces, or the message of a DataError, as a pickle."""
+    """Write, in the child process, the faces, or the message of a DataError, as a pickle."""
     try:
         faces: StepFaces | str = faces_of(Path(path))
     except DataError as error:
@@ -123,7 +123,7 @@ def write_faces(path: str, store: str) -> None:
 
 
 def faces_of(path: Path) -> StepFaces:
-    """The faces of a file, in this process. DataError: no shape."""
+    """Read the faces of a file, in this process. DataError: no shape."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.STEPControl import STEPControl_Reader
@@ -177,7 +177,7 @@ def _face(number: int, name: str, surface: Any, reversed_: bool) -> SurfaceFace:
 
 
 def _spread(shape: Any, reach: tuple[float, float, float, float]) -> Array | None:
-    """Nine places (9, 2) within the edges of a plane face, far from each other; None where the plain grid of 3 x 3 is within them."""
+    """Return nine places (9, 2) within the edges of a plane face, far from each other; None where the plain grid of 3 x 3 is within them."""
     from OCP.gp import gp_Pnt2d
     from OCP.IntTools import IntTools_FClass2d
     from OCP.TopAbs import TopAbs_IN
@@ -202,7 +202,7 @@ def _spread(shape: Any, reach: tuple[float, float, float, float]) -> Array | Non
 
 
 def _far_apart(places: Array) -> Array:
-    """Nine of the places (n, 2), each as far as possible from those before it."""
+    """Return nine of the places (n, 2), each as far as possible from those before it."""
     chosen = [int(np.argmin(places.sum(axis=1)))]
     nearest = np.full(len(places), np.inf)
     while len(chosen) < min(9, len(places)):

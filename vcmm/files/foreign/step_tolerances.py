@@ -30,7 +30,7 @@ UNEQUAL = "UNEQUALLY_DISPOSED_GEOMETRIC_TOLERANCE"
 
 
 def add_tolerances(text: Part21, drawn: DrawnPart, names: Mapping[int, str]) -> None:
-    """Every dimension with limits and every geometrical tolerance into `drawn`. names: of the features by number of the face."""
+    """Add every dimension with limits and every geometrical tolerance to `drawn`. names: of the features by number of the face."""
     aspects = _Aspects(text, names)
     bare = 0
     for entity in [*text.of(*DIMENSIONS), *text.of("GEOMETRIC_TOLERANCE", *ZONES)]:
@@ -53,7 +53,7 @@ def _is_dimension(entity: Entity) -> bool:
 
 
 def _label(entity: Entity) -> str:
-    """The name in the file, or the kind of entity with its number."""
+    """Return the name in the file, or the kind of entity with its number."""
     kind = next(iter(entity.parts))
     if given := entity.values("GEOMETRIC_TOLERANCE", *ZONES):
         plain = kind.lower().replace("_", " ").removesuffix(" tolerance")
@@ -64,14 +64,14 @@ def _label(entity: Entity) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Aspects:
-    """Which features an aspect of the shape stands for."""
+    """The features that an aspect of the shape represents."""
 
     text: Part21
     names: Mapping[int, str]
 
     @cached_property
     def items(self) -> dict[int, list[int]]:
-        """Numbers of the faces by number of the aspect, as they are tied directly."""
+        """Numbers of the faces by number of the aspect, as directly related."""
         out: dict[int, list[int]] = {}
         for use in self.text.of("GEOMETRIC_ITEM_SPECIFIC_USAGE", "ITEM_IDENTIFIED_REPRESENTATION_USAGE"):
             values = use.values("GEOMETRIC_ITEM_SPECIFIC_USAGE", "ITEM_IDENTIFIED_REPRESENTATION_USAGE")
@@ -89,7 +89,7 @@ class _Aspects:
         return out
 
     def features(self, aspect: int) -> list[str]:
-        """Features of an aspect, each once. NotHere: none, or faces that are no features."""
+        """Return the features of an aspect, each once. NotHere: none, or faces that are no features."""
         names: dict[str, None] = {}
         for face in self._faces(aspect, set()):
             if face not in self.names:
@@ -107,7 +107,7 @@ class _Aspects:
                 yield from self._faces(part, visited)
 
     def of_datum(self, datum: int) -> str:
-        """The feature of a datum: of the datum features that are related to it."""
+        """Return the feature of a datum, from the datum features that are related to it."""
         letter = str(self.text[datum].values("DATUM")[-1])
         bearers = [whole for whole, parts in self.related.items() if datum in parts]
         names = {name for b in [*bearers, datum] for name in self._known_names(b)}
@@ -126,7 +126,7 @@ def _references(value: Any) -> list[int]:
 
 
 def _dimension(aspects: _Aspects, drawn: DrawnPart, dimension: Entity) -> list[dict[str, Any]]:
-    """The characteristic of a dimension with limits; none of a dimension without."""
+    """Return the characteristic of a dimension with limits; none of a dimension without."""
     limits = _limits(aspects.text, dimension.number)
     if limits is None:
         return []
@@ -148,7 +148,7 @@ def _dimension(aspects: _Aspects, drawn: DrawnPart, dimension: Entity) -> list[d
 
 
 def _size(drawn: DrawnPart, name: str, limits: _Limits, factor: float) -> dict[str, Any]:
-    """Limits from the diameter as it is drawn: where the dimension states another nominal, they move along."""
+    """Return limits from the diameter as drawn: where the dimension states another nominal, they are shifted."""
     written = drawn.features[name].get("diameter")
     if written is None or drawn.features[name]["type"] not in ("cylinder", "sphere", "circle"):
         raise NotHere(f"{name} has no diameter")
@@ -208,7 +208,7 @@ def _plus_minus(text: Part21, spread: Entity, nominal: float | None) -> _Limits:
 
 
 def _item_name(item: Entity) -> str:
-    """The name of an item of a representation: its first text."""
+    """Return the name of an item of a representation: its first text."""
     for values in item.parts.values():
         for value in values:
             if isinstance(value, str) and value:
@@ -217,7 +217,7 @@ def _item_name(item: Entity) -> str:
 
 
 def _zones(aspects: _Aspects, tolerance: Entity) -> list[dict[str, Any]]:
-    """A geometrical tolerance: one characteristic for all holes of a position, else one for every feature."""
+    """Return a geometrical tolerance: one characteristic for all holes of a position, else one for every feature."""
     kind = next((n for n in ZONES if n in tolerance.parts), None)
     if kind is None:
         raise NotHere("no such tolerance here")
@@ -235,7 +235,7 @@ def _zones(aspects: _Aspects, tolerance: Entity) -> list[dict[str, Any]]:
 
 
 def _aspect(text: Part21, number: int) -> int:
-    """The aspect itself, or that of the dimension that bears the tolerance."""
+    """Return the aspect itself, or that of the dimension that bears the tolerance."""
     size = text[number].values("DIMENSIONAL_SIZE")
     return size[0] if size else number
 
@@ -250,7 +250,7 @@ def _material(tolerance: Entity) -> dict[str, Any]:
 
 
 def _datums(aspects: _Aspects, tolerance: Entity, values: list[Any]) -> dict[str, Any]:
-    """Features of the datum system in its order. NotHere: common datums, modifiers on a datum, a datum without feature."""
+    """Return the features of the datum system in its order. NotHere: common datums, modifiers on a datum, a datum without feature."""
     given = tolerance.values("GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE") or values[4:]
     out = []
     for system in _references(given):
@@ -272,5 +272,5 @@ def _datum(aspects: _Aspects, compartment: Entity) -> str:
 
 
 def _clean(value: float) -> float:
-    """Without the noise of subtraction and of pi / 180: to 1e-9 mm."""
+    """Return the value without the noise of subtraction and of pi / 180: to 1e-9 mm."""
     return round(value, 9) + 0.0

@@ -3,7 +3,7 @@
     TOUCH F1 I-1. J0 K0 X 137.5041 Y 20.0000 Z-5.0000 A-30.0000 C60.0000 S0
 
 F      number of the feature: [touch.features.1]
-X Y Z  where the touch was, mm, in the work offset of the program: along the measured axis what the control reports, else where it stood
+X Y Z  place of the touch, mm, in the work offset of the program: along the measured axis as the control reports, else the position
 I J K  way of the probe towards the surface in the axes of the machine (unit vector); of use where the control has taken the radius of the ball off
 A B C  positions of the rotary axes, deg; those that the machine has and the line leaves out stand at zero
 S      orientation of the spindle, deg; 0 where it is left out
@@ -43,7 +43,7 @@ class TouchLog:
 
 
 def read_touch_log(path: str | Path) -> TouchLog:
-    """Read a log of touches. Raises DataError with file, line and what is due."""
+    """Read a log of touches. Raises DataError with file, line and the expected words."""
     path = Path(path)
     rows: list[dict[str, float]] = []
     lines: list[int] = []
@@ -71,7 +71,7 @@ def read_touch_log(path: str | Path) -> TouchLog:
 
 
 def _words(text: str) -> dict[str, float]:
-    """Letter -> number of one line. Raises ValueError in words."""
+    """Parse one line: letter -> number. Raises ValueError in words."""
     head = HEAD.match(text)
     if head is None:
         raise ValueError(
@@ -86,7 +86,7 @@ def _words(text: str) -> dict[str, float]:
         if letter not in LETTERS:
             raise ValueError(f"{letter} is no word of a touch; these are {' '.join(LETTERS)}")
         if letter in out:
-            raise ValueError(f"{letter} stands twice in the line")
+            raise ValueError(f"{letter} is given twice in the line")
         out[letter] = float(word[2] + word[3])
         at = word.end()
     missing = [letter for letter in NEEDED if letter not in out]

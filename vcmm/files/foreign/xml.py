@@ -32,33 +32,33 @@ class Node:
     children: list[Node] = field(default_factory=list)
 
     def one(self, path: str) -> Node | None:
-        """The first descendant along names "A/B", or None."""
+        """Return the first descendant along names "A/B", or None."""
         node: Node | None = self
         for name in path.split("/"):
             node = next((c for c in node.children if c.name == name), None) if node else None
         return node
 
     def many(self, path: str) -> list[Node]:
-        """All descendants along names "A/B"."""
+        """Return all descendants along names "A/B"."""
         nodes = [self]
         for name in path.split("/"):
             nodes = [c for node in nodes for c in node.children if c.name == name]
         return nodes
 
     def words(self, path: str, default: str = "") -> str:
-        """The text of the first descendant along a path, stripped."""
+        """Return the text of the first descendant along a path, stripped."""
         node = self.one(path)
         return default if node is None else node.text.strip()
 
     def below(self) -> Iterator[Node]:
-        """All descendants, depth first."""
+        """Yield all descendants, depth first."""
         for child in self.children:
             yield child
             yield from child.below()
 
 
 def read_xml(path: str | Path) -> Node:
-    """The root of a file. Raises DataError with file and line: not XML, a document type, too deep or too large."""
+    """Read the root of a file. Raises DataError with file and line: not XML, a document type, too deep or too large."""
     from xml.parsers import expat
 
     path = Path(path)
@@ -77,7 +77,7 @@ def read_xml(path: str | Path) -> Node:
         raise DataError(
             f"{path}:{error.lineno}: no well-formed XML ({expat.errors.messages[error.code]}); export the file again"
         ) from None
-    except (LookupError, ValueError) as error:  # an encoding that nobody knows, or that expat does not read
+    except (LookupError, ValueError) as error:  # an unknown encoding, or one that expat does not read
         raise DataError(f"{path}:1: {brief(str(error))}; export the file in UTF-8") from None
     return builder.root.children[0]
 
@@ -119,7 +119,7 @@ def _local(name: str) -> str:
 
 
 def numbers(node: Node, count: int) -> list[float]:
-    """Finite numbers of a node, exactly so many. Raises DataError."""
+    """Return the finite numbers of a node, exactly so many. Raises DataError."""
     cells = node.text.split()
     if len(cells) != count:
         raise DataError(f"{node.at}: <{node.name}> holds {len(cells)} numbers; {count} are due")
@@ -127,12 +127,12 @@ def numbers(node: Node, count: int) -> list[float]:
 
 
 def number(node: Node) -> float:
-    """The one number of a node."""
+    """Return the one number of a node."""
     return numbers(node, 1)[0]
 
 
 def series(node: Node, per_row: int = 1) -> Array:
-    """All numbers of a node, (n, per_row). Raises DataError where they do not fill rows."""
+    """Return all numbers of a node, (n, per_row). Raises DataError where they do not fill rows."""
     cells = node.text.split()
     if not cells or len(cells) % per_row:
         raise DataError(

@@ -1,1 +1,1 @@
-"""What was learned, as files: machines that calibration, diagnosis and tracking write, and folders of recordings that they read."""
+"""Files of what was learned: machines that calibration, diagnosis and tracking write, and folders of recordings that they read."""

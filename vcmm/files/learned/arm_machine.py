@@ -20,7 +20,7 @@ from vcmm.physics.structure.squareness import RotaryLocation
 
 
 def arm_texts(found: ArmFit, prior: Path, target: Path, sources: Sequence[str]) -> dict[str, str]:
-    """File name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv. prior: the machine file with the nominal arm.
+    """Return file name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv. prior: the machine file with the nominal arm.
 
     The joint covariance holds the geometry; further terms have an Input each, and what they share with the geometry is not written.
     """
@@ -52,7 +52,7 @@ def arm_texts(found: ArmFit, prior: Path, target: Path, sources: Sequence[str]) 
 
 
 def _term(found: ArmFit, i: int, said: str) -> str:
-    """An effect of two numbers with its Input."""
+    """Return an effect of two numbers with its Input."""
     term = found.terms[i]
     start = sum(t.size for t in found.terms[:i])
     part = slice(start, start + term.size)

@@ -36,9 +36,9 @@ CHANCE = 0.01  # a lost motion that chance would make so often is none
 def residual_texts(
     found: Calibration, target: Path, sources: Sequence[str], prior: Path | None, switched_on: str
 ) -> dict[str, str]:
-    """The machine with what was found compensated: tables of zeros with the covariance of what is left, state "residual".
+    """Return the machine with the compensated errors: tables of zeros with the covariance of the remainder, state "residual".
 
-    switched_on: name of the compensation. A lost motion stays: no table of errors over a travel takes it out.
+    switched_on: name of the compensation. A lost motion stays: no table of errors over a travel compensates it.
     """
     names, _ = found.kept.labels
     left = np.where([name[0] == "B" and len(name) == 2 for name in names], found.theta, 0.0)
@@ -51,9 +51,9 @@ def residual_texts(
 def machine_texts(
     found: Calibration, target: Path, sources: Sequence[str], prior: Path | None = None
 ) -> dict[str, str]:
-    """File name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv beside it.
+    """Return file name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv beside it.
 
-    sources: names of the recordings. prior: the machine file that the calibration started from; what it says beside the error
+    sources: names of the recordings. prior: the machine file that the calibration started from; its content beside the error
     table stays, with its comments.
     """
     table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
@@ -77,7 +77,7 @@ def machine_texts(
 
 
 def error_file(found: Calibration) -> ErrorFile:
-    """One table per axis over its nodes, and the squareness."""
+    """Return one table per axis over its nodes, and the squareness."""
     tables, model = [], found.kept
     curves = [c for c in model.curves if not c.reversal]
     for axis in dict.fromkeys(c.axis for c in curves):
@@ -88,7 +88,7 @@ def error_file(found: Calibration) -> ErrorFile:
 
 
 def _errors(found: Calibration, table: str, covariance: str, said: str) -> str:
-    """[errors], with what is not identified in comments."""
+    """Return [errors], with errors that are not identified in comments."""
     named = ", ".join(f'"{c}"' for c in found.machine.compensation)
     on = f"compensation = [{named}]\n" if named else ""
     missing = "".join(f"# not identified: {c.text}\n" for c in found.identified.combinations)
@@ -99,12 +99,12 @@ def _errors(found: Calibration, table: str, covariance: str, said: str) -> str:
 
 
 def between(found: Calibration) -> str:
-    """How the file interpolates between its nodes: what was fitted."""
+    """Return the interpolation of the file between its nodes: that of the fit."""
     return "linear" if any(c.kind == LINEAR for c in found.kept.curves) else "cubic"
 
 
 def _reversal(found: Calibration, curve: Curve) -> str:
-    """A lost motion as an effect with its Input; nothing where it does not differ from zero by more than chance."""
+    """Return a lost motion as an effect with its Input; nothing where it does not differ from zero by more than chance."""
     from scipy.special import chdtrc
 
     part = found.kept.slices[curve.component]
@@ -119,7 +119,7 @@ def _reversal(found: Calibration, curve: Curve) -> str:
 
 
 def bare_text(machine: Machine) -> str:
-    """A machine file without errors: structure, travels, dynamics, where rotary axes are and errors were measured."""
+    """Return a machine file without errors: structure, travels, dynamics, places of rotary axes and of measured errors."""
     lines = ['vcmm = "machine/1"', f'name = "{machine.name}"', f'kind = "{machine.kind}"']
     lines.append(f'structure = "{machine.chain.structure}"')
     for letter, axis in machine.axes.items():
@@ -144,7 +144,7 @@ def bare_text(machine: Machine) -> str:
 
 
 def _dynamics_text(axis: Axis) -> str:
-    """Speed, acceleration, jerk, gain and feed-forward as they are read, such as speed = "500 mm/s"."""
+    """Return speed, acceleration, jerk, gain and feed-forward in the form in which they are read, such as speed = "500 mm/s"."""
     length = "rad" if axis.rotary else "mm"
     units = {"speed": f"{length}/s", "acceleration": f"{length}/s^2", "jerk": f"{length}/s^3", "gain": "1/s"}
     texts = {k: f"{v:.10g}" if k not in units else f'"{v:.10g} {units[k]}"' for k, v in axis.dynamics.items()}
@@ -152,7 +152,7 @@ def _dynamics_text(axis: Axis) -> str:
 
 
 def stated_repeatability(machine: Machine) -> str:
-    """[repeatability] of a machine that states it by a normal or t law of one number; nothing for another."""
+    """Return [repeatability] of a machine that states it by a normal or t law of one number; nothing for another."""
     for one in machine.inputs:
         if one.effect == Scatter.name and isinstance(one.law, Normal | StudentT):
             t = one.law.dof if isinstance(one.law, StudentT) else None
@@ -163,7 +163,7 @@ def stated_repeatability(machine: Machine) -> str:
 
 
 def _repeatability(found: Calibration) -> str:
-    """Scatter of a touch, where the machine itself probed."""
+    """Return the scatter of a touch, where the machine itself probed."""
     touches = [e for r, e in zip(found.readings, found.posterior.residual) if r.recording.kind == "probe"]
     if not touches:
         return ""
@@ -175,7 +175,7 @@ def _repeatability(found: Calibration) -> str:
 
 
 def _without_errors(prior: Path, folder: Path, names: Sequence[str]) -> str:
-    """A machine file without [errors] and without what it says of these errors elsewhere, as it stands in `folder`."""
+    """Return a machine file without [errors] and without its other statements about these errors, as a file in `folder`."""
     document = editable(prior)
     _check_locations(document, prior, names)
     without_table(document, "errors")
@@ -191,7 +191,7 @@ def _without_errors(prior: Path, folder: Path, names: Sequence[str]) -> str:
 
 
 def _check_locations(document: Any, prior: Path, names: Sequence[str]) -> None:
-    """Raises UsageError where the error table of a machine file places a rotary axis, and the new one of these errors would not."""
+    """Raise UsageError where the error table of a machine file places a rotary axis, and the new one would not."""
     table = document.get("errors", {}).get("table")
     constants = read_error_file(prior.parent / str(table)).constants if table else {}
     located = [name for name in constants if is_location(name) and name not in names]
@@ -203,7 +203,7 @@ def _check_locations(document: Any, prior: Path, names: Sequence[str]) -> None:
 
 
 def _says_of(table: Mapping[str, object], names: Sequence[str]) -> bool:
-    """Whether an [[effects]] or [[inputs]] table states one of the errors of these names (EXX, C0Y, BX)."""
+    """Return whether an [[effects]] or [[inputs]] table states one of the errors of these names (EXX, C0Y, BX)."""
     kind = BY_NAME.get(str(table.get("effect")))
     if kind is None or not kind.about.is_calibrated:
         return False

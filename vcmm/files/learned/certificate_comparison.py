@@ -1,4 +1,4 @@
-"""What a certificate is worth for a part: U under every prior, U with every further fact, and coverage of machines at the limit."""
+"""Value of a certificate for a part: U under every prior, U with every further fact, and coverage of machines at the limit."""
 
 from __future__ import annotations
 
@@ -49,9 +49,8 @@ class CertifiedU:
 
 @dataclass(frozen=True)
 class CertificateWorth(Readable):
-    """by_prior, by_fact: U; covered: machines at the limit; figures: of the test, of machines drawn as stated.
-
-    warnings: what the intervals that are counted leave in, such as a known bias.
+    """by_prior, by_fact: U; covered: machines at the limit; figures: of the test, of machines sampled as stated.
+    warnings: errors left in the counted intervals, such as a known bias.
     """
 
     stated: str
@@ -71,7 +70,7 @@ class CertificateWorth(Readable):
 def certificate_worth(
     path: Path, *, trials: int | None = None, seed: int | None = None, progress: Progress | None = None
 ) -> CertificateWorth:
-    """Of a scenario whose machine states a certificate and no errors of its own. UsageError for another one."""
+    """Compute the value of the certificate of a scenario whose machine states one and no errors of its own. UsageError for another scenario."""
     report = progress or (lambda text, share: None)
     table = certificate_table(path)
     scenario, certificate = load_scenario(path), _drawn_from(path)
@@ -117,7 +116,7 @@ def _drawn_from(path: Path) -> MachineCertificate:
 
 
 def _facts(table: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
-    """(words, certificate) from the first limit on, one more fact each."""
+    """Return (words, certificate) from the first limit on, one more fact each."""
     first = next(k for k in FIRST if table.get(k))
     known = {k: v for k, v in table.items() if k in (first, "prior")}
     steps = [(first, dict(known))]

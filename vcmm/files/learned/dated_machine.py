@@ -25,7 +25,7 @@ from vcmm.physics.structure.component import ComponentSpline, ComponentTable
 
 
 def machine_files(dated: DatedMachine, original: Path, target: Path, at: str, last: str) -> dict[str, str]:
-    """File name -> text: STEM.toml, STEM_errors.csv where the original has a table, STEM_state.csv and STEM_since.csv.
+    """Return file name -> text: STEM.toml, STEM_errors.csv where the original has a table, STEM_state.csv and STEM_since.csv.
 
     Raises UsageError where a number that was followed cannot be written so that it is read back.
     """
@@ -49,7 +49,7 @@ def machine_files(dated: DatedMachine, original: Path, target: Path, at: str, la
 
 
 def _departure_of(dated: DatedMachine, effect: Effect) -> dict[str, Array]:
-    """Parameter -> departure, in the shape of the parameter."""
+    """Return parameter -> departure, in the shape of the parameter."""
     rows = dated.followed.tracked.rows
     return {
         q.parameter: np.reshape(dated.departure[rows[q.id]], np.shape(getattr(q.effect, q.parameter)))
@@ -61,7 +61,8 @@ def _departure_of(dated: DatedMachine, effect: Effect) -> dict[str, Array]:
 def _renew_table(
     dated: DatedMachine, document: Any, original: Path, said: str, files: dict[str, str], name: str
 ) -> set[str]:
-    """The error table with the numbers of the day into `files`; [errors] without what it says of their uncertainty. Ids in the table."""
+    """Put the error table with the numbers of the day into `files`; [errors] without its statements about their uncertainty. Return the
+    ids in the table."""
     errors = document.get("errors")
     if errors is None:
         return set()
@@ -85,7 +86,7 @@ def _renew_table(
 
 
 def _over(effect: ComponentTable | ComponentSpline) -> tuple[tuple[str, ...], tuple[Array, ...]]:
-    """Letters of the axes over which a table or spline stands, and its nodes."""
+    """Return the letters of the axes over which a table or spline is defined, and its nodes."""
     if isinstance(effect, ComponentSpline):
         return (effect.link,), (np.asarray(effect.nodes, dtype=float),)
     return tuple(effect.arguments), tuple(effect.grids)
@@ -96,7 +97,7 @@ def _constant(file: ErrorFile, name: str) -> float:
 
 
 def _together(tables: list[ErrorTable]) -> tuple[ErrorTable, ...]:
-    """Tables over the same positions as one."""
+    """Join tables over the same positions into one."""
     out: list[ErrorTable] = []
     for table in tables:
         k = next((i for i, t in enumerate(out) if _same_grids(t, table)), None)
@@ -113,7 +114,7 @@ def _same_grids(one: ErrorTable, other: ErrorTable) -> bool:
 
 
 def _departures(dated: DatedMachine, in_table: set[str], said: str) -> str:
-    """[[effects]] of what the others differ by from the original file; the reader adds effects of one name and place."""
+    """Return [[effects]] of the differences from the original file; the reader adds effects of one name and place."""
     blocks = []
     for effect in {q.effect.id: q.effect for q in dated.followed.tracked.quantities}.values():
         moved = {n: v for n, v in _departure_of(dated, effect).items() if np.any(v)}
@@ -129,7 +130,7 @@ def _departures(dated: DatedMachine, in_table: set[str], said: str) -> str:
 
 
 def _take_out_inputs(dated: DatedMachine, document: Any) -> None:
-    """[[inputs]] that [tracked] takes the place of. Raises UsageError for scales whose coefficient was followed."""
+    """Remove [[inputs]] that [tracked] replaces. Raises UsageError for scales whose coefficient was followed."""
     ids = {q.id for q in dated.uncertain}
     stated = document.get("inputs", [])
     for i in reversed(range(len(stated))):
@@ -144,7 +145,7 @@ def _take_out_inputs(dated: DatedMachine, document: Any) -> None:
 
 
 def _names_of(table: Mapping[str, Any]) -> set[str]:
-    """Ids of the quantities of an [[inputs]] table that is drawn once for the machine."""
+    """Return the ids of the quantities of an [[inputs]] table with one draw for the machine."""
     if table.get("redraw", "machine") != "machine":
         return set()
     if "names" in table:

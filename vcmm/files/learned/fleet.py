@@ -1,8 +1,8 @@
-"""Many recordings: what is found where and when, each by itself, and what of it changed on a machine.
+"""Diagnose many recordings: the findings of each by place and time, and their changes on a machine.
 
 A recording that cannot be read or diagnosed becomes a row that says why; the others are diagnosed all the same. Rows are plain values
-that depend on the files and the seed alone, so that it does not matter who works them out, in which order, or how often the
-work is taken up again.
+that depend on the files and the seed alone, so that workers, order and interruptions
+do not matter.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Record = dict[str, Any]
 
 @dataclass(frozen=True)
 class FolderJob:
-    """What is asked of every recording. machine: a file that is used instead of the one that each names."""
+    """Options for every recording. machine: a file that is used instead of the one that each names."""
 
     folder: Path
     seed: int
@@ -42,8 +42,8 @@ class FolderJob:
 class Change:
     """A number of a name that was found on a machine at least twice, or found once and once not.
 
-    first, last: file and date; value, u in `unit`; None where the name was not found then. found: in how many of `of`. went, there: how
-    the number went in time, and when it was found; their ends are numbers of `when`, file and date of all recordings of the machine.
+    first, last: file and date; value, u in `unit`; None where the name was not found then. found: in how many of `of`. went, there: course
+    of the number in time, and when it was found; their ends are numbers of `when`, file and date of all recordings of the machine.
     """
 
     machine: str
@@ -61,12 +61,12 @@ class Change:
     when: tuple[tuple[str, str], ...] = ()
 
     def at(self, number: int | None) -> str | None:
-        """Date of a recording, its file where it has none."""
+        """Return the date of a recording, its file where it has none."""
         return None if number is None else self.when[number][1] or self.when[number][0]
 
     @property
     def steady(self) -> bool:
-        """Found in all recordings, and as good as one number in them."""
+        """Whether it was found in all recordings, and its values are consistent with one number."""
         return self.went.kind in ("", STEADY) and self.there[0] == ALWAYS
 
     @property
@@ -86,12 +86,12 @@ class Change:
 def diagnosed_folder(
     asked: FolderJob, files: Sequence[Path], key: str, sharing: Sharing, progress: Callable[[float], None]
 ) -> list[Record]:
-    """A record of every file, in their order. Raises ShardDone where a share is wanted, DataError where a shard lacks some."""
+    """Return a record of every file, in their order. Raises ShardDone where a share is wanted, DataError where a shard lacks some."""
     return sharing.all_of(key, record_of, asked, [str(file) for file in files], progress)
 
 
 def record_of(asked: FolderJob, file: str) -> Record:
-    """One recording as plain values: what of its diagnosis is kept, or `problem`, why there is none."""
+    """Return one recording as plain values: the kept part of its diagnosis, or `problem`, why there is none."""
     path = Path(file)
     known: Record = {"file": path.relative_to(asked.folder).as_posix(), "machine": "", "date": ""}
     try:
@@ -106,20 +106,22 @@ def record_of(asked: FolderJob, file: str) -> Record:
             told["family_size"] = family_size(a, recording.run)
     except VcmmError as error:
         return {**known, "problem": first_of(error).replace(str(asked.folder) + "/", ""), "ours": False}
-    except Exception as error:  # a fault of ours in one of thousands is told and does not end the others
+    except (
+        Exception
+    ) as error:  # an internal error in one of thousands is reported and does not end the others
         return {
             **known,
             "problem": f"internal error ({type(error).__name__}: {error}); please report it",
             "ours": True,
         }
     kept = {k: found[k] for k in COMMON_KEYS if k in found}
-    if kept["unknown"]:  # its curve or map is long, and stands in the document of the recording itself
+    if kept["unknown"]:  # its curve or map is long, and is in the document of the recording itself
         kept["unknown"] = {k: v for k, v in kept["unknown"].items() if k != "shape"}
     return {**known, "problem": None, "ours": False, **kept}
 
 
 def family_size(a: Answer, run: Run) -> Record | None:
-    """Of a play, constant or growing along its axis, the play in the middle of the rows: one number whichever of the two is named.
+    """Return, of a play that is constant or grows along its axis, the play in the middle of the rows: one number whichever of the two is named.
 
     gap(q) = g0 + g1 q at q in the middle of the range; u(g0) + |q| u(g1) is the most that its u can be (Cauchy and Schwarz).
     """
@@ -137,12 +139,12 @@ def family_size(a: Answer, run: Run) -> Record | None:
 
 
 def in_time(records: Sequence[Record]) -> list[Record]:
-    """Machine by machine, by date, then by file."""
+    """Sort the records machine by machine, by date, then by file."""
     return sorted(records, key=lambda r: (r["machine"], r["date"], r["file"]))
 
 
 def changes(records: Sequence[Record]) -> list[Change]:
-    """First and last of every number that was found, machine by machine."""
+    """Return first and last value of every number that was found, machine by machine."""
     out: list[Change] = []
     good = [r for r in in_time(records) if r["problem"] is None]
     for machine in dict.fromkeys(r["machine"] for r in good):
@@ -167,7 +169,7 @@ def _change(
 
 
 def _moment(date: str) -> float | None:
-    """In s, since some time; None of what is no date."""
+    """Return a date in s, from a fixed origin; None of a text that is no date."""
     try:
         return datetime.fromisoformat(date).replace(tzinfo=None).timestamp()
     except ValueError:
@@ -179,12 +181,12 @@ def _stood(record: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def _family_of(answer: Mapping[str, Any]) -> str:
-    """'play Y'"""
+    """Return the family of an answer, such as 'play Y'."""
     return " ".join((answer.get("family") or answer["effect"], *(str(v) for v in answer["where"].values())))
 
 
 def _mixed(records: Sequence[Record]) -> set[str]:
-    """Families at a place of which the recordings name more than one member, each with a size of the family: they are one course."""
+    """Return the families at a place of which the recordings name more than one member, each with a size of the family: they are one course."""
     named: dict[str, set[str]] = {}
     for a in (a for r in records for a in _stood(r)):
         named.setdefault(_family_of(a), set()).add(a["effect"] if a.get("family_size") else "")
@@ -194,7 +196,7 @@ def _mixed(records: Sequence[Record]) -> set[str]:
 def _numbers(
     record: Mapping[str, Any], mixed: Collection[str] = ()
 ) -> dict[tuple[str, str, str], tuple[float, float]]:
-    """(name, parameter, unit) -> value and u of what was found in a recording; of a family in `mixed` its size."""
+    """Return (name, parameter, unit) -> value and u of what was found in a recording; of a family in `mixed` its size."""
     out = {}
     for a in _stood(record):
         if _family_of(a) in mixed:
@@ -207,5 +209,5 @@ def _numbers(
 
 
 def name_of(answer: Mapping[str, Any]) -> str:
-    """'backlash Y'"""
+    """Return the name of an answer, such as 'backlash Y'."""
     return " ".join((answer["effect"].replace("_", " "), *(str(v) for v in answer["where"].values())))

@@ -1,6 +1,6 @@
-"""An improved machine file: the original text, the effects that were found, and how well they are known.
+"""Write an improved machine file: the original text, and the effects that were found with their uncertainty.
 
-Everything the owner wrote stays as it is; what is added stands at the end, with the recording it comes from.
+The owner's text does not change; additions are at the end, with the recording they come from.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ TABLE = "errors_corrected.csv"
 def improved_machine(
     original: Path, target: Path, machine: Machine, answers: Sequence[Answer], source: str
 ) -> str:
-    """Text of the improved machine file.
+    """Return the text of the improved machine file.
 
     Of an effect that the machine has already only the departure is added: effects of one name and place are joined when
     the file is read. A quantity that has an Input keeps it. Candidates and errors of the instrument are named in a comment.
@@ -58,8 +58,8 @@ def improved_machine(
 
 
 def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: str) -> dict[str, str]:
-    """File name -> text of the corrected error table, beside the text `improved_machine` writes; empty where the numbers
-    do not stand in a table file ([errors] table) or cannot be corrected there.
+    """Return file name -> text of the corrected error table, beside the text `improved_machine` writes; empty where the numbers
+    are not in a table file ([errors] table) or cannot be corrected there.
     """
     from vcmm.files.own.known_errors import effects_of, read_error_file
     from vcmm.files.toml import read_toml
@@ -81,7 +81,7 @@ def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: s
 
 
 def repaired_in_place(machine: Machine, mistake: Mistake, source: str) -> str:
-    """Further [[effects]] that put right a mistake in numbers that stand in the machine file itself; "" where that cannot be said so.
+    """Return further [[effects]] that correct a mistake in numbers of the machine file itself; "" where that is not possible.
 
     Effects of one name and place are added when the file is read, so each holds the difference.
     """
@@ -97,7 +97,7 @@ def repaired_in_place(machine: Machine, mistake: Mistake, source: str) -> str:
 
 
 def with_table(text: str) -> str:
-    """Text of a machine file whose [errors] name the corrected table."""
+    """Return the text of a machine file whose [errors] name the corrected table."""
     import tomlkit
 
     document: Any = tomlkit.parse(text)
@@ -106,7 +106,7 @@ def with_table(text: str) -> str:
 
 
 def effect_toml(effect: Effect, comment: str = "") -> str:
-    """One [[effects]] table with all places, parameters and further keys of the effect."""
+    """Return one [[effects]] table with all places, parameters and further keys of the effect."""
     lines = [
         f"[[effects]]{f'                                # {comment}' if comment else ''}",
         f'effect = "{effect.name}"',
@@ -131,7 +131,7 @@ def effect_toml(effect: Effect, comment: str = "") -> str:
 
 
 def _array_lines(effect: Effect) -> list[str]:
-    """What an effect stands on without being a parameter: ends or nodes of a travel, grids and table, points."""
+    """Return the keys of an effect that are no parameters: ends or nodes of a travel, grids and table, points."""
     lines = []
     letters = tuple(getattr(effect, "arguments", ()))
     if letters and vars(effect).get("grids"):
@@ -152,7 +152,7 @@ def _array_lines(effect: Effect) -> list[str]:
 
 
 def _word(value: Any) -> str:
-    """A text, a number or a list of them, as TOML writes it."""
+    """Return a text, a number or a list of them, as TOML writes it."""
     if isinstance(value, str):
         return f'"{value}"'
     return f"[{', '.join(_word(v) for v in value)}]" if isinstance(value, list | tuple) else f"{value:.10g}"
@@ -164,7 +164,7 @@ def _positions(letter: str, values: Any) -> str:
 
 
 def _quantity(effect: Effect, spec: Any) -> str:
-    """One text for a number or a row of them, a list of texts for a table."""
+    """Return one text for a number or a row of them, a list of texts for a table."""
     unit = unit_of(effect, spec.name)
     numbers = np.asarray(getattr(effect, spec.name), dtype=float) / _factor(unit)
     end = f" {unit}" if unit not in ("", "1") else ""
@@ -182,7 +182,7 @@ def _plain(value: object) -> str:
 
 
 def input_toml(effect: Effect, one: Input, source: str) -> str:
-    """One [[inputs]] table for a parameter of the effect: u for a number, a covariance for an array."""
+    """Return one [[inputs]] table for a parameter of the effect: u for a number, a covariance for an array."""
     spec = next(f for f in parameter_fields(effect) if f.name == one.parameter)
     unit = unit_of(effect, spec.name)
     lines = ["[[inputs]]", f'effect = "{effect.name}"']

@@ -1,4 +1,4 @@
-"""A check beside what was forecast of it before it came: a ball bar over its angle, a laser over its axis, all else reading by reading.
+"""Compare a check with its forecast: a ball bar over its angle, a laser over its axis, all else reading by reading.
 
     seen = value - N (nuisance)           forecast = machine file + C theta(state before) - N (nuisance)
 
@@ -32,7 +32,7 @@ FLAT = 1e-6  # share of a direction out of the plane
 
 @dataclass(frozen=True, eq=False)
 class CheckPart:
-    """What one picture shows. name: recording, with the plane of a circle; place (n,): rad of a circle, mm of an axis, number of the reading.
+    """Data of one picture. name: recording, with the plane of a circle; place (n,): rad of a circle, mm of an axis, number of the reading.
 
     up (n,): 1.0 forwards, -1.0 backwards along the axis, 0.0 no matter. seen, forecast, u (n,) in `unit`; u: of forecast and reading together.
     """
@@ -55,7 +55,7 @@ class CheckPart:
 
 
 def check_parts(track: Track, name: str) -> tuple[CheckPart, ...]:
-    """Of a recording by its name, or by its name and a plane ("345_bar.toml YZ"). Raises KeyError with the closest names."""
+    """Return the parts of a recording by its name, or by its name and a plane ("345_bar.toml YZ"). Raises KeyError with the closest names."""
     number = next((i for i, c in enumerate(track.checks) if name.split(" ")[0] == c.name), None)
     if number is None:
         raise KeyError(
@@ -73,7 +73,7 @@ def check_parts(track: Track, name: str) -> tuple[CheckPart, ...]:
 
 
 def last_checks(track: Track) -> tuple[CheckPart, ...]:
-    """The last recording of every kind (by what is read of its rows): the newest first, three at most."""
+    """Return the last recording of every kind (by its readings): the newest first, three at most."""
     out: list[CheckPart] = []
     kinds: set[tuple[str, bool]] = set()
     for check in reversed(track.checks[-LOOKED:]):
@@ -93,7 +93,7 @@ LOOKED = 8  # recordings, from the last one back
 def _beside(
     followed: FollowedMachine, state: tuple[Array, Array], problem: Problem, noise: float
 ) -> tuple[Array, Array, Array]:
-    """(seen, forecast, u) (m,) mm or rad, the nuisance taken out of each."""
+    """Return (seen, forecast, u) (m,) mm or rad, with the nuisance removed from each."""
     mean, factor = state
     shown = of_whole_state(columns_of(followed.tracked, problem), followed.tracked.stated)
     basis = nuisance_basis(problem.nuisance / problem.u[:, None])
@@ -111,7 +111,7 @@ def _beside(
 def _circles(
     problem: Problem, words: tuple[str, str, str], values: tuple[Array, Array, Array]
 ) -> tuple[CheckPart, ...]:
-    """Of lengths: a picture for each plane in which the bar went round; none where it did not."""
+    """Return, for lengths, a picture for each plane in which the bar went round; none where it did not."""
     if problem.recording.kind != "length":
         return ()
     file, date, unit = words
@@ -143,7 +143,8 @@ def _circles(
 
 
 def _planes_of(way: Array) -> Array:
-    """(m,): number of the plane in which each reading was made, -1: of none. One along an axis lies in two: it is of that of the next reading, else of the one before."""
+    """Return the number of the plane in which each reading was made (m,), -1: of none. One along an axis lies in two: it takes that of
+    the next reading, else of the one before."""
     flat = np.stack([np.hypot(way[:, i], way[:, j]) > 1 - FLAT for i, j in PLANES.values()], axis=1)
     own = np.where(flat.sum(axis=1) == 1, flat.argmax(axis=1), -1)
     sure, out = np.flatnonzero(own >= 0), own.copy()
@@ -155,7 +156,7 @@ def _planes_of(way: Array) -> Array:
 
 
 def _along(problem: Problem, words: tuple[str, str, str], values: tuple[Array, Array, Array]) -> CheckPart:
-    """Over the one axis that moved, by its sense; else reading by reading."""
+    """Return a picture over the one axis that moved, by its sense; else reading by reading."""
     file, date, unit = words
     seen, forecast, u = values
     run, row = problem.recording.run, problem.recording.row

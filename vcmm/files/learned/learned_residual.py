@@ -1,4 +1,4 @@
-"""A learned residual as files: the machine file with the term and the joint covariance of its values, and its rows beside it."""
+"""Write a learned residual as files: the machine file with the term and the joint covariance of its values, and its rows beside it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MACHINE = "machine_learned.toml"
 
 
 def learned_files(rest: LearnedRest, original: Path, folder: Path) -> dict[str, str]:
-    """File name -> text of MACHINE and ROWS; none where the gate was not passed."""
+    """Return file name -> text of MACHINE and ROWS; none where the gate was not passed."""
     if not rest.passed:
         return {}
     document = editable(original)
@@ -40,7 +40,7 @@ def _input(rest: LearnedRest) -> str:
 
 
 def _rows(rest: LearnedRest) -> str:
-    """Position, level, value and standard uncertainty of every node."""
+    """Return position, level, value and standard uncertainty of every node."""
     effect = vars(rest.effect)
     nodes, column = np.asarray(effect["nodes"]), str(effect["column"])
     levels = np.array([float(v) for v in str(effect["levels"]).split()] or [0.0])

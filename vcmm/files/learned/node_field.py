@@ -1,4 +1,4 @@
-"""Nodes that were found, as a residual field in a machine file: a process of a share that comes back and of one that each approach adds."""
+"""Write estimated nodes as a residual field in a machine file: a process of a repeatable share and of one that each approach adds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SHARES = (
 
 
 def check_nodes(found: NodeScatter, machine: Machine) -> str:
-    """The name of the effect that these nodes become.
+    """Return the name of the effect that these nodes become.
 
     Raises UsageError where they span no volume, or where the machine states such a field already.
     """
@@ -39,9 +39,8 @@ def check_nodes(found: NodeScatter, machine: Machine) -> str:
 
 
 def approach_scale(found: NodeScatter) -> Array:
-    """(K, 3) mm: scale of the t-law of one approach about the mean of its node; that mean has its own u in the systematic share.
-
-    Where `single` is below what the lengths alone make, that stands for it: less cannot be seen.
+    """Return the scale of the t-law of one approach about the mean of its node, as (K, 3) mm; that mean has its own u in the systematic share.
+    Where `single` is below the scatter by the lengths alone, the latter replaces it: less cannot be seen.
     """
     return np.maximum(found.single, found.instrument)
 
@@ -54,7 +53,7 @@ def node_text(
     sources: Sequence[str],
     fit: ProcessFit | None = None,
 ) -> str:
-    """Text of the machine file with the field at its end. original: the file that it is added to; None: one of structure and travels."""
+    """Return the text of the machine file with the field at its end. original: the file that it is added to; None: one of structure and travels."""
     from vcmm.files.learned.calibrated_machine import bare_text
 
     name = check_nodes(found, machine)
@@ -79,7 +78,7 @@ def node_text(
 
 
 def _effect_lines(name: str, process: FieldProcess, found: NodeScatter, dof: int, said: str) -> list[str]:
-    """The [[effects]] table; nodes that are filled in stand behind those that were read."""
+    """Return the [[effects]] table; nodes that are filled in follow those that were read."""
     mean, _ = process.posterior(found.deviation)
     rows = ", ".join(f"[{', '.join(f'{v:.4f}' for v in row)}]" for row in process.correlation)
     words = [

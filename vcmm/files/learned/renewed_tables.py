@@ -1,4 +1,4 @@
-"""The tables anew as files: errors_renewed.csv, its joint covariance, and the machine file that names them."""
+"""Write the renewed tables as files: errors_renewed.csv, its joint covariance, and the machine file that names them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TABLE, COVARIANCE = "errors_renewed.csv", "errors_renewed_covariance.csv"
 
 
 def renewed_files(original: Path, machine: Machine, new: RenewedTables, source: str) -> dict[str, str]:
-    """File name -> text of table and covariance. Raises UsageError where the numbers do not stand in a table file."""
+    """Return the file name -> text of table and covariance. Raises UsageError where the numbers do not stand in a table file."""
     stated = read_toml(original).data.get("errors")
     if not isinstance(stated, dict) or not isinstance(stated.get("table"), str):
         raise UsageError(f"{original}: no [errors] table, so there is none to write anew")
@@ -33,7 +33,7 @@ def renewed_files(original: Path, machine: Machine, new: RenewedTables, source: 
 
 
 def _refine_file(old: ErrorFile, machine: Machine, new: RenewedTables) -> ErrorFile:
-    """The tables at the nodes that their covariance has: those of the file, or finer ones where the machine was refined."""
+    """Return the tables at the nodes that their covariance has: those of the file, or finer ones where the machine was refined."""
     effects = {e.where: e for e in with_tables(machine, new).effects if e.about.table_parameter}
     tables = []
     for table in old.tables:
@@ -56,7 +56,7 @@ def _refine_file(old: ErrorFile, machine: Machine, new: RenewedTables) -> ErrorF
 
 
 def name_tables(text: str, source: str) -> str:
-    """Text of a machine file whose [errors] name the tables anew, with their covariance in place of what was stated."""
+    """Return the text of a machine file whose [errors] name the renewed tables, with their covariance in place of the stated one."""
     import tomlkit
 
     document: Any = tomlkit.parse(text)

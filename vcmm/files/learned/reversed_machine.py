@@ -1,4 +1,4 @@
-"""The machine file of reversals: straightness as a table with its covariance, spindle errors as orders, squareness as a number."""
+"""Write the machine file of reversals: straightness as a table with its covariance, spindle errors as orders, squareness as a number."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ TURNS = 36000  # deg, to either side: a spindle's travel
 def reversed_texts(
     found: Sequence[ReversalResult], chain: Chain, target: Path, sources: Sequence[str]
 ) -> dict[str, str]:
-    """File name -> text: STEM.toml as `target` says; STEM_errors.csv and STEM_covariance.csv where a straightness is in it.
+    """Return file name -> text: STEM.toml as `target` says; STEM_errors.csv and STEM_covariance.csv where it holds a straightness.
 
     Raises UsageError for an axis that the structure lacks.
     """
@@ -59,7 +59,7 @@ def reversed_texts(
 
 
 def _head(found: Sequence[ReversalResult], chain: Chain) -> str:
-    """Axes with the travel that was scanned; those that stood still get a millimetre to either side."""
+    """Return axes with the travel that was scanned; those that did not move get a millimetre to either side."""
     lines = ['vcmm = "machine/1"', 'name = "machine of reversals"', f'structure = "{chain.structure}"']
     seen, fixed = spans(found), turning_axes(found)
     for letter in chain.letters:
@@ -81,7 +81,7 @@ def _tables(straight: Sequence[ReversalResult]) -> ErrorFile:
 
 
 def _joint(straight: Sequence[ReversalResult]) -> JointCovariance:
-    """Straightnesses of different files are independent."""
+    """Return the joint covariance; straightnesses of different files are independent."""
     from scipy.linalg import block_diag
 
     parts = [one.straight for one in straight if one.straight is not None]
@@ -91,7 +91,7 @@ def _joint(straight: Sequence[ReversalResult]) -> JointCovariance:
 
 
 def _effects(one: ReversalResult) -> str:
-    """[[effects]] and [[inputs]] of a squareness or a turning axis."""
+    """Return [[effects]] and [[inputs]] of a squareness or a turning axis."""
     out = ""
     if one.square is not None:
         located = RotaryLocation(one.file.error, tilt=one.square.angle)

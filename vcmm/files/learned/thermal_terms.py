@@ -1,4 +1,4 @@
-"""A thermal model in a machine file: its terms as effects, and their joint covariance as one Input."""
+"""Write a thermal model to a machine file: its terms as effects, and their joint covariance as one Input."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class WrittenTerms:
 
 
 def written_terms(model: ThermalModel) -> WrittenTerms:
-    """The terms as effects: two of one direction and sensor become one with two lags, the faster one first."""
+    """Return the terms as effects: two of one direction and sensor become one with two lags, the faster one first."""
     effects: list[Effect] = []
     numbers: list[tuple[Effect, str, int]] = []
     single, count = model.effects(), len(model.terms)
@@ -65,7 +65,7 @@ def _two_lags(model: ThermalModel, pair: Sequence[int]) -> Effect:
 
 
 def covariance_of(model: ThermalModel, written: WrittenTerms) -> Array:
-    """(n, n) of the numbers that are written, canonical units."""
+    """Return the covariance (n, n) of the numbers that are written, canonical units."""
     rows = [k for _, _, k in written.numbers]
     return model.covariance[np.ix_(rows, rows)]
 
@@ -73,7 +73,7 @@ def covariance_of(model: ThermalModel, written: WrittenTerms) -> Array:
 def thermal_text(
     model: ThermalModel, machine: Machine, original: Path, target: Path, sources: Sequence[str]
 ) -> str:
-    """Text of the machine file `original` with the terms at its end, as it stands at `target`.
+    """Return the text of the machine file `original`, moved to `target`, with the terms at its end.
 
     Raises UsageError where the file has an effect of the same name and place already.
     """

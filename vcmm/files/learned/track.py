@@ -1,4 +1,4 @@
-"""Track: all recordings of a folder in the order of their dates, to one state of the machine that is kept and taken up again."""
+"""Track: process all recordings of a folder in the order of their dates into one state of the machine that is kept and continued."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class TrackRequest:
-    """machine: its file; folder: of the recordings; state: folder of the state, None: nothing is kept. replay: work it all out anew."""
+    """machine: its file; folder: of the recordings; state: folder of the state, None: nothing is kept. replay: compute everything anew."""
 
     machine: Path
     folder: Path
@@ -77,7 +77,7 @@ def track(
     seed: int = 0,
     progress: Progress = lambda text, share: None,
 ) -> Track:
-    """What is known of a machine on a day from all recordings of a folder.
+    """Return the knowledge about a machine on a day from all recordings of a folder.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def track(
 
 
 def _take_in(request: TrackRequest, progress: Progress) -> tuple[FollowedMachine, tuple[KnownFile, ...], int]:
-    """The machine after all recordings of the folder, their files, and how many were new; the state is kept."""
+    """Return the machine after all recordings of the folder, their files, and the number of new ones; the state is kept."""
     known = load_machine(request.machine)
     tracked, of_machine = tracked_machine(known), hash_of(request.machine)
     found = _in_time(request.folder)
@@ -149,7 +149,7 @@ def _take_in(request: TrackRequest, progress: Progress) -> tuple[FollowedMachine
 def _state_before(
     request: TrackRequest, tracked: TrackedMachine, of_machine: str
 ) -> tuple[FollowedMachine, tuple[KnownFile, ...], bool]:
-    """The state to go on from, its files, and whether it was kept. Raises UsageError where it was begun with another alpha."""
+    """Return the state to continue from, its files, and whether it was kept. Raises UsageError where it was begun with another alpha."""
     kept = None if request.replay or request.state is None else read_state(request.state, tracked, of_machine)
     if kept is None:
         return start_following(tracked, request.alpha), (), False
@@ -161,7 +161,7 @@ def _state_before(
 
 
 def _day_of(at: str | None, last: float, file: KnownFile) -> float:
-    """The day of `at`, None: that of the last recording. Raises UsageError for a day before it."""
+    """Return the day of `at`, None: that of the last recording. Raises UsageError for a day before it."""
     when = last if at is None else moment(at)
     if when < last:
         raise UsageError(
@@ -172,7 +172,7 @@ def _day_of(at: str | None, last: float, file: KnownFile) -> float:
 
 
 def _take_state_folder(request: TrackRequest) -> None:
-    """The files of the state are the command's own. Raises UsageError for a place among the recordings."""
+    """Claim the files of the state for the command. Raises UsageError for a place among the recordings."""
     if request.state is None:
         return
     if request.state.resolve().is_relative_to(request.folder.resolve()):
@@ -194,7 +194,7 @@ def _check_alpha(alpha: float) -> None:
 
 
 def _in_time(folder: Path) -> list[KnownFile]:
-    """All recordings of a folder by date, then by name. Raises UsageError naming those without a date."""
+    """Return all recordings of a folder by date, then by name. Raises UsageError naming those without a date."""
     if not folder.is_dir():
         raise UsageError(f"{folder} is no folder; give the folder that holds the recordings")
     out, without = [], []
@@ -213,14 +213,14 @@ def _in_time(folder: Path) -> list[KnownFile]:
 
 
 def recordings_by_date(folder: Path, machine: Machine) -> list[tuple[str, Recording]]:
-    """(name, recording) of a folder in the order of their dates."""
+    """Return (name, recording) of a folder in the order of their dates."""
     return [(f.name, load_recording(folder / f.name, machine, gaps=True)[0]) for f in _in_time(folder)]
 
 
 def _new_files(
     found: Sequence[KnownFile], known: Sequence[KnownFile], request: TrackRequest
 ) -> list[KnownFile]:
-    """Those that the state does not hold yet. Raises UsageError where one is older than the state, changed since, or gone."""
+    """Return the files that the state does not hold yet. Raises UsageError where one is older than the state, changed since, or gone."""
     have = {f.name: f for f in known}
     for f in found:
         if f.name in have and f != have[f.name]:
@@ -248,7 +248,7 @@ def _order(file: KnownFile) -> tuple[float, str]:
 def _follow_file(
     request: TrackRequest, machine: Machine, before: FollowedMachine, file: KnownFile
 ) -> FollowedMachine:
-    """One more recording; an alarm is explained by `diagnose` against what was known before it."""
+    """Process one more recording; `diagnose` explains an alarm against the knowledge before it."""
     recording, _ = load_recording(request.folder / file.name, machine, gaps=True)
     seen = see_recording(before.tracked, recording, file.name, moment(file.date))
     after = follow_one(before, seen, file.date)
@@ -260,7 +260,7 @@ def _follow_file(
 
 
 def _explain(before: FollowedMachine, recording: Recording, when: float, seed: int) -> str:
-    """What `diagnose` says of a recording against the machine as it was expected that day."""
+    """Return the diagnosis of a recording against the machine as it was expected that day."""
     from vcmm.learn.diagnosis.job import diagnose  # large, and seldom needed
 
     try:
@@ -271,7 +271,7 @@ def _explain(before: FollowedMachine, recording: Recording, when: float, seed: i
 
 
 def _in_words(answer: Answer) -> str:
-    """squareness C0Y, angle +38.4 ± 2.3 urad (a collision, or ...): by how much it departs from what was expected."""
+    """Return an answer in words: squareness C0Y, angle +38.4 ± 2.3 urad (a collision, or ...): its departure from the expected value."""
     name = " ".join([answer.effect, *(str(v) for v in answer.where.values())])
     sizes = [f"{k} {e.value:+.3g} ± {e.u:.2g} {e.unit}" for k, e in answer.parameters.items()]
     cause, _ = cause_and_cure(answer.effect, answer.where, answer.parameters)

@@ -1,4 +1,4 @@
-"""What is asked of a machine that is followed: which check next, so that a task keeps its limits, and which parts an alarm makes doubtful."""
+"""Questions about a tracked machine: the next check with which a task keeps its limits, and the parts that an alarm makes doubtful."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class CheckAdvice(NamedTuple):
 def advise_checks(
     followed: FollowedMachine, dated: DatedMachine, task: Path, limits: Sequence[str], checks: Path, days: int
 ) -> CheckAdvice:
-    """From the day of `dated` on. Raises UsageError and DataError for files and limits that do not fit."""
+    """Advise checks from the day of `dated` on. Raises UsageError and DataError for files and limits that do not fit."""
     stated = limits_of(limits, load_scenario(task), dated)
     return CheckAdvice(stated, *plan_checks(followed, dated.when, load_checks(checks), stated, days))
 
@@ -35,6 +35,6 @@ def advise_checks(
 def parts_in_doubt(
     followed: FollowedMachine, dated: DatedMachine, task: Path, parts: Path
 ) -> tuple[DoubtfulParts, ...]:
-    """Of every alarm. Raises UsageError and DataError for files that do not fit."""
+    """Return the doubtful parts of every alarm. Raises UsageError and DataError for files that do not fit."""
     gains = gains_of(load_scenario(task), dated)
     return doubtful_parts(followed, read_parts(parts), gains)

@@ -1,4 +1,4 @@
-"""What a machine became: its parameters over time, its alarms, what they will be, and the machine of a day."""
+"""Result of tracking a machine: its parameters over time, its alarms, its forecast, and the machine of a day."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ DAYS = 30  # that a plan of checks covers
 AHEAD = (7.0, 30.0, 90.0)  # days of the forecast
 ROUND = {"mm": "um", "rad": "urad"}  # how small lengths and angles are written
 MOST = 4  # numbers that a warning names
-WEEK = 7.0  # days after a check from which its age is said
+WEEK = 7.0  # days after a check from which its age is reported
 BANDS = (
     "on twelve drawn machines with a season and wear the 95 % bands held 0.92 up to 30 days after a check and 0.90 (0.85 to 0.94) after 90 "
     "(docs/track.md)"
@@ -96,7 +96,7 @@ class Track:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was not shown, where it matters here."""
+        """Assumptions that were not shown, where they matter here."""
         days = self.dated.when - self.checks[-1].when
         age = f"{self.at} is {days:.0f} days after the last check: " if days > WEEK else ""
         least = "; the line time since calibration is the least that time has brought" if days > WEEK else ""
@@ -117,11 +117,11 @@ class Track:
 
     @property
     def machine(self) -> Machine:
-        """The machine of the day, as the files that `write` makes are read."""
+        """The machine of the day, as read from the files that `write` makes."""
         return as_machine(self.dated)
 
     def machine_on(self, when: str) -> DatedMachine:
-        """The machine on another day, not before the last recording."""
+        """Return the machine on another day, not before the last recording."""
         day = moment(when)
         if self.followed.last is not None and day < self.followed.last:
             raise UsageError(f"{when} is before the last recording, {self.checks[-1].date}")
@@ -176,7 +176,7 @@ class Track:
         return course(self.followed)
 
     def states_before(self, number: int) -> tuple[Array, Array]:
-        """Mean and factor of the state on the day of a recording, before it was taken in."""
+        """Return mean and factor of the state on the day of a recording, before it was processed."""
         now = self.checks[number].when
         if not number:
             start = self.followed.started
@@ -185,14 +185,14 @@ class Track:
         return earlier.mean, earlier.factor
 
     def course(self, name: str) -> NumberOverTime:
-        """One number by its name. Raises KeyError with the closest names."""
+        """Return one number by its name. Raises KeyError with the closest names."""
         for one in self.courses:
             if one.name == name:
                 return one
         raise KeyError(f'no "{name}" is followed.{choose_from(name, [c.name for c in self.courses])}')
 
     def plot(self, name: str | None = None, ax: Any = None) -> Axes:
-        """One number over the days with its 95 % band, checks, alarms and forecast; default: the one that moved most.
+        """Plot one number over the days with its 95 % band, checks, alarms and forecast; default: the one that moved most.
 
         Of a recording's name ("345_bar.toml YZ"): the check beside what was forecast of it, round or along its axis.
         """
@@ -202,7 +202,7 @@ class Track:
     def next_checks(
         self, task: str | Path, limits: str | Sequence[str], checks: str | Path, days: int = DAYS
     ) -> CheckAdvice:
-        """Which check of a list (checks/1) keeps the limits of a task longest for its cost, and a plan from `at` on.
+        """Return which check of a list (checks/1) keeps the limits of a task longest for its cost, and a plan from `at` on.
 
         limits: such as "bore to front = 2 um", U = 2 u.
         """
@@ -214,13 +214,13 @@ class Track:
         return advise_checks(self.followed, self.dated, Path(task), stated, Path(checks), days)
 
     def doubtful_parts(self, task: str | Path, parts: str | Path) -> tuple[DoubtfulParts, ...]:
-        """Of a list (part,date) those between a good check and an alarm, and by how much the characteristics of a task are shifted."""
+        """Return, of a list (part,date), those between a good check and an alarm, and the shift of the characteristics of a task."""
         from vcmm.files.learned.track_questions import parts_in_doubt
 
         return parts_in_doubt(self.followed, self.dated, Path(task), Path(parts))
 
     def to_dict(self) -> dict[str, Any]:
-        """As in vcmm.track/1."""
+        """Return the document vcmm.track/1."""
         return {
             "machine": self.followed.tracked.machine.name,
             "at": self.at,
@@ -243,11 +243,11 @@ class Track:
         }
 
     def files(self, target: Path) -> dict[str, str]:
-        """The machine of the day as files: see vcmm.files.learned.dated_machine."""
+        """Return the machine of the day as files: see vcmm.files.learned.dated_machine."""
         return machine_files(self.dated, self.original, target, self.at, self.checks[-1].date)
 
     def write(self, folder: str | Path) -> Path:
-        """machine.toml with its table and covariances into a folder; its path."""
+        """Write machine.toml with its table and covariances into a folder; return its path."""
         target = Path(folder) / "machine.toml"
         target.parent.mkdir(parents=True, exist_ok=True)
         write_files(target.parent, self.files(target))
@@ -256,7 +256,7 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class _ShownNumber:
-    """A number that is shown: weights (size,) on the elements of a quantity."""
+    """A displayed number: weights (size,) on the elements of a quantity."""
 
     quantity: TrackedQuantity
     name: str
@@ -266,7 +266,7 @@ class _ShownNumber:
 
 
 def _numbers_of(q: TrackedQuantity) -> list[_ShownNumber]:
-    """A single number; a table by its end less its start; of another array every element."""
+    """Return the displayed numbers: a single number; a table by its end less its start; of another array every element."""
     unit = parameter(q.effect, q.parameter).metadata["show"]
     unit = unit_of(q.effect, q.parameter) if unit == "mm or rad" or unit not in ROUND.values() else unit
     if unit == "mm or rad" or unit in ROUND:
@@ -314,6 +314,6 @@ def _alarm_document(c: FollowedCheck, checks: tuple[FollowedCheck, ...]) -> Mapp
 
 
 def last_good(alarm: FollowedCheck, checks: tuple[FollowedCheck, ...]) -> str | None:
-    """Date of the last recording before an alarm that was as predicted; None where there was none."""
+    """Return the date of the last recording before an alarm that agreed with its prediction; None where there was none."""
     before = [c for c in checks[: checks.index(alarm)] if not c.alarm]
     return before[-1].date if before else None

@@ -1,6 +1,6 @@
 """The state on disk: track.toml for people, track.npz beside it with every number in full.
 
-A recording is known by its file, its date and the SHA-256 of its rows, so that a recording that was changed afterwards is told.
+A recording is known by its file, its date and the SHA-256 of its rows, so that a recording that was changed afterwards is detected.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ PLAIN = tuple(k for k in SeenRecording.__dataclass_fields__ if k not in ("column
 
 @dataclass(frozen=True)
 class KnownFile:
-    """A recording that the state holds: its path from the folder, its date, the hash of what it says."""
+    """A recording that the state holds: its path from the folder, its date, the hash of its content."""
 
     name: str
     date: str
@@ -40,7 +40,7 @@ class KnownFile:
 
 
 def hash_of(path: Path) -> str:
-    """Of a TOML file and of the files beside it that it names."""
+    """Return the hash of a TOML file and of the files beside it that it names."""
     found = hashlib.sha256(path.read_bytes())
     for text in sorted(set(_texts(read_toml(path).data))):
         there = find_file(text, path.parent)
@@ -57,7 +57,7 @@ def _texts(value: Any) -> list[str]:
 
 
 def recording_hash(path: Path) -> str:
-    """Of what a recording says: its file and its data, not the machine file that it names."""
+    """Return the hash of a recording: of its file and its data, not of the machine file that it names."""
     data = {k: v for k, v in read_toml(path).data.items() if k != "machine"}
     found = hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode())
     for text in sorted(set(_texts(data))):
@@ -68,7 +68,7 @@ def recording_hash(path: Path) -> str:
 
 
 def write_state(folder: Path, followed: FollowedMachine, machine: str, files: tuple[KnownFile, ...]) -> None:
-    """Both files, each whole: the text names the hash of the numbers. machine: hash of the machine file."""
+    """Write both files, each whole: the text names the hash of the numbers. machine: hash of the machine file."""
     folder.mkdir(parents=True, exist_ok=True)
     arrays = {"mean": followed.state.mean, "factor": followed.state.factor}
     for i, one in enumerate(followed.seen):
@@ -118,7 +118,7 @@ def _table(values: dict[str, Any]) -> str:
 def read_state(
     folder: Path, tracked: TrackedMachine, machine: str
 ) -> tuple[FollowedMachine, tuple[KnownFile, ...]] | None:
-    """The state of a folder; None where there is none. Raises DataError for one of another machine file, or that does not fit together."""
+    """Read the state of a folder; None where there is none. Raises DataError for one of another machine file, or that does not fit together."""
     path = folder / TEXT
     if not path.is_file():
         return None

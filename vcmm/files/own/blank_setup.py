@@ -1,4 +1,4 @@
-"""The set-up file that a program asks for, with blanks: what it does not say and the machine must know."""
+"""Write the set-up file that a program needs, with blanks for the data that the program does not hold and the machine must know."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ BLANK = '"?"'  # refused by the reader of set-up files, with its line, until som
 
 
 def blank_setup(program: Program, file: str) -> str:
-    """TOML of setup/1. Keys that stand with "?" are needed; those behind # are optional."""
+    """Return TOML of setup/1. Keys with "?" are needed; those behind # are optional."""
     head = [
         'vcmm = "setup/1"', f"# for {file}: write a number with its unit for every {BLANK}",
         '# machine = "machine.toml"', f'dialect = "{program.dialect}"',
@@ -32,7 +32,7 @@ def _offsets(program: Program) -> list[str]:
 
 
 def _tools(program: Program) -> list[str]:
-    """Every tool that is called: the keys that were missing as blanks, length and diameter else as remarks."""
+    """Return every tool that is called: the missing keys as blanks, length and diameter else as remarks."""
     asked: dict[int, list[tuple[str, str, int]]] = {}
     names: dict[int, str] = {}
     for a in program.assumed:

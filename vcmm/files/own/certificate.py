@@ -1,4 +1,4 @@
-"""[certificate] of a machine file: limits in words to a MachineCertificate."""
+"""Read [certificate] of a machine file: limits in words to a MachineCertificate."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _positioning(
 
 
 def certificate_table(path: str | Path) -> dict[str, Any]:
-    """[certificate] of the machine of a scenario, as it stands. UsageError where there is none."""
+    """Return [certificate] of the machine of a scenario, as written. UsageError where there is none."""
     _, table, _ = found_machine(path)
     certificate = table.get("certificate")
     if not isinstance(certificate, dict) or not certificate:
@@ -70,7 +70,7 @@ def certificate_table(path: str | Path) -> dict[str, Any]:
 
 
 def stated_certificate(path: str | Path) -> MachineCertificate | None:
-    """The certificate that a machine file, or the machine of a scenario, states, whether or not its errors come from it."""
+    """Return the certificate that a machine file, or the machine of a scenario, states, whether or not its errors come from it."""
     document, table, at = found_machine(path)
     model = read_model(MachineFile, {"vcmm": "machine/1", **table}, document, at)
     return None if model.certificate is None else certificate_from(model.certificate)

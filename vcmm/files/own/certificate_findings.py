@@ -1,4 +1,4 @@
-"""[certificate.measured] of a machine file: what the acceptance test found, in words to `Findings`."""
+"""Read [certificate.measured] of a machine file: results of the acceptance test, in words to `Findings`."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _take(key: str, stated: object, values: dict[str, Any]) -> None:
 
 
 def _share(stated: object) -> LimitShare | None:
-    """ "60 %", "60 % of MPE", or { error = "60 %", u = "0.15 um" } (u also in %); None: no share."""
+    """Parse "60 %", "60 % of MPE", or { error = "60 %", u = "0.15 um" } (u also in %); None: no share."""
     table = {"error": stated} if isinstance(stated, str) else stated
     if not isinstance(table, dict) or "%" not in str(table.get("error", "")) or set(table) - {"error", "u"}:
         return None
@@ -94,7 +94,7 @@ def _lengths(stated: object) -> tuple[tuple[float, Finding], ...]:
 
 
 def _figure(key: str, stated: object) -> Finding:
-    """ "0.8 um", or { error = "0.8 um", u = "0.1 um" }; u is a standard uncertainty."""
+    """Parse "0.8 um", or { error = "0.8 um", u = "0.1 um" }; u is a standard uncertainty."""
     if isinstance(stated, str):
         return Finding(quantity(stated, "length", f"measured {key}", "0.8 um"))
     if not isinstance(stated, dict) or "error" not in stated or set(stated) - {"error", "u"}:

@@ -1,4 +1,4 @@
-"""Keys of [certificate] as data sheets and editions of ISO 10360 write them, and what a reader should check of the limits."""
+"""Keys of [certificate] as data sheets and editions of ISO 10360 write them, and remarks on limits to be checked."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ FORMS = 5.0  # between P_Form and E0 of the shortest length there is no more tha
 
 
 def stated_keys(table: Any, limit: str) -> list[str]:
-    """The keys by which a table states a limit."""
+    """Return the keys by which a table states a limit."""
     return [k for k in SAME[limit] if getattr(table, k) is not None]
 
 
 def certificate_remarks(table: Any, c: MachineCertificate) -> tuple[str, ...]:
-    """Limits that are not used, or that do not go together, each with the usual range; empty when there is nothing to say."""
+    """Return remarks on limits that are not used, or that do not go together, each with the usual range; empty when there are none."""
     key = {limit: next(iter(stated_keys(table, limit)), "") for limit in SAME}
     out = [
         f"[certificate] {k} has no effect: {SCANS if k in OF_SCANS else 'machines are drawn with one stylus; ' + STYLI}"

@@ -152,7 +152,7 @@ def _check_document(document: Document, problems: Problems) -> CutScenario | Non
 
 
 def _log(document: Document, file: str | None, columns: tuple[str, ...]) -> dict[str, Series]:
-    """What was measured over the time of the program: forces (N, of the part on the tool, workpiece axes), power (W)."""
+    """Read the logs over the time of the program: forces (N, of the part on the tool, workpiece axes), power (W)."""
     if file is None:
         return {}
     sheet = read_csv(document.path.parent / file)
@@ -172,7 +172,7 @@ def _log(document: Document, file: str | None, columns: tuple[str, ...]) -> dict
 
 
 def _in_other_unit(name: str, header: Sequence[str]) -> str:
-    """What to do with a column that looks like the missing one in another unit or clock."""
+    """Return what to do with a column that looks like the missing one in another unit or clock."""
     stem = name.rsplit("_", 1)[0]
     other = next((h for h in header if h.lower().startswith(stem)), None)
     if other is None:
@@ -187,7 +187,7 @@ def _in_other_unit(name: str, header: Sequence[str]) -> str:
 
 
 def _machine(document: Document, setup: Setup | None, problems: Problems) -> Machine | None:
-    """The machine of the scenario, else that of the set-up."""
+    """Return the machine of the scenario, else that of the set-up."""
     if "machine" in document.data:
         machine = section(document, "machine", document.data["machine"], problems, machine_from)
         return machine if isinstance(machine, Machine) else None
@@ -200,7 +200,7 @@ def _machine(document: Document, setup: Setup | None, problems: Problems) -> Mac
 
 
 def _plan(part: PartData | None, ideal: bool, document: Document, data: dict[str, Any], at: Location) -> Any:
-    """[plan]; an inspection without errors needs no styli."""
+    """Read [plan]; an inspection without errors needs no styli."""
     if ideal and "styli" not in data and isinstance(data.get("steps"), list):
         steps = [{"stylus": "gauge", **s} if isinstance(s, dict) else s for s in data["steps"]]
         data = {**data, "styli": {"gauge": GAUGE}, "steps": steps}
@@ -214,7 +214,8 @@ def _combine_knowledge(
     document: Document, machine: Machine | None, setup: Setup, cut: CutTable, part: PartData | None,
     environment: Any, problems: Problems,
 ) -> tuple[Machine, tuple[Input, ...], dict[str, str]] | None:  # fmt: skip
-    """The machine with the effects of setting up, of the part and of the scenario; its Inputs and theirs; those found since."""
+    """Return the machine with the effects of setting up, of the part and of the scenario; its Inputs and theirs; those that a diagnosis
+    found since."""
     for name in cut.tools:
         if name not in map(str, setup.tools):
             numbers = [str(n) for n in setup.tools]
@@ -254,7 +255,7 @@ def _combine_knowledge(
 
 
 def _is_turned(setup: Setup, cut: CutTable, program: Path) -> bool:
-    """Whether the part is turned. Where the set-up has tools of both kinds, the program is asked which it uses.
+    """Return whether the part is turned. Where the set-up has tools of both kinds, the program shows which it uses.
 
     One that cannot be read is refused by the job, with its line.
     """
@@ -270,7 +271,7 @@ def _is_turned(setup: Setup, cut: CutTable, program: Path) -> bool:
 
 
 def setting_knowledge(setup: Setup, cut: CutTable, turned: bool) -> tuple[list[Effect], list[Input]]:
-    """Effects of setting up, at zero, and Inputs where an uncertainty is stated.
+    """Return effects of setting up, at zero, and Inputs where an uncertainty is stated.
 
     turned: on a lathe the zero lies on the axis of the spindle: only z is set, and each tool has an offset in x and a height.
     """
@@ -303,7 +304,7 @@ def _of_setter(kind: type[Effect], where: str, parameter: str, u: float) -> Inpu
 
 
 def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[Input]]:
-    """How far each tool bends, where forces are known and its compliance or stick-out is stated."""
+    """Return the bending of each tool, where forces are known and its compliance or stick-out is stated."""
     effects: list[Effect] = []
     inputs: list[Input] = []
     if not (has_forces(setup) or cut.force_log):
@@ -323,7 +324,7 @@ def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
 
 
 def has_forces(setup: Setup) -> bool:
-    """Whether the set-up says what is cut, so that cutting forces can be computed."""
+    """Return whether the set-up states the material, so that cutting forces can be computed."""
     return (setup.stock is not None or setup.bar is not None) and setup.material is not None
 
 

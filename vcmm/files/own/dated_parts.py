@@ -1,4 +1,4 @@
-"""Parts and the days on which they were made or measured (part,date): which of them an alarm of the machine makes doubtful."""
+"""Parts and the days on which they were made or measured (part,date), to find those that an alarm of the machine makes doubtful."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COLUMNS = (SheetColumn("part", advice=ADVICE), SheetColumn("date", advice=ADVICE
 
 
 def read_parts(path: Path) -> tuple[DatedPart, ...]:
-    """One row per part. Raises DataError naming file and line: no name, no date."""
+    """Read one row per part. Raises DataError naming file and line: no name, no date."""
     sheet = read_csv(path)
     problems = sheet.missing(COLUMNS)
     if problems:

@@ -1,4 +1,4 @@
-"""Plans of set-ups (design/1): which instrument, where, how often, how long."""
+"""Plans of set-ups (design/1): instrument, place, number of readings, duration."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def load_design(
 
 
 def _machine(model: DesignFile, folder: Path) -> Machine:
-    """The machine that the plan names, without its errors, or structure and travels."""
+    """Return the machine that the plan names, without its errors, or structure and travels."""
     if model.machine:
         return replace(load_machine(folder / model.machine), effects=(), inputs=())
     if not model.structure:

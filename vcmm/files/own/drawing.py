@@ -31,7 +31,7 @@ class GeneralTolerances:
 
 
 def general_from(table: Any) -> GeneralTolerances:
-    """UsageError for a standard that is not known."""
+    """Return the general tolerances. UsageError for a standard that is not known."""
     if table is None:
         return GeneralTolerances()
     if isinstance(table, str):
@@ -45,7 +45,7 @@ def general_from(table: Any) -> GeneralTolerances:
 
 
 def stated_limits(t: Any, features: Mapping[str, Feature]) -> Pair | None:
-    """Limits from nominal in mm or rad: two numbers with units, an ISO 286 code, or the name of a general tolerance."""
+    """Return limits from nominal in mm or rad: two numbers with units, an ISO 286 code, or the name of a general tolerance."""
     if t.limits is None:
         return None
     if isinstance(t.limits, str):
@@ -81,7 +81,7 @@ def _first(of: str | Sequence[str]) -> str:
 
 
 def _nominal(t: Any, features: Mapping[str, Feature]) -> float:
-    """Nominal value in mm; of an angle the shorter side of its features."""
+    """Return the nominal value in mm; of an angle the shorter side of its features."""
     of = (t.of,) if isinstance(t.of, str) else tuple(t.of)
     if t.type == "angle":
         return min(max(features[n].extent or (1e9,)) for n in t.between if n in features)
@@ -89,7 +89,7 @@ def _nominal(t: Any, features: Mapping[str, Feature]) -> float:
 
 
 def _read(t: Any, features: Mapping[str, Feature]) -> bool:
-    """Whether all features of a characteristic were read; one that was not has a complaint of its own."""
+    """Return whether all features of a characteristic were read; one that was not has a complaint of its own."""
     of = (t.of,) if isinstance(t.of, str) else tuple(t.of)
     return all(n in features for n in (*of, *t.between))
 
@@ -97,7 +97,7 @@ def _read(t: Any, features: Mapping[str, Feature]) -> bool:
 def general_of(
     t: Any, features: Mapping[str, Feature], general: GeneralTolerances
 ) -> tuple[Pair | None, float | None]:
-    """(limits, zone) of a characteristic that states neither; (None, None) where nothing general holds."""
+    """Return (limits, zone) of a characteristic that states neither; (None, None) where nothing general holds."""
     if not _read(t, features):
         return None, None
     if t.type in ("size", "distance", "angle"):
@@ -137,7 +137,7 @@ def _diameter_tolerance(feature: Feature, standard: str) -> float | None:
 def size_limits(
     t: Any, tables: Sequence[Any], features: Mapping[str, Feature], limits: Callable[[Any], Pair | None]
 ) -> Pair | None:
-    """Absolute limits in mm of the size of a feature with a material requirement, from its size characteristic. UsageError: of a
+    """Return absolute limits in mm of the size of a feature with a material requirement, from its size characteristic. UsageError: of a
     feature that has no size.
     """
     if not t.material:
@@ -155,7 +155,7 @@ def size_limits(
 
 
 def reciprocal(t: Any, tables: Sequence[Any], features: Mapping[str, Feature], limits: Pair) -> Pair:
-    """Limits of a size that may use what a geometrical tolerance with reciprocity leaves (ISO 2692): at its material limit."""
+    """Return limits of a size that may use the unused share of a geometrical tolerance with reciprocity (ISO 2692): at its material limit."""
     for other in tables if _first(t.of) in features else ():
         if other.reciprocity and _first(other.of) == _first(t.of) and other.zone is not None:
             zone = quantity(other.zone, "length", "zone", "0.01 mm")
@@ -178,7 +178,7 @@ def note_contradictions(
 
 
 def stated_filter(t: Any) -> Filter | None:
-    """The filter of a form, with its cut-off in mm or undulations per revolution."""
+    """Return the filter of a form, with its cut-off in mm or undulations per revolution."""
     if not t.filter and (t.upr is not None or t.cutoff):
         raise UsageError('upr and cutoff are of a filter; add filter = "gaussian" or "spline"')
     cutoff = quantity(t.cutoff, "length", "cutoff", "0.8 mm") if t.cutoff else None
@@ -186,7 +186,7 @@ def stated_filter(t: Any) -> Filter | None:
 
 
 def compared_with_itself(t: Any) -> list[tuple[str, str]]:
-    """(role, complaint) of a feature that is named twice."""
+    """Return (role, complaint) of a feature that is named twice."""
     datums = [m for d in t.datums for m in ([d] if isinstance(d, str) else d)]
     given = {"of": [t.of] if isinstance(t.of, str) else t.of, "between": t.between, "datums": datums}
     problems: list[tuple[str, str]] = []

@@ -1,4 +1,4 @@
-"""[[effects]] tables: built from what the effect classes declare, so a new effect needs no code here."""
+"""Read [[effects]] tables: built from the declarations of the effect classes, so a new effect needs no code here."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def noting(problems: KeyProblems, key: str) -> Iterator[None]:
 
 
 def build_effect(table: dict[str, Any]) -> Effect:
-    """One [[effects]] table to an Effect. Raises TableProblems naming every wrong key, unit or word."""
+    """Convert one [[effects]] table to an Effect. Raises TableProblems naming every wrong key, unit or word."""
     problems: KeyProblems = []
     kind = kind_of(table, problems)
     if kind is None:
@@ -71,7 +71,7 @@ def build_effect(table: dict[str, Any]) -> Effect:
 
 
 def may_be_left_out(place: Field[Any]) -> bool:
-    """A place with a meaning of its own when nothing is said: all styli, or a default that the name leaves out."""
+    """Return whether a place has a meaning when it is not stated: all styli, or a default that the name leaves out."""
     return place.default == "" or bool(place.metadata.get("quiet"))
 
 
@@ -86,7 +86,7 @@ def kind_of(table: dict[str, Any], problems: KeyProblems) -> type[Effect] | None
 
 
 def _place_key(kind: type[Effect], table: dict[str, Any]) -> str:
-    """The key that a complaint of the class itself is most likely about."""
+    """Return the key that a complaint of the class itself is most likely about."""
     return next((f.name for f in place_fields(kind) if f.name in table), "")
 
 
@@ -147,7 +147,7 @@ def _parameter_value(
 
 
 def check_matters(spec: Field[Any], component: str, key: str) -> None:
-    """Raises UsageError for a parameter that this component does not use: a tilt has no offset."""
+    """Raise UsageError for a parameter that this component does not use: a tilt has no offset."""
     only = spec.metadata["only"]
     if only and axis_of(component) and component[0] not in only:
         allowed = ", ".join(f"{letter}{component[1:]}" for letter in only)
@@ -155,7 +155,7 @@ def check_matters(spec: Field[Any], component: str, key: str) -> None:
 
 
 def _further(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
-    """Keys that are neither place nor parameter, by what they hold: positions carry units, words and counts are taken as they are."""
+    """Convert keys that are neither place nor parameter by their type: positions carry units, words and counts do not change."""
     key, kind = spec.name, kind_of_key(spec)
     if kind == POSITIONS:
         return _axis_positions(value, axis_of(str(table.get("component", ""))) or str(table.get("axis")), key)

@@ -1,4 +1,4 @@
-"""[environment] of a scenario: temperatures, what is known of them, and the room they have in common."""
+"""Read [environment] of a scenario: temperatures, their uncertainties, and the room they have in common."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class EnvironmentTable(Table):
 
 
 def temperatures_of(document: Document, environment: EnvironmentTable, problems: Problems) -> Temperatures:
-    """The temperatures in degC; notes differences without a room, and temperatures where differences are due."""
+    """Return the temperatures in degC; notes differences without a room, and temperatures where differences are expected."""
     room, inside = environment.room, isinstance(document.data.get("environment"), dict)
     temperatures: dict[str, float] = {"gradient": environment.temperature.gradient}
     for name in NAMES:
@@ -114,7 +114,7 @@ def sensor_columns(document: Document, environment: EnvironmentTable, problems: 
 
 
 def _temperature(name: str, text: str, room: float | None) -> float:
-    """degC from a temperature, or from a difference to the room."""
+    """Return degC from a temperature, or from a difference to the room."""
     plain = text.replace("°C", "degC")
     if room is None:
         if "degC" not in plain:
@@ -138,7 +138,7 @@ def _temperature(name: str, text: str, room: float | None) -> float:
 def temperature_inputs(
     document: Document, environment: EnvironmentTable, problems: Problems
 ) -> list[tuple[Location, Input]]:
-    """(where it stands, Input) for the room and for every temperature with an uncertainty."""
+    """Return (place in the file, Input) for the room and for every temperature with an uncertainty."""
     inside = isinstance(document.data.get("environment"), dict)
     out: list[tuple[Location, Input]] = []
     if environment.u_room or environment.half_width:
@@ -169,9 +169,9 @@ def _of_column(name: str, law: Normal, why: str) -> Input:
 
 
 def room_input(u: float, half_width: float) -> Input:
-    """What the room may differ from its stated temperature: one draw for all that stands in it, sensors included.
+    """Return the departure of the room from its stated temperature: one draw for everything in it, sensors included.
 
-    A sensor reads what is there: the room's departure is in its reading, and what is compensated by it stays so.
+    A sensor reads the actual temperature: the room's departure is in its reading, and compensation by it remains valid.
     """
     columns = [f"{kind}_{name}_C" for name in NAMES for kind in ("temp", "reading")]
     law = Uniform(half_width) if half_width else Normal(u)

@@ -1,4 +1,4 @@
-"""[part.features] tables: nominal surfaces and elements, and the forms that are stated of them."""
+"""Read [part.features] tables: nominal surfaces and elements, and their stated forms."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ TABLES: dict[str, type[FeatureTable]] = {
 def read_feature(
     name: str, data: dict[str, Any], document: Document, at: Location
 ) -> tuple[Feature, Lobes | None]:
-    """One table of [part.features]: the feature, and its stated form. UsageError, TableProblems: what is wrong with it."""
+    """Read one table of [part.features]: the feature, and its stated form. UsageError, TableProblems: errors in it."""
     kind = data.get("type")
     if kind is None:
         raise UsageError(
@@ -135,7 +135,7 @@ def read_feature(
 
 
 def _of_points(name: str, file: str, document: Document) -> Feature:
-    """A surface of nominal points with normals, drawing frame."""
+    """Return a surface of nominal points with normals, drawing frame."""
     sheet, points, normals = read_points(document.path.parent / file, with_normals=True)
     assert normals is not None
     try:
@@ -146,7 +146,7 @@ def _of_points(name: str, file: str, document: Document) -> Feature:
 
 
 def _numbers(kind: str, t: Any) -> tuple[list[float], tuple[float, ...]]:
-    """(sizes, extent): radii and half angles from the diameters and full angles of a drawing."""
+    """Return (sizes, extent): radii and half angles from the diameters and full angles of a drawing."""
     if kind == "plane":
         return [], tuple(t.size)
     if kind == "line":

@@ -1,4 +1,4 @@
-"""[[inputs]] tables: what is known about a parameter of an effect or about a column of the run."""
+"""Read [[inputs]] tables: knowledge about a parameter of an effect or about a column of the run."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ INPUT_KEYS = (
 
 
 def build_input(table: dict[str, Any], effects: Sequence[Effect], complete: bool = True) -> Input | None:
-    """One [[inputs]] table to an Input; `effects` are those of the machine (or scenario), to check the target.
+    """Convert one [[inputs]] table to an Input; `effects` are those of the machine (or scenario), to check the target.
 
     Raises TableProblems naming every wrong key, unit or word. Where not all effects could be read (complete =
     False) a missing target is no mistake of the input, and None is returned.
@@ -132,7 +132,7 @@ def _effect_input(
 
 
 def _own_law(kind: type[Effect], covariance: Array, table: dict[str, Any]) -> MultivariateNormal:
-    """The draws of such a field have the covariance of its own kernel; any other law would not be that field."""
+    """Return the law of the effect's own kernel; any other law would not be that field."""
     law: MultivariateNormal = _refusing_others(
         kind, table, MultivariateNormal(covariance), "nodes and length"
     )
@@ -140,7 +140,7 @@ def _own_law(kind: type[Effect], covariance: Array, table: dict[str, Any]) -> Mu
 
 
 def _refusing_others(kind: type[Effect], table: dict[str, Any], own_law: Any, by: str = "process") -> Any:
-    """The law that the effect gives; any other that the table states is refused."""
+    """Return the law that the effect gives; any other law in the table is refused."""
     keys = {"law", *(key for keys in LAW_KEYS.values() for key in keys)}
     stated = [k for k in table if k in keys and table[k] != "multivariate"]
     if stated:
@@ -152,7 +152,7 @@ def _refusing_others(kind: type[Effect], table: dict[str, Any], own_law: Any, by
 
 
 def _check_size(law: Any, scale: Array | None, size: int, name: str) -> None:
-    """As many numbers as the parameter has elements."""
+    """Check that there are as many numbers as the parameter has elements."""
     key, given = "covariance", size
     if isinstance(law, MultivariateNormal):
         given = len(law.covariance)
@@ -167,7 +167,7 @@ def redraw_of(table: dict[str, Any]) -> str:
 
 
 def _stated_places(kind: type[Effect], table: dict[str, Any]) -> list[str]:
-    """The places that the table names."""
+    """Return the places that the table names."""
     return [str(table[f.name]) for f in place_fields(kind) if table.get(f.name)]
 
 
@@ -177,7 +177,7 @@ def _everywhere(kind: type[Effect], table: dict[str, Any]) -> bool:
 
 
 def _sits_there(effect: Effect, table: dict[str, Any]) -> bool:
-    """Whether an effect sits where the table says; a place that is left out means its default."""
+    """Return whether an effect is at the place in the table; a place that is left out means its default."""
     places = place_fields(effect)
     return all(
         str(table.get(f.name, f.default if may_be_left_out(f) else "")) == str(getattr(effect, f.name))
@@ -188,7 +188,7 @@ def _sits_there(effect: Effect, table: dict[str, Any]) -> bool:
 def _target(
     kind: type[Effect], table: dict[str, Any], effects: Sequence[Effect], complete: bool
 ) -> Effect | None:
-    """The first effect that an input is about."""
+    """Return the first effect that an input is about."""
     where = ",".join(_stated_places(kind, table))
     same = [e for e in effects if e.name == kind.name]
     for effect in same:
@@ -232,7 +232,7 @@ def _note_unknown(table: dict[str, Any], places: Sequence[str], problems: KeyPro
 
 
 def _law(table: dict[str, Any], unit: str, difference: bool = False) -> tuple[Any, Array | None]:
-    """(law, scale per element or None) from the keys law, u, scale, dof, half_width, top, values, covariance.
+    """Return (law, scale per element or None) from the keys law, u, scale, dof, half_width, top, values, covariance.
 
     difference: the unit K is that of a departure from a temperature.
     """
@@ -260,7 +260,7 @@ def _law(table: dict[str, Any], unit: str, difference: bool = False) -> tuple[An
 
 @contextmanager
 def _key(key: str) -> Iterator[None]:
-    """Complaints inside are about this key."""
+    """Assign complaints inside the context to this key."""
     try:
         yield
     except TableProblems:
@@ -296,13 +296,13 @@ def is_number(value: Any) -> bool:
 
 
 def _example(unit: str) -> str:
-    """A value of the size of an uncertainty: table values are kept in mm and rad, and written in um and urad."""
+    """Return a value of the size of an uncertainty: table values are kept in mm and rad, and written in um and urad."""
     small = {"mm": "um", "rad": "urad"}
     return f"0.5 {small.get(unit, unit)}"
 
 
 def _numbers(value: Any, dimension: str, key: str, example: str) -> Array:
-    """One number, "a b c um", a list of texts, or a list of "x y z um" rows, flattened."""
+    """Return one number, "a b c um", a list of texts, or a list of "x y z um" rows, flattened."""
     if isinstance(value, list) and value and all(isinstance(v, str) for v in value):
         return np.concatenate([vector(v, dimension, key, example) for v in value])
     return np.array(vector(value, dimension, key, example))
@@ -349,7 +349,7 @@ def _scalar_law(name: str, key: str, value: float, table: dict[str, Any]) -> Law
 
 
 def degrees_of_freedom(table: Mapping[str, Any]) -> float:
-    """nu of a table, infinite where it states none: degrees of freedom of its u. TableProblems: no number of at least 1, dof beside it.
+    """Return nu of a table, infinite where it states none: degrees of freedom of its u. TableProblems: no number of at least 1, dof beside it.
 
     A normal law with nu is the scaled and shifted t-law of scale u that JCGM 101, 6.4.9.7 assigns to a certificate with nu_eff.
     """

@@ -1,4 +1,4 @@
-"""[instrument] of a recording file to the certificate of the instrument."""
+"""Read [instrument] of a recording file to the certificate of the instrument."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SENSORS = {"air": ("temp_air_C", "pressure_hPa"), "material": ("temp_part_C",)}
 
 
 def load_certificate(path: str | Path, recording: Recording) -> InstrumentCertificate | None:
-    """The instrument that a recording file names; None where it names none.
+    """Return the instrument that a recording file names; None where it names none.
 
     Raises DataError with file and line: unknown instruments, errors that it does not have, units, a kind of recording that
     it does not make, sensors that a claimed compensation needs and the data lack.
@@ -38,7 +38,7 @@ def load_certificate(path: str | Path, recording: Recording) -> InstrumentCertif
 
 
 def instrument_text(certificate: InstrumentCertificate) -> str:
-    """[instrument] as `load_certificate` reads it."""
+    """Return [instrument] as `load_certificate` reads it."""
     out = f'[instrument]\nname = "{certificate.instrument.name}"\n'
     out += f'serial = "{certificate.serial}"\n' if certificate.serial else ""
     stated = []

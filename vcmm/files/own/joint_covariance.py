@@ -79,12 +79,12 @@ def _check_covariance(sheet: Sheet, matrix: Array) -> None:
 
 
 def label(error: str, position: float) -> str:
-    """EXX@75 or C0Y."""
+    """Return the label of a number: EXX@75 or C0Y."""
     return error if np.isnan(position) else f"{error}@{position:.10g}"
 
 
 def covariance_text(joint: JointCovariance) -> str:
-    """The file that `read_joint_covariance` reads."""
+    """Return the file that `read_joint_covariance` reads."""
     names = [label(e, q) for e, q in zip(joint.errors, joint.position)]
     rows: list[list[object]] = [[*HEAD, *names]]
     for error, q, row in zip(joint.errors, joint.position, joint.matrix):
@@ -95,7 +95,7 @@ def covariance_text(joint: JointCovariance) -> str:
 def joint_knowledge(
     joint: JointCovariance, effects: Sequence[Effect], evidence: str
 ) -> tuple[list[Effect], list[Input]]:
-    """CalibrationModes per error, and the Input that they share.
+    """Return CalibrationModes per error, and the Input that they share.
 
     effects: those of the error table. Raises DataError for an error or nodes that the table does not have.
     """

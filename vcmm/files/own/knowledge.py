@@ -1,6 +1,6 @@
 """[[effects]] and [[inputs]] of a machine or scenario, checked against each other and against the machine.
 
-[[inputs]] of quantities that are known together: their names and their covariance.
+Joint [[inputs]] of several quantities: their names and their covariance.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CORRELATED_KEYS = ("names", "covariance", "nu", "redraw", "evidence")
 def build_joint_input(
     table: dict[str, Any], effects: Sequence[Effect], complete: bool = True
 ) -> Input | None:
-    """An [[inputs]] table with names = ["backlash[X].gap", "channel.temp_part_C"] and their covariance.
+    """Convert an [[inputs]] table with names = ["backlash[X].gap", "channel.temp_part_C"] and their covariance.
 
     covariance[i][j] is in the unit of i times that of j, those of the parameters' own tables. Raises TableProblems.
     """
@@ -45,7 +45,7 @@ def build_joint_input(
         )
         raise TableProblems([*key_problems, ("names", text)])
     if len(set(names)) < len(names):
-        key_problems.append(("names", "a quantity stands there twice; name each once"))
+        key_problems.append(("names", "a quantity is named twice; name each once"))
     redraw = redraw_of(table)
     if redraw not in REDRAW:
         key_problems.append(("redraw", f'redraw = "{redraw}" is no label.{choose_from(redraw, REDRAW)}'))
@@ -71,7 +71,7 @@ def build_joint_input(
 
 
 def _member(name: str, effects: Sequence[Effect], redraw: str, complete: bool) -> tuple[Input, str] | None:
-    """A quantity by its name `effect[where].parameter` or `channel.column`, and its unit; its law is that of the covariance."""
+    """Return a quantity by its name `effect[where].parameter` or `channel.column`, and its unit; its law is that of the covariance."""
     target, _, word = name.rpartition(".")
     where = target[target.find("[") + 1 : -1] if target.endswith("]") else ""
     effect = target.split("[")[0]
@@ -107,13 +107,13 @@ DIAGNOSIS_SOURCE = "diagnosed from"  # how the evidence begins of what a diagnos
 
 
 def tables_in(data: Any, key: str) -> list[dict[str, Any]]:
-    """The tables of a list such as [[effects]]; empty where the key holds something else."""
+    """Return the tables of a list such as [[effects]]; empty where the key holds something else."""
     tables = data.get(key, []) if isinstance(data, dict) else []
     return [t for t in tables if isinstance(t, dict)] if isinstance(tables, list) else []
 
 
 def names_in(data: dict[str, Any], key: str) -> list[str] | None:
-    """The names of a table of tables such as [axes]; None where it is missing or no table, which is reported elsewhere."""
+    """Return the names of a table of tables such as [axes]; None where it is missing or no table, which is reported elsewhere."""
     names = data.get(key)
     return list(names) if isinstance(names, dict) else None
 
@@ -121,7 +121,7 @@ def names_in(data: dict[str, Any], key: str) -> list[str] | None:
 def further_effects(
     tables: list[dict[str, Any]], chain: Chain | None, problems: Problems, at: Location
 ) -> list[Effect]:
-    """The [[effects]] of a machine or scenario, on axes that the machine has."""
+    """Return the [[effects]] of a machine or scenario, on axes that the machine has."""
     out = []
     for i, table in enumerate(tables):
         here = (*at, "effects", i)
@@ -147,7 +147,7 @@ def further_inputs(
     at: Location,
     complete: bool = True,
 ) -> list[Input]:
-    """The [[inputs]] of a machine or scenario. One quantity has one input: its name is that of its random stream.
+    """Return the [[inputs]] of a machine or scenario. One quantity has one input: its name is that of its random stream.
 
     complete: all effects could be read, so that an input without its effect is a mistake of its own.
     """
@@ -171,7 +171,7 @@ def note_second(quantity: Input, stated: Sequence[Input], problems: Problems, at
 
 
 def found_since(inputs: Sequence[Input], stated: Sequence[Input]) -> dict[str, str]:
-    """Id -> evidence of the Inputs whose quantity a diagnosis has found since, at that place or at all: it took what was stated as known
+    """Return id -> evidence of the Inputs whose quantity a diagnosis has found since, at that place or at all: it includes the knowledge stated
     before, so its u holds alone."""
     causes = {
         (i.effect, i.where, i.parameter): i.evidence

@@ -1,7 +1,7 @@
-"""What is known to be uncertain in a recording, as a table: one column per independent draw, one row per observation.
+"""Known uncertainty of a recording, as a table: one column per independent draw, one row per observation.
 
 The heading is the id of the Input, "#" and a number where it has several draws, and the unit: "tool_radius[1].dr_um",
-"scatter.value#2_um" (of recordings of angles _urad). A number is what one standard deviation of the draw does to the observation.
+"scatter.value#2_um" (of recordings of angles _urad). A number is the change of the observation by one standard deviation of the draw.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ InputColumns = tuple[tuple[str, Array], ...]
 
 
 def read_known(path: Path, recording: Recording) -> InputColumns:
-    """The table of a recording. DataError: headings without unit, numbers that are none, another number of rows."""
+    """Read the table of a recording. DataError: headings without unit, cells that are no numbers, another number of rows."""
     sheet, unit, scale = read_csv(path), *_unit(recording)
     if len(sheet.rows) != recording.m:
         raise DataError(
-            f"{path}: {len(sheet.rows)} rows, but the recording has {recording.m} observations; one row is due for each, in the same order"
+            f"{path}: {len(sheet.rows)} rows, but the recording has {recording.m} observations; write one row for each, in the same order"
         )
     out: dict[str, list[Array]] = {}
     for heading in sheet.header:
@@ -38,7 +38,7 @@ def read_known(path: Path, recording: Recording) -> InputColumns:
 
 
 def known_text(recording: Recording) -> str:
-    """The table as CSV."""
+    """Return the table as CSV."""
     unit, scale = _unit(recording)
     names: list[str] = []
     columns: list[Array] = []
@@ -53,5 +53,5 @@ def _headings(name: str, count: int, unit: str) -> Sequence[str]:
 
 
 def _unit(recording: Recording) -> tuple[str, float]:
-    """Ending of the headings, and the factor from mm or rad."""
+    """Return the ending of the headings, and the factor from mm or rad."""
     return ("_urad", 1e6) if recording.kind == "angle" else ("_um", 1e3)

@@ -1,4 +1,4 @@
-"""The short forms of a machine file: error table with its uncertainty, repeatability, scales, to effects and Inputs."""
+"""Convert the short forms of a machine file to effects and Inputs: error table with its uncertainty, repeatability, scales."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def known_errors(
     at: Location,
     chain: Chain | None,
 ) -> tuple[list[Effect], list[Input]]:
-    """Effects and Inputs of [errors], [repeatability] and [environment]; `data` is the table as it was read."""
+    """Return effects and Inputs of [errors], [repeatability] and [environment]; `data` is the table as it was read."""
     effects: list[Effect] = []
     inputs: list[Input] = []
     if model.errors:
@@ -86,7 +86,7 @@ def known_errors(
 def _joint(
     model: MachineFile, document: Document, effects: Sequence[Effect]
 ) -> tuple[list[Effect], list[Input]]:
-    """What [errors] covariance says of the table. Raises UsageError beside an `uncertainty`."""
+    """Return the joint knowledge of [errors] covariance about the table. Raises UsageError beside an `uncertainty`."""
     errors = model.errors
     assert errors is not None
     assert errors.covariance is not None
@@ -97,14 +97,14 @@ def _joint(
 
 
 def read_error_file(path: Path) -> ErrorFile:
-    """An error table of either format, told apart by its first line: [EXX] opens an Etalon section."""
+    """Read an error table of either format, distinguished by its first line: [EXX] opens an Etalon section."""
     from vcmm.files.foreign.etalon import is_etalon, read_etalon
 
     return read_etalon(path) if is_etalon(read_text(path)) else read_isg(path)
 
 
 def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
-    """Component tables (or cubic splines), squareness and rotary locations of an errors.csv."""
+    """Return component tables (or cubic splines), squareness and rotary locations of an errors.csv."""
     effects: list[Effect] = []
     for table in file.tables:
         for name, values in table.values.items():
@@ -127,9 +127,9 @@ def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
 
 
 def _too_large(file: ErrorFile, path: Path) -> list[str]:
-    """Translations above 1 mm beside rotations below 1 mrad: nearly always a table in micrometres.
+    """Return a problem for translations above 1 mm beside rotations below 1 mrad: nearly always a table in micrometres.
 
-    A machine with large errors of both kinds is left to the engine, which refuses it unless it is asked to be exact.
+    A machine with large errors of both kinds is left to the engine, which refuses it unless exact evaluation is requested.
     """
     sizes = [(t.line, n, float(np.abs(v).max(initial=0.0))) for t in file.tables for n, v in t.values.items()]
     sizes += [(1, name, abs(value)) for name, value in file.constants.items()]
@@ -167,7 +167,7 @@ def _check_on_machine(
 
 
 def _table_inputs(effects: list[Effect], uncertainty: Uncertainty | None) -> list[Input]:
-    """The short form `uncertainty`: Gaussian process per component over its axis, squareness independent.
+    """Return the Inputs of the short form `uncertainty`: Gaussian process per component over its axis, squareness independent.
 
     Of a rotary axis' location, offsets take the uncertainty of translations and tilts that of squareness.
     """
@@ -212,7 +212,7 @@ MOST_NODES = 2000  # of one table: its covariance is dense
 
 
 def refine_tables(effects: list[Effect], uncertainty: Uncertainty | None) -> list[Effect]:
-    """Tables with nodes close enough to carry the Gaussian process: an eighth of the correlation length or less.
+    """Return tables with nodes close enough to carry the Gaussian process: an eighth of the correlation length or less.
 
     The table itself does not change: new nodes lie on it. Without them draws at far nodes, interpolated, would have too
     small a variance between the nodes and far too small a variance of differences.
@@ -254,7 +254,7 @@ def _between(column: Array, nodes: Array, grid: Array) -> Array:
 
 
 def _denser(grid: Array, step: float) -> Array:
-    """All nodes of the grid and equal steps between them, none wider than `step`."""
+    """Return all nodes of the grid and equal steps between them, none wider than `step`."""
     if (grid[-1] - grid[0]) / step > MOST_NODES:
         raise UsageError(
             f"correlation_length = {FINE * step:g} mm is too short for a table of {grid[-1] - grid[0]:g} mm; state a longer one"
@@ -264,7 +264,7 @@ def _denser(grid: Array, step: float) -> Array:
 
 
 def _nodes_of(effect: Any) -> tuple[tuple[str, ...], Array]:
-    """Letters of the axes over which a table or curve is known, and its nodes (k, axes)."""
+    """Return the letters of the axes over which a table or curve is known, and its nodes (k, axes)."""
     table = isinstance(effect, ComponentTable)
     grids = effect.grids if table else (np.asarray(effect.nodes),)
     letters = tuple(effect.arguments) if table else (effect.link,)
@@ -272,7 +272,7 @@ def _nodes_of(effect: Any) -> tuple[tuple[str, ...], Array]:
 
 
 def _joint_law(letters: Sequence[str], mesh: Array, u: float, length: float | None) -> MultivariateNormal:
-    """u^2 exp(-(dq)^2 / (2 l^2)) between the nodes (k, axes); without a correlation length the nodes are independent.
+    """Return the law u^2 exp(-(dq)^2 / (2 l^2)) between the nodes (k, axes); without a correlation length the nodes are independent.
 
     A rotary axis has no length: its nodes are taken as independent unless they coincide.
     """

@@ -1,4 +1,4 @@
-"""The scenarios that come with vcmm."""
+"""The example scenarios of vcmm."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KINDS = {
 
 
 def folder() -> Path:
-    """Where the scenarios lie: inside the installed package, or beside it in a checkout."""
+    """Return the folder of the scenarios: inside the installed package, or beside it in a checkout."""
     inside = _PACKAGE / "scenarios"
     return inside if inside.is_dir() else _PACKAGE.parent / "scenarios"
 
@@ -29,7 +29,7 @@ def scenarios() -> dict[str, str]:
 
 
 def example(name: str) -> Path:
-    """Path of a scenario that comes with the package.
+    """Return the path of a scenario that comes with the package.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def example(name: str) -> Path:
 
 
 def companions(name: str) -> dict[str, Path]:
-    """Files that an embedded scenario needs beside it: path relative to its folder -> file. Empty for most.
+    """Return files that an embedded scenario needs beside it: path relative to its folder -> file. Empty for most.
 
     Python files are none of them: they are the twin, which `vcmm demo --twin` runs.
     """
@@ -64,33 +64,33 @@ def companions(name: str) -> dict[str, Path]:
 
 
 def cuts(scenario: Path) -> bool:
-    """Whether a scenario file is a cutting scenario: it has a [cut] table."""
+    """Return whether a scenario file is a cutting scenario: it has a [cut] table."""
     from vcmm.files.toml import read_toml
 
     return "cut" in read_toml(scenario).data
 
 
 def records(scenario: Path) -> bool:
-    """Whether the file is a recording, to be diagnosed."""
+    """Return whether the file is a recording, to be diagnosed."""
     from vcmm.files.toml import read_toml
 
     return str(read_toml(scenario).data.get("vcmm", "")).startswith("recording/")
 
 
 def follows(scenario: Path) -> bool:
-    """Whether a folder of dated recordings of its machine lies beside the file, to follow that machine by."""
+    """Return whether a folder of dated recordings of its machine lies beside the file, to follow that machine by."""
     return (scenario.with_suffix("") / "checks").is_dir()
 
 
 def turns_over(scenario: Path) -> bool:
-    """Whether the file is a reversal, to be separated."""
+    """Return whether the file is a reversal, to be separated."""
     from vcmm.files.own.reversal import is_reversal
 
     return is_reversal(scenario)
 
 
 def instrument_read(scenario: Path) -> bool:
-    """Whether the file is a recording that states its instrument: it is there to calibrate from."""
+    """Return whether the file is a recording that states its instrument, for calibration."""
     from vcmm.files.toml import read_toml
 
     return records(scenario) and "instrument" in read_toml(scenario).data

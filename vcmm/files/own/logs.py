@@ -26,7 +26,7 @@ LOG_COLUMNS = (
 
 
 def read_logs(paths: Sequence[Path]) -> dict[str, Series]:
-    """Column name -> Series of all log files. Raises DataError with every problem of every file."""
+    """Read all log files: column name -> Series. Raises DataError with every problem of every file."""
     out: dict[str, Series] = {}
     problems: list[str] = []
     for path in paths:
@@ -68,7 +68,7 @@ def _read_log(path: Path) -> dict[str, Series]:
 
 
 def _entries(sheet: Sheet, name: str) -> tuple[Array, Ints]:
-    """Entries of one column, and their rows: a sensor that was not read has no entry there, as one with a slower clock."""
+    """Return entries of one column, and their rows: a sensor that was not read has no entry there, as one with a slower clock."""
     blank = sheet.blanks(name)
     if name == "time_s" or blank.all():
         blank = np.zeros(sheet.count, dtype=bool)  # the reader says what is wrong
@@ -79,10 +79,10 @@ def _entries(sheet: Sheet, name: str) -> tuple[Array, Ints]:
 
 
 def add_logs(run: Run, logs: dict[str, Series]) -> Run:
-    """The run with its logs, and with each log at time_s as a column where the data have none of that name.
+    """Return the run with its logs, and with each log at time_s as a column where the data have none of that name.
 
     Between entries a log is linear, before the first it is steady. Raises UsageError where the data have no time_s. How far
-    logs reach is not asked here (see vcmm.files.gaps).
+    logs reach is not checked here (see vcmm.files.gaps).
     """
     if not logs:
         return run
@@ -97,7 +97,7 @@ def add_logs(run: Run, logs: dict[str, Series]) -> Run:
 
 
 def with_readings(run: Run) -> Run:
-    """The run with what the sensors of scales and part said as columns of their own: the recorded temperatures.
+    """Return the run with the readings of the sensors of scales and part as separate columns: the recorded temperatures.
 
     The control corrects with these readings, while an Input on temp_scale_x_C moves the true temperature; so a
     correction with the right coefficient still leaves the error of its sensor.

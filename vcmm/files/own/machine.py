@@ -1,4 +1,4 @@
-"""Machine files: machine/1 TOML to a Machine with its Inputs."""
+"""Read machine files: machine/1 TOML to a Machine with its Inputs."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def load_machine(path: str | Path) -> Machine:
 
 
 def load_machine_of(path: str | Path) -> Machine:
-    """The machine of a machine file or of a scenario, without the part's effects, as it takes its acceptance test.
+    """Return the machine of a machine file or of a scenario, without the part's effects, as in its acceptance test.
 
     Of a machine of which only a certificate is known these are machines that pass it with all their errors together.
     """
@@ -67,7 +67,7 @@ def load_machine_of(path: str | Path) -> Machine:
 
 
 def machine_from(document: Document, data: dict[str, Any], at: Location, *, passing: bool = False) -> Machine:
-    """A machine table (a file, or [machine] of a scenario) to a Machine. Raises DataError with every problem.
+    """Convert a machine table (a file, or [machine] of a scenario) to a Machine. Raises DataError with every problem.
 
     passing: errors that a certificate allows are those of machines that pass its test, and not all that each limit allows.
     """
@@ -135,7 +135,7 @@ def _of_scales(model: MachineFile) -> tuple[str, ...]:
 def _from_certificate(
     machine: Machine, model: MachineFile, certificate: MachineCertificate, passing: bool
 ) -> CertifiedKnowledge | None:
-    """What the certificate says of the errors, where the file itself does not state them; its scatter is that of the file."""
+    """Return the errors that the certificate implies, where the file itself does not state them; its scatter is that of the file."""
     if model.errors is not None or model.effects:
         return None
     knowledge = (
@@ -151,7 +151,7 @@ def _from_certificate(
 
 
 def _check_axes(chain: Chain | None, names: list[str] | None, problems: Problems, at: Location) -> None:
-    """structure and [axes] name the same axes."""
+    """Check that structure and [axes] name the same axes."""
     if chain is None or names is None:
         return
     for letter in chain.letters:
@@ -200,7 +200,8 @@ def _axis(letter: str, table: AxisTable) -> Axis:
 
 
 def _direction(letter: str, table: AxisTable) -> tuple[float, float, float] | None:
-    """The direction of a rotary axis that is not the one of its letter. Raises UsageError for a linear axis: programs and maps hold X, Y, Z."""
+    """Return the direction of a rotary axis that is not the one of its letter. Raises UsageError for a linear axis: programs and maps
+    hold X, Y, Z."""
     if table.direction is None:
         return None
     if not is_rotary(letter):
@@ -219,7 +220,7 @@ def _direction(letter: str, table: AxisTable) -> tuple[float, float, float] | No
 
 
 def _dynamics(letter: str, table: dict[str, str | float | None]) -> dict[str, float]:
-    """Speed, acceleration and jerk in mm (rotary axes: rad) and s; gain in 1/s; feed-forward as a share."""
+    """Return speed, acceleration and jerk in mm (rotary axes: rad) and s; gain in 1/s; feed-forward as a share."""
     out: dict[str, float] = {}
     for key, value in table.items():
         if isinstance(value, str):
@@ -234,7 +235,7 @@ __all__ = ["MachineFile", "load_machine", "machine_from"]
 
 
 def repeatability_remarks(model: MachineFile, inputs: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    """Scatter out of the usual range, or stated twice. inputs: the tables [[inputs]] of the file."""
+    """Return remarks on scatter out of the usual range, or stated twice. inputs: the tables [[inputs]] of the file."""
     if model.repeatability is None:
         return ()
     stated = model.repeatability

@@ -32,7 +32,7 @@ from vcmm.files.toml import Document, Location, check_version, read_toml
 
 
 def _travel(value: object) -> list[str]:
-    """Two ends, or "endless", kept as a list of one."""
+    """Return two ends, or "endless", kept as a list of one."""
     if value == ["endless"] or value == "endless":
         return ["endless"]
     try:
@@ -169,7 +169,7 @@ class MachineFile(Table):
 
 
 def found_machine(path: str | Path) -> tuple[Document, dict[str, Any], Location]:
-    """The table of a machine file, or of the machine of a scenario, which may name a file."""
+    """Return the table of a machine file, or of the machine of a scenario, which may name a file."""
     document = read_toml(path)
     stated = document.data.get("machine")
     if not str(document.data.get("vcmm", "")).startswith("scenario/"):

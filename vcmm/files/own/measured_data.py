@@ -26,7 +26,7 @@ ANGLES = tuple(u for u in UNITS if dimension_of(u) == "angle")
 WORDS = ("feature", "part", "stylus")
 NORMALS = ("nx", "ny", "nz")
 MEASURED_COLUMNS = tuple(f"measured_{c}_mm" for c in "xyz")  # as `vcmm measure` writes them
-BESIDE = (*(f"nominal_{c}_mm" for c in "xyz"), "error_um")  # what stands beside them there, not asked
+BESIDE = (*(f"nominal_{c}_mm" for c in "xyz"), "error_um")  # further columns beside them, not needed
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class ValueColumn:
 
 
 def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
-    """Points of every part, in the order in which the parts appear. Raises DataError: columns, cells, normals."""
+    """Return the points of every part, in the order in which the parts appear. Raises DataError: columns, cells, normals."""
     sheet = read_csv(path)
     names, factor = _coordinates(sheet)
     has_normals = any(n in sheet.header for n in NORMALS)
@@ -68,7 +68,7 @@ def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
 
 
 def read_measured_values(path: str | Path) -> tuple[tuple[GivenValue, ...], ...]:
-    """Values of every part, in the order in which the parts appear. Raises DataError: columns, cells, a value given twice."""
+    """Return the values of every part, in the order in which the parts appear. Raises DataError: columns, cells, a value given twice."""
     sheet = read_csv(path)
     columns = [c for c in (value_column(name) for name in sheet.header) if c is not None]
     allowed = ["characteristic", "part", "value_mm", "deviation_um", "value_deg"]
@@ -89,7 +89,9 @@ def _values_of(
         name = sheet.rows[i][at]
         filled = [c for c in columns if sheet.rows[i][sheet.header.index(c.name)]]
         if len(filled) != 1:
-            problems.append(f'{sheet.at(i)}: "{name}" has {len(filled)} values; one number is due in its row')
+            problems.append(
+                f'{sheet.at(i)}: "{name}" has {len(filled)} values; expected one number in its row'
+            )
         elif any(v.name == name for v in out):
             problems.append(
                 f'{sheet.at(i)}: "{name}" is given twice; one part has one value of it (column part tells parts apart)'
@@ -108,7 +110,7 @@ def _values_of(
 
 
 def value_in(sheet: Sheet, row: int, name: str, part: str, column: ValueColumn) -> GivenValue:
-    """The number of a row in one column. ValueError: it is no finite number."""
+    """Return the number of a row in one column. ValueError: it is no finite number."""
     number = to_number(sheet.rows[row][sheet.header.index(column.name)])
     if not np.isfinite(number):
         raise ValueError
@@ -123,7 +125,7 @@ def value_in(sheet: Sheet, row: int, name: str, part: str, column: ValueColumn) 
 
 
 def value_column(name: str) -> ValueColumn | None:
-    """What a heading such as value_mm or deviation_um means; None for another one."""
+    """Parse a heading such as value_mm or deviation_um; None for another one."""
     head, _, unit = name.partition("_")
     if head not in ("value", "deviation") or unit not in (*LENGTHS, *ANGLES):
         return None
@@ -131,7 +133,7 @@ def value_column(name: str) -> ValueColumn | None:
 
 
 def _coordinates(sheet: Sheet) -> tuple[tuple[str, ...], float]:
-    """Names of the three coordinate columns and the factor to mm."""
+    """Return the names of the three coordinate columns and the factor to mm."""
     for unit in LENGTHS:
         names = tuple(f"{c}_{unit}" for c in "xyz")
         if set(names) & set(sheet.header):
@@ -149,7 +151,7 @@ def _coordinates(sheet: Sheet) -> tuple[tuple[str, ...], float]:
 def check_columns(
     sheet: Sheet, needed: Sequence[str], allowed: Sequence[str], shown: Sequence[str] | None = None
 ) -> None:
-    """DataError: a needed column is missing, an unknown one is there."""
+    """Raise DataError for a missing column that is needed, and for an unknown one."""
     columns = shown or allowed
     problems = sheet.missing(map(SheetColumn, needed))
     problems += sheet.unknown(allowed, lambda name: f".{_no_unit(name)}{choose_from(name, columns)}")

@@ -1,4 +1,4 @@
-"""[surroundings] of a scenario with [surroundings.head]: what stands in the way of the stylus, and the room it needs."""
+"""Read [surroundings] of a scenario with [surroundings.head]: obstacles of the stylus, and the room it needs."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class SurroundingsTable(Table):
 def surroundings_of(
     model: SurroundingsTable, part: Part, plan: Plan, problems: Problems
 ) -> Surroundings | None:
-    """The Surroundings of a scenario; what is wrong is added to `problems`."""
+    """Return the Surroundings of a scenario; problems are added to `problems`."""
     before, at = len(problems.found), "surroundings"
     clamps = []
     for name, t in model.clamps.items():
@@ -78,7 +78,7 @@ def surroundings_of(
 def _lengths(
     key: str, table: Mapping[str, str], names: Mapping[str, object], problems: Problems
 ) -> dict[str, float]:
-    """{ bore = "0.5 um" } with names that exist."""
+    """Parse { bore = "0.5 um" } with names that exist."""
     out: dict[str, float] = {}
     for name, text in table.items():
         here = ("surroundings", key, name)

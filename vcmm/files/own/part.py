@@ -1,4 +1,4 @@
-"""[part] tables: features, characteristics, expansion, mesh."""
+"""Read [part] tables: features, characteristics, expansion, mesh."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class PartFile(Table):
 
 @dataclass(frozen=True, eq=False)
 class PartData:
-    """A part, the forms of its features, and what is known of its expansion."""
+    """A part, the forms of its features, and the uncertainty of its expansion."""
 
     part: Part
     forms: dict[str, Lobes]
@@ -113,7 +113,7 @@ class PartData:
 
 
 def part_from(document: Document, data: dict[str, Any], at: Location, problems: Problems) -> PartData | None:
-    """A [part] table to PartData; what is wrong is added to `problems`."""
+    """Convert a [part] table to PartData; problems are added to `problems`."""
     before = len(problems.found)
     model = checked_model(PartFile, data, problems, at)
     tables = model.features if model else {}
@@ -163,7 +163,7 @@ ONE, LEAST = 0.05, 1.0  # the same for one limit alone, of sizes from 1 mm on
 
 
 def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
-    """UsageError for a characteristic that cannot be evaluated, and for limits that hold the nominal value itself."""
+    """Raise UsageError for a characteristic that cannot be evaluated, and for limits that hold the nominal value itself."""
     nominal = gps.nominal(c, features)
     if c.limits is not None and not nominal + c.limits[0] < nominal + c.limits[1]:
         text = f"the limits of {nominal:g} are one number to 16 digits; enlarge the tolerance"
@@ -188,7 +188,7 @@ def _check_names(
     problems: Problems,
     at: Location,
 ) -> None:
-    """A characteristic names features that exist, and has a name of its own."""
+    """Check that a characteristic names features that exist, and has a name of its own."""
     if bad := bad_name(c.name):
         problems.add((*at, "name"), f"name = {shorten(c.name)} {bad}")
     for role in ("of", "between", "datums"):
@@ -208,21 +208,21 @@ def _beside(document: Document, name: str) -> Path:
 
 @dataclass(frozen=True, eq=False)
 class _Drawing:
-    """What characteristics refer to: features, the tables of all of them, general tolerances."""
+    """Data to which characteristics refer: features, the tables of all of them, general tolerances."""
 
     features: dict[str, Feature]
     tables: list[CharacteristicTable]
     general: GeneralTolerances
 
     def own_limits(self, t: CharacteristicTable) -> tuple[float, float] | None:
-        """Stated limits, else general ones."""
+        """Return stated limits, else general ones."""
         limits = stated_limits(t, self.features)
         if limits is None and t.zone is None:
             limits = general_of(t, self.features, self.general)[0]
         return limits
 
     def limits(self, t: CharacteristicTable) -> tuple[float, float] | None:
-        """With what reciprocity adds."""
+        """Return the limits with the addition of reciprocity."""
         limits = self.own_limits(t)
         return reciprocal(t, self.tables, self.features, limits) if limits and t.type == "size" else limits
 

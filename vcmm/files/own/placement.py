@@ -1,4 +1,4 @@
-"""[placement] of a scenario: what the fixture allows and what `vcmm place` minimises."""
+"""Read [placement] of a scenario: poses that the fixture allows, and the goal of `vcmm place`."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class PlacementTable(Table):
 
 
 def placement_from(document: Document, part: Part | None, model: Any, problems: Problems) -> Placement | None:
-    """The placement of a scenario, or None where the file says nothing; notes every problem."""
+    """Return the placement of a scenario, or None where the file says nothing; notes every problem."""
     data = document.data.get("placement")
     if not isinstance(data, dict) or model is None or part is None:
         return None
@@ -70,7 +70,7 @@ def placement_from(document: Document, part: Part | None, model: Any, problems: 
 
 
 def _freedom(name: str, value: Any) -> Freedom | None:
-    """ "120 mm": fixed there; two values: a range; three or more, or { at = [...] }: one of these."""
+    """Parse "120 mm": fixed there; two values: a range; three or more, or { at = [...] }: a list of choices."""
     if value is None:
         return None
     if isinstance(value, dict):
@@ -94,7 +94,7 @@ def _numbers(name: str, texts: list[str]) -> tuple[float, ...]:
 
 
 def _faces(names: list[str], part: Part) -> Mapping[str, tuple[float, float, float]]:
-    """Directions of the drawing that may point down: "-z", or the outward normal of a plane by its name."""
+    """Return directions of the drawing that may point down: "-z", or the outward normal of a plane by its name."""
     out: dict[str, tuple[float, float, float]] = {}
     planes = {n: f for n, f in part.features.items() if f.kind == "plane"}
     for name in names:
@@ -130,7 +130,7 @@ def _goal(table: PlacementTable, part: Part) -> Goal:
 
 
 def process_of(name: str, table: ProcessTable, unit: str) -> tuple[float, float]:
-    """Mean from the middle of the tolerance, and standard deviation, of what the process makes; mm or rad."""
+    """Return the mean from the middle of the tolerance, and standard deviation, of the process; mm or rad."""
     dimension, example = ("angle", "10 urad") if unit == "rad" else ("length", "0.003 mm")
     mean = 0.0 if table.mean == "0 mm" else quantity(table.mean, dimension, "mean", example)
     u = quantity(table.u, dimension, "u", example)

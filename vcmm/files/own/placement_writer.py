@@ -1,4 +1,4 @@
-"""A scenario file with a new [pose], its set-up with moved work offsets: the owner's comments and layout stay."""
+"""Write a scenario file with a new [pose], and its set-up with moved work offsets: the owner's comments and layout stay."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vcmm.shop.machining.scenario import CutScenario
 def placed_text(
     source: Path, target: Path, pose: Array, machine: Path | None = None, convenient: Array | None = None
 ) -> str:
-    """Text of the scenario with the pose (6: mm, rad), to be written to `target`.
+    """Return the text of the scenario with the pose (6: mm, rad), to be written to `target`.
 
     Names of files that lie beside the source are rewritten as seen from the new folder. machine: a file that takes the
     place of the scenario's machine. convenient (6,): a pose in round numbers that is nearly as good, named in a comment.
@@ -57,7 +57,7 @@ def number_text(value: float, digits: int) -> str:
 
 
 def placed_cut(source: Path, scenario: CutScenario, folder: Path, pose: Array, by: Array) -> dict[str, str]:
-    """File name -> text: placed.toml and the set-up that it names, part and work offsets moved by `by` (3,) mm.
+    """Return file name -> text: placed.toml and the set-up that it names, part and work offsets moved by `by` (3,) mm.
 
     pose (6,): the pose found. Raises DataError where a file is no valid TOML.
     """

@@ -1,4 +1,4 @@
-"""[plan] tables: styli, steps with strategies or point files, touch, alignment."""
+"""Read [plan] tables: styli, steps with strategies or point files, touch, alignment."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class AlignmentTable(Table):
         )
 
     def names(self) -> list[tuple[str, str]]:
-        """(role, feature) of every feature named."""
+        """Return (role, feature) of every feature named."""
         out = []
         for role in ("plane", "line", "origin"):
             value = getattr(self, role)
@@ -97,7 +97,7 @@ class PlanFile(Table):
 def plan_from(
     document: Document, data: dict[str, Any], at: Location, part: Part | None, problems: Problems
 ) -> tuple[Plan, dict[str, Qualification]] | None:
-    """A [plan] table to a Plan and the qualifications of its styli; what is wrong is added to `problems`.
+    """Convert a [plan] table to a Plan and the qualifications of its styli; problems are added to `problems`.
 
     Without a part (because it is wrong itself) only what does not depend on it is checked.
     """
@@ -140,7 +140,7 @@ def plan_from(
 
 
 def _check_plan(model: PlanFile, measured: list[str], part: Part, problems: Problems, at: Location) -> None:
-    """Every feature that a characteristic or the alignment needs is measured, each in one step."""
+    """Check that every feature that a characteristic or the alignment needs is measured, each in one step."""
     if not measured:
         return  # the empty plan is reported once
     for role, name in model.alignment.names() if model.alignment else ():
@@ -202,7 +202,7 @@ def _step(document: Document, t: StepTable, part: Part, styli: list[str] | None)
 
 
 def _pattern(feature: Feature, table: Mapping[str, Any]) -> Any:
-    """points = { strategy = "levels", at = ["5 mm"], n = 8 } to the pattern's dataclass; units by its metadata."""
+    """Convert points = { strategy = "levels", at = ["5 mm"], n = 8 } to the pattern's dataclass; units by its metadata."""
     if "strategy" not in table:
         raise UsageError(
             f"points has no strategy.{misspelt('strategy', table)} Write for example points = {POINTS[feature.kind]}"
@@ -236,7 +236,7 @@ def _pattern(feature: Feature, table: Mapping[str, Any]) -> Any:
 
 
 def _pattern_value(spec: DataField[Any], key: str, value: Any) -> Any:
-    """A value of a strategy: with a unit, a count, a list of counts, a direction, or true and false."""
+    """Return a value of a strategy: with a unit, a count, a list of counts, a direction, or true and false."""
     dimension, kind = spec.metadata.get("dimension"), str(spec.type)
     if dimension is not None:
         example = "5 mm" if dimension == "length" else "30 deg"
@@ -279,7 +279,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _from_file(document: Document, name: str, feature: Feature, part: Part) -> tuple[Array, Array]:
-    """CSV with x_mm y_mm z_mm and optionally nx ny nz, drawing frame."""
+    """Read a CSV with x_mm y_mm z_mm and optionally nx ny nz, drawing frame."""
     sheet, points, normals = read_points(document.path.parent / name)
     try:
         return on_surface(feature, points, normals, mesh=part.mesh)

@@ -16,7 +16,7 @@ PLACES, NORMALS = ("x_mm", "y_mm", "z_mm"), ("nx", "ny", "nz")
 
 
 def read_points(path: Path, with_normals: bool = False) -> tuple[Sheet, Array, Array | None]:
-    """The sheet, points (n, 3) mm and normals (n, 3) as they stand there, None without. with_normals: they must be there.
+    """Return the sheet, points (n, 3) mm and normals (n, 3) as written, None without. with_normals: normals are required.
 
     DataError: columns that are missing or unknown, cells that are no numbers, normals that are no unit vectors.
     """
@@ -40,7 +40,7 @@ def read_points(path: Path, with_normals: bool = False) -> tuple[Sheet, Array, A
 
 
 def _unit(sheet: Sheet, normals: Array) -> Array:
-    """The normals (n, 3), after all were found to be as long as 1 within a hundredth, as in every other file."""
+    """Return the normals (n, 3), after checking that their length is 1 within a hundredth, as in every other file."""
     size = np.linalg.norm(normals, axis=1)
     problems = [
         f"{sheet.at(int(i))}: nx ny nz has the length {size[i]:.4g}; give a unit vector"
@@ -52,7 +52,7 @@ def _unit(sheet: Sheet, normals: Array) -> Array:
 
 
 def row_of(sheet: Sheet, message: str) -> str:
-    """File and line of the point that a message names."""
+    """Return the file and line of the point that a message names."""
     match = re.search(r"\bpoint (\d+)\b", message)
     row = int(match[1]) - 1 if match else -1
     return sheet.at(row) if 0 <= row < len(sheet.lines) else sheet.head

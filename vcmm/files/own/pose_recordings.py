@@ -1,4 +1,4 @@
-"""Recordings of kind "pose" as they are: positions and orientations of a tracker against joint angles."""
+"""Recordings of kind "pose" as written: positions and orientations of a tracker against joint angles."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vcmm.task.response.poses import PoseReadings
 
 
 def is_poses(path: Path) -> bool:
-    """Whether a file is a recording of poses; a file that cannot be read is none."""
+    """Return whether a file is a recording of poses; False for a file that cannot be read."""
     try:
         data = read_toml(path).data
     except DataError:

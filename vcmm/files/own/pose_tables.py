@@ -115,7 +115,7 @@ def _positions(table: PosesTable, sheet: Sheet) -> list[str]:
 
 
 def _present(sheet: Sheet, names: list[str], key: str) -> list[str]:
-    """The names. Raises DataError for one that is no column."""
+    """Return the names. Raises DataError for a name that is no column."""
     lacking = [n for n in names if n not in sheet.header]
     if lacking:
         raise DataError(
@@ -125,13 +125,13 @@ def _present(sheet: Sheet, names: list[str], key: str) -> list[str]:
 
 
 def _numbers(sheet: Sheet, names: list[str], unit: str, allowed: tuple[str, ...]) -> Array:
-    """(n, k) in mm or rad: a column's own unit where its name ends in one, else `unit`."""
+    """Return numbers (n, k) in mm or rad: a column's own unit where its name ends in one, else `unit`."""
     numbers = [n.rpartition("_")[2] for n in names]
     return sheet.stack(names) * np.array([_UNITS[u if u in allowed else unit] for u in numbers])
 
 
 def _refuse_idle(table: PosesTable, joints: Sheet, tracker: Sheet, used: list[str]) -> None:
-    """DataError for columns that are neither used nor ignored by name: they may be orientations under other names."""
+    """Raise DataError for columns that are neither used nor ignored by name: they may be orientations under other names."""
     for sheet in (joints, tracker) if tracker is not joints else (joints,):
         idle = [n for n in sheet.header if n not in used and n not in table.ignore]
         if idle:
@@ -148,7 +148,7 @@ def _refuse_idle(table: PosesTable, joints: Sheet, tracker: Sheet, used: list[st
 
 
 def _orientation_columns(table: PosesTable, sheet: Sheet) -> tuple[list[str], Word] | None:
-    """The columns of orientations and how they are written; None where there are none."""
+    """Return the columns of orientations and their notation; None where there are none."""
     names, word = table.orientation, table.orientation_as
     if not names:
         if word:
@@ -167,7 +167,7 @@ def _orientation_columns(table: PosesTable, sheet: Sheet) -> tuple[list[str], Wo
 
 
 def _orientations(table: PosesTable, sheet: Sheet, oriented: tuple[list[str], Word] | None) -> Array | None:
-    """Matrices (n, 3, 3) of the columns; None where there are none."""
+    """Return matrices (n, 3, 3) of the columns; None where there are none."""
     if oriented is None:
         return None
     names, word = oriented
@@ -209,7 +209,7 @@ def _from_angles(values: Array, word: str) -> Array:
 
 
 def _from_units(values: Array, word: str, sheet: Sheet) -> Array:
-    """Matrices (n, 3, 3) of quaternions or matrices. Raises DataError for a row that is none."""
+    """Return matrices (n, 3, 3) of quaternions or matrices. Raises DataError for a row that is none."""
     from scipy.spatial.transform import Rotation
 
     if word == "matrix":

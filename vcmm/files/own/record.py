@@ -1,4 +1,4 @@
-"""[record] of a scenario, a machine file or a recording: who, when, serial numbers; words for the head of a report."""
+"""[record] of a scenario, a machine file or a recording: people, dates, serial numbers; words for the head of a report."""
 
 from __future__ import annotations
 
@@ -24,5 +24,5 @@ class RecordTable(Table):
 
     @property
     def entries(self) -> dict[str, str]:
-        """What is not empty."""
+        """Entries that are not empty."""
         return {k: v for k, v in self.model_dump().items() if v}

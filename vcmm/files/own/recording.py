@@ -145,14 +145,14 @@ def _check_document(
 
 
 def _with_logs(recording: Recording, logs: dict[str, Series]) -> Recording:
-    """The recording with its logs; rows beyond the end of one are named."""
+    """Return the recording with its logs; rows beyond the end of one are named."""
     logs, gaps = reaching(recording.run, logs)
     whole = replace(recording, run=with_readings(with_logs(add_logs(recording.run, logs))))
     return note_gaps(whole, gaps)
 
 
 def _complete(recording: Recording, gaps: bool) -> Recording:
-    """Unchanged. Raises UsageError where rows or columns were set aside and nobody would be told."""
+    """Return the recording unchanged. Raises UsageError where rows or columns were set aside without a note."""
     if recording.notes and not gaps:
         raise UsageError(
             f"{'; '.join(recording.notes)}: complete the readings of the sensor, or remove the rows or the column (vcmm diagnose "
@@ -162,7 +162,7 @@ def _complete(recording: Recording, gaps: bool) -> Recording:
 
 
 def recording_file(path: str | Path) -> Path:
-    """The recording file of some data: the file itself, or the one beside a table that names it. Raises DataError for none."""
+    """Return the recording file of some data: the file itself, or the one beside a table that names it. Raises DataError for none."""
     path = Path(path)
     if path.suffix.lower() == ".toml":
         return path
@@ -189,7 +189,7 @@ def _names_data(path: Path, name: str) -> bool:
 
 
 def machine_of(path: str | Path) -> tuple[Path | None, str]:
-    """The machine file that a recording names (None where it holds the machine itself), and what is in it."""
+    """Return the machine file that a recording names (None where it holds the machine itself), and its text."""
     document = read_toml(path)
     value = document.data.get("machine")
     if not isinstance(value, str):
@@ -199,7 +199,7 @@ def machine_of(path: str | Path) -> tuple[Path | None, str]:
 
 
 def _machine(document: Document, problems: Problems) -> Machine | None:
-    """The machine that the file names or holds; None where there is none, which is noted."""
+    """Return the machine that the file names or holds; None where there is none, which is noted."""
     value = document.data.get("machine")
     if isinstance(value, dict):
         return problems.attempt(("machine",), lambda: machine_from(document, value, ("machine",)))
@@ -219,7 +219,8 @@ def _machine_file(path: Path) -> Machine:
 
 
 def _on_machine(recording: Recording, machine: Machine, data: Path) -> Recording:
-    """Unchanged, after all rows were found within the travels. Raises DataError, with the line of the data where it is known."""
+    """Return the recording unchanged, after checking that all rows are within the travels. Raises DataError, with the line of the data
+    where it is known."""
     try:
         machine.check_travels(recording.run)
     except ModelLimit as error:
@@ -233,19 +234,19 @@ def _on_machine(recording: Recording, machine: Machine, data: Path) -> Recording
 
 
 def _without_row(error: ModelLimit) -> str:
-    """The complaint without its number of the row of the run, where the line of a file is said instead."""
+    """Return the complaint without its number of the row of the run, where the line of a file is given instead."""
     return str(error) if error.row is None else str(error).removeprefix(f"row {error.row + 1}: ")
 
 
 def _with_nuisance(recording: Recording, machine: Machine) -> Recording:
-    """Unchanged, after its nuisance was found to be possible."""
+    """Return the recording unchanged, after checking that its nuisance is possible."""
     for _ in named_nuisance(recording, machine):
         pass
     return recording
 
 
 def _with_labels(recording: Recording) -> Recording:
-    """Unchanged, after the label columns of placements were found. Raises UsageError for one that is missing.
+    """Return the recording unchanged, after checking the label columns of placements. Raises UsageError for one that is missing.
 
     A recording without the column `stylus` or `instrument` has one of them, which a diagnosis tells; without `pose`
     several placements would become one without a word.
@@ -264,8 +265,8 @@ def _with_labels(recording: Recording) -> Recording:
 
 
 def _with_past(recording: Recording, memory: str, told: bool) -> Recording:
-    """The recording with the history of its axes. A table that was sorted otherwise than by its clock, or not at all, is followed in the
-    order of time where that can be told (`told`); else `_with_history` says what to do.
+    """Return the recording with the history of its axes. A table that was sorted otherwise than by its clock, or not at all, is followed in the
+    order of time where that is known (`told`); else `_with_history` raises an error with advice.
     """
     run = recording.run
     two = int((recording.other >= 0).sum())
@@ -290,7 +291,7 @@ def _is_shuffled(run: Run) -> bool:
 
 
 def _with_history(recording: Recording, memory: str) -> Run:
-    """Travel, sense and since_reversal (of a dense path also speed and acceleration) where the file lacks them.
+    """Return the run with travel, sense and since_reversal (of a dense path also speed and acceleration) where the file lacks them.
 
     memory "travel": only the distance travelled, row by row in order; "rows": rows follow one another without detours
     or reversals in between. The second end of a length has the history of its first end.
@@ -319,7 +320,7 @@ def _with_history(recording: Recording, memory: str) -> Run:
 
 
 def _with_reversal_distance(run: Run) -> Run:
-    """turned_X where sense, distance since the last reversal and clock of the rows are known."""
+    """Return the run with turned_X where sense, distance since the last reversal and clock of the rows are known."""
     positions = [
         a
         for a in run.position
@@ -331,9 +332,9 @@ def _with_reversal_distance(run: Run) -> Run:
 
 
 def _with_part(recording: Recording, machine: Machine) -> Recording:
-    """part_x_mm ... where the file lacks them: the tip from the middle of its placement's points.
+    """Return the recording with part_x_mm ... where the file lacks them: the tip from the middle of its placement's points.
 
-    Where the part is held is not known; a free placement takes up what another origin would add while the part is warm.
+    The place where the part is held is unknown; a free placement absorbs the effect of another origin while the part is warm.
     """
     run = recording.run
     if recording.kind not in ("probe", "path") or "part_x_mm" in run.columns:
@@ -348,14 +349,14 @@ def _with_part(recording: Recording, machine: Machine) -> Recording:
 
 
 def _with_down(recording: Recording, machine: Machine, down: list[float] | None) -> Recording:
-    """Gravity in the frame of the tool, where the file says which way is down."""
+    """Return the recording with gravity in the frame of the tool, where the file states which way is down."""
     if down is None:
         return recording
     return replace(recording, run=with_down(recording.run, machine, np.array(down)))
 
 
 def _starts(run: Run) -> Any:
-    """Rows (n,) at which a label says that something else begins."""
+    """Return the rows (n,) at which a label shows that something else begins."""
     out = np.zeros(run.n, dtype=bool)
     for label in BREAKS:
         if label in run.labels:
@@ -375,7 +376,7 @@ def _check_order(run: Run) -> None:
 
 
 def missing_columns(run: Run, machine: Machine) -> tuple[str, ...]:
-    """Columns and labels that a recording may have and this one has not, as a run names them."""
+    """Return the columns and labels that a recording may have and this one lacks, as a run names them."""
     absent_axes = [a for a in LETTERS if a not in machine.chain.letters]
     pattern = re.compile(
         r"u_|reading_|(part|tip|from|offset)_[xyz]_mm|probe_lateral|" + "|".join(OBSERVED_COLUMNS)

@@ -1,4 +1,4 @@
-"""The data of a recording file in the format that it states, as a Recording: one reader for each format."""
+"""Read the data of a recording file in the format that it states, as a Recording: one reader for each format."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from vcmm.task.response.recording import Recording
 def read_data(
     model: RecordingFile, path: Path, machine: Machine | None, problems: Problems
 ) -> Recording | None:
-    """The data in their format; None where the machine is not known."""
+    """Read the data in their format; None where the machine is not known."""
     if model.kind == "pose":
         return None if machine is None else as_recording(poses_of(model, path, machine), machine)
     if model.shape == "table":
@@ -82,7 +82,7 @@ def read_data(
 
 
 def poses_of(model: RecordingFile, path: Path, machine: Machine) -> PoseReadings:
-    """Poses as the tracker read them, with their orientations."""
+    """Read poses as the tracker recorded them, with their orientations."""
     u = noise_law(model.noise, False).u if model.noise is not None else 0.0
     return read_poses(model.poses or PosesTable(), path, machine, model.name or path.stem, float(u))
 
@@ -101,7 +101,7 @@ def _read_scope(model: RecordingFile, path: Path, machine: Machine, problems: Pr
 def _read_klipper(model: RecordingFile, path: Path, machine: Machine, problems: Problems) -> Recording | None:
     _check_kind(model, "displacement")
     if not model.measuring:
-        raise UsageError('a switch that stands still is a reference: write observed = "indicated - true"')
+        raise UsageError('a switch that does not move is a reference: write observed = "indicated - true"')
     homings = read_klipper(path, model.counter.step if model.counter else None)
     line = model.line or LineTable()
     at = problems.attempt(

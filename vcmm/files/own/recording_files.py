@@ -12,7 +12,8 @@ ALIKE = 0.8  # of the letters, from which "recordings" or "recoding" is a record
 
 
 def recordings_in(folder: Path) -> list[Path]:
-    """Recording files in a folder and below it: TOML files that say so, those that cannot be read and may be some, and those whose first line is
+    """Return recording files in a folder and below it: TOML files that state so, those that cannot be read and may be some, and those
+    whose first line is
     mistyped or missing: reading them refuses them, where passing them over would leave a recording out in silence.
 
     Raises UsageError where there is none.

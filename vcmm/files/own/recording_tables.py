@@ -139,7 +139,7 @@ class RecordingFile(Table):
 
     @property
     def shape(self) -> str:
-        """The format of the data: as stated, else .rtl by its ending, else the columns of a recording."""
+        """Format of the data: as stated, else .rtl by its ending, else the columns of a recording."""
         return self.format or ("rtl" if self.data.lower().endswith(".rtl") else "table")
 
     @property
@@ -149,7 +149,7 @@ class RecordingFile(Table):
 
     @property
     def memory(self) -> str:
-        """How the history of the axes is found: rows of paths and displacements follow one another without detours."""
+        """Source of the history of the axes: rows of paths and displacements follow one another without detours."""
         return self.history or ("rows" if self.kind in ("path", "displacement") else "travel")
 
 
@@ -164,7 +164,7 @@ TABLES_OF = {
 
 
 def check_words(model: RecordingFile, problems: Problems) -> None:
-    """Notes nuisances and labels that do not exist, and tables that the format does not use."""
+    """Note nuisances and labels that do not exist, and tables that the format does not use."""
     for word, label in model.nuisance.items():
         here: Location = ("nuisance", word)
         if word not in NUISANCES:
@@ -183,13 +183,11 @@ def check_words(model: RecordingFile, problems: Problems) -> None:
 
 
 def _check_pose_words(model: RecordingFile, problems: Problems) -> None:
-    """Notes what a recording of poses cannot state."""
+    """Note statements that a recording of poses cannot make."""
     idle = [k for k in ("known", "instrument", "reversal") if getattr(model, k) is not None]
     idle += [k for k in ("nuisance", "series") if getattr(model, k)]
     for key in idle:
-        problems.add(
-            (key,), "poses take none: where the tracker stands and where the target sits are free in any case"
-        )
+        problems.add((key,), "poses take none: the places of the tracker and of the target are always free")
     if model.shape != "table":
         problems.add(
             ("format",), f'poses are read as a table, not as "{model.shape}"; name their columns in [poses]'
@@ -201,7 +199,7 @@ def _check_pose_words(model: RecordingFile, problems: Problems) -> None:
 
 
 def noise_law(table: NoiseTable, angle: bool) -> Law:
-    """The law of the noise in mm, or in rad for angle = True: t takes scale and dof, normal u or scale.
+    """Return the law of the noise in mm, or in rad for angle = True: t takes scale and dof, normal u or scale.
 
     Raises TableProblems naming the key.
     """
@@ -237,7 +235,7 @@ def _spread(text: str | None, key: str, angle: bool) -> float:
 
 
 def other_positions(line: LineTable, letters: tuple[str, ...], moving: tuple[str, ...]) -> dict[str, float]:
-    """Positions of the axes that stood still, mm or rad. Raises TableProblems for axes that are missing or too many."""
+    """Return positions of the axes that did not move, mm or rad. Raises TableProblems for axes that are missing or too many."""
     problems: list[tuple[str | tuple[str, ...], str]] = []
     out: dict[str, float] = {}
     for letter, text in line.at.items():

@@ -48,7 +48,7 @@ def save_recording(
 def recording_texts(
     recording: Recording, stem: str, machine: str = "machine.toml", *, apart: bool = False
 ) -> dict[str, str]:
-    """File name -> text of all files of a recording; see `save_recording`."""
+    """Return file name -> text of all files of a recording; see `save_recording`."""
     run = recording.run
     own_logs = row_logs(run)
     logs = {name: log for name, log in run.series.items() if not _same(log, own_logs.get(name))}
@@ -97,7 +97,7 @@ def _noise(law: Law, unit: str) -> list[str]:
 
 
 def _columns(recording: Recording, without: re.Pattern[str]) -> dict[str, Any]:
-    """Every column of the CSV, one row per line."""
+    """Return every column of the CSV, one row per line."""
     run, angle = recording.run, recording.kind == "angle"
     vector = _components(recording)
     rows = np.arange(run.n) if vector else recording.row
@@ -126,7 +126,7 @@ def _across_normals(recording: Recording) -> bool:
 
 
 def _components(recording: Recording) -> tuple[str, ...]:
-    """dx_um dy_um dz_um (or some of them) where every run row has the same of these, in this order; else nothing."""
+    """Return dx_um dy_um dz_um (or some of them) where every run row has the same of them, in this order; else nothing."""
     n = recording.run.n
     along_normals = recording.m == n and all(c in recording.run.columns for c in NORMAL)
     if recording.kind in ("length", "angle") or recording.m % n or along_normals:
@@ -139,7 +139,7 @@ def _components(recording: Recording) -> tuple[str, ...]:
 
 
 def _conditions(run: Run, rows: Ints, without: re.Pattern[str]) -> dict[str, Any]:
-    """Positions, offsets, columns and labels of the rows, in file units."""
+    """Return the positions, offsets, columns and labels of the rows, in file units."""
     out: dict[str, Any] = {
         axis_column(a): q[rows] / (DEG if is_rotary(a) else 1.0) for a, q in run.position.items()
     }

@@ -33,7 +33,7 @@ DEFAULT = {"half-turn": "B0C", "face": "EZC"}
 
 
 def is_reversal(path: str | Path) -> bool:
-    """Whether a file is a recording with [reversal]. Raises DataError for a file that is no TOML."""
+    """Return whether a file is a recording with [reversal]. Raises DataError for a file that is no TOML."""
     return "reversal" in read_toml(path).data
 
 
@@ -57,7 +57,7 @@ def load_reversal(path: str | Path) -> ReversalFile:
 
 
 def _check_file(model: RecordingFile, problems: Problems) -> None:
-    """What a recording may state otherwise and a reversal may not."""
+    """Check statements that a recording may make and a reversal may not."""
     if model.kind not in ("displacement", "angle"):
         problems.add(
             ("kind",), f'kind = "{model.kind}": the probe of a reversal reads a "displacement" or an "angle"'
@@ -70,12 +70,12 @@ def _check_file(model: RecordingFile, problems: Problems) -> None:
     for key in ("nuisance", "line", "scope", "pose", "stylus"):
         if getattr(model, key):
             problems.add(
-                (key,), f"a reversal has no [{key}]: what is left free follows from its test; remove it"
+                (key,), f"a reversal has no [{key}]: its free parameters follow from its test; remove it"
             )
 
 
 def _words(table: ReversalTable, angle: bool) -> ReversalTable:
-    """The table with its names checked and defaults filled in. Raises TableProblems."""
+    """Return the table with its names checked and defaults filled in. Raises TableProblems."""
     problems = []
     error = table.error or DEFAULT.get(table.test, "")
     try:
@@ -99,7 +99,7 @@ def _words(table: ReversalTable, angle: bool) -> ReversalTable:
 
 
 def _test_error(test: str, error: str, angle: bool) -> tuple[str, bool]:
-    """What a test allows, in words, and whether the error is of it."""
+    """Return the errors that a test allows, in words, and whether the error is one of them."""
     if test == "straightness":
         fits = (
             len(error) == 3
@@ -160,7 +160,7 @@ def _label(run: Run, name: str) -> np.ndarray:
 
 
 def _scans(run: Run, axis: str, value: Array) -> tuple[LineScan, ...]:
-    """One scan per set-up and run."""
+    """Return one scan per set-up and run."""
     setup, number = _label(run, "setup"), _label(run, "run")
     pairs = list(dict.fromkeys(zip(setup.tolist(), number.tolist())))
     rows = [np.flatnonzero((setup == s) & (number == r)) for s, r in pairs]
@@ -183,7 +183,7 @@ def _groups(run: Run, axis: str, value: Array, orders: int, u: float | None) -> 
 
 
 def _going_on(angle: Array, number: np.ndarray) -> Array:
-    """Angles of runs one after the other, each a whole number of turns later; and of one run that starts anew at 0 after 360 deg."""
+    """Return the angles of runs one after the other, each a whole number of turns later; and of one run that starts anew at 0 after 360 deg."""
     turn = 2 * np.pi
     out, last = np.array(angle), None
     way = -1.0 if (np.diff(angle) < 0).mean() > 0.5 else 1.0

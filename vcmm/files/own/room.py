@@ -29,7 +29,7 @@ KEYS = {  # key of [environment]: unit behind the bar, dimension, example
 def room_changes(
     document: Document, environment: Any, effects: Sequence[Effect], problems: Problems
 ) -> tuple[list[Effect], list[Input]]:
-    """Effects and Inputs of a room that changes; effects: of machine and part, whose expansions it acts through.
+    """Return effects and Inputs of a room that changes; effects: of machine and part, whose expansions it acts through.
 
     room_hour H: the rate is anything up to H, for as long as the plan takes. room_day D: a course of a day, D / 2 sin(2 pi t / 24 h + f)
     with any f, has the rate pi D / 24 h cos f: an arcsine law (JCGM 101:2008, 6.4.6). room_gradient G: up to G in each direction.
@@ -56,7 +56,7 @@ def room_changes(
 
 
 def _rate(key: str, law: Law, made: Sequence[Effect], why: str) -> Input:
-    """One draw for the part and all scales: they stand in one room."""
+    """Return one draw for the part and all scales: they are in one room."""
     members = tuple(Input(e.name, e.where, "rate", law) for e in made if getattr(e, "alpha", 0.0))
     label = f"{why} the stated one: part and uncorrected scales follow it"
     return Input(
@@ -65,7 +65,7 @@ def _rate(key: str, law: Law, made: Sequence[Effect], why: str) -> Input:
 
 
 def _stated_value(document: Document, environment: Any, key: str, part: float, problems: Problems) -> float:
-    """Canonical number of a key, 0 where it is not stated or wrong; noted where nothing would follow the room."""
+    """Return the canonical number of a key, 0 where it is not stated or wrong; noted where nothing would follow the room."""
     text = getattr(environment, key)
     if not text:
         return 0.0
@@ -93,7 +93,7 @@ def _positive(value: float, key: str, text: str) -> float:
 
 
 def refuse_room_changes(document: Document, environment: Any, problems: Problems) -> None:
-    """For a cut: nothing there would follow the room; screws, spindle and part have effects of their own."""
+    """Refuse room changes for a cut: nothing there would follow the room; screws, spindle and part have effects of their own."""
     for key in KEYS:
         if getattr(environment, key):
             inside = isinstance(document.data.get("environment"), dict)

@@ -53,7 +53,7 @@ def read_route_data(
     standards: Path | None = None,
     values: Path | None = None,
 ) -> RouteData:
-    """All files of a comparison of routes. DataError with file and line; UsageError for one half of a pair."""
+    """Read all files of a comparison of routes. DataError with file and line; UsageError for one half of a pair."""
     if (calibrated is None) != (repeats is None):
         raise UsageError(
             "the route by a calibrated part takes --calibrated calibrated.csv (its certificate) and --repeats repeats.csv (what you "
@@ -94,7 +94,7 @@ def _check_pairs(repeats: Path, calibrated: Path, measured: set[str], calibrated
 
 
 def _rows(path: Path, needed: Sequence[str], allowed: Sequence[str]) -> tuple[Sheet, list[GivenValue]]:
-    """The sheet and the value of every row."""
+    """Return the sheet and the value of every row."""
     sheet = read_csv(path)
     columns = [c for c in (value_column(name) for name in sheet.header) if c is not None]
     check_columns(
@@ -112,7 +112,7 @@ def _rows(path: Path, needed: Sequence[str], allowed: Sequence[str]) -> tuple[Sh
 def _given_value(sheet: Sheet, i: int, name: str, columns: Sequence[ValueColumn]) -> GivenValue:
     filled = [c for c in columns if sheet.rows[i][sheet.header.index(c.name)]]
     if len(filled) != 1:
-        raise DataError(f'{sheet.at(i)}: "{name}" has {len(filled)} values; one number is due in its row')
+        raise DataError(f'{sheet.at(i)}: "{name}" has {len(filled)} values; expected one number in its row')
     try:
         return value_in(sheet, i, name, "", filled[0])
     except ValueError:
@@ -123,7 +123,7 @@ def _given_value(sheet: Sheet, i: int, name: str, columns: Sequence[ValueColumn]
 
 
 def _collect_values(scenario: Scenario, given: Sequence[GivenValue]) -> list[tuple[str, float]]:
-    """(characteristic, mm or rad) of every row; all that cannot be meant is said at once."""
+    """Return (characteristic, mm or rad) of every row; the error names all implausible values at once."""
     out: list[tuple[str, float]] = []
     problems: list[str] = []
     for v in given:
@@ -158,7 +158,7 @@ def _calibrations(scenario: Scenario, path: Path) -> dict[str, CalibratedValue]:
     more = [h for h in head if h.startswith("from_part_") and h[10:] in (*LENGTHS, *ANGLES)]
     if len(widths) != 1:
         raise DataError(
-            f"{path}:1: the certificate states U: one column U_um (U_mm, U_deg) is due, beside the column k of its coverage factor"
+            f"{path}:1: the certificate states U: expected one column U_um (U_mm, U_deg), beside the column k of its coverage factor"
         )
     sheet, given = _rows(path, (*widths, "k"), more)
     rows = _collect_values(scenario, given)
@@ -171,7 +171,7 @@ def _calibrations(scenario: Scenario, path: Path) -> dict[str, CalibratedValue]:
 
 
 def _standard_u(sheet: Sheet, column: str) -> np.ndarray:
-    """U / k of every row, mm or rad."""
+    """Return U / k of every row, mm or rad."""
     expanded, k = sheet.numbers(column) * UNITS[column.partition("_")[2]][0], sheet.numbers("k")
     problems = [
         f"{sheet.at(i)}: k = {k[i]:g} is no coverage factor; certificates have 2 (1 for a standard uncertainty)"
@@ -191,7 +191,7 @@ def _standard_u(sheet: Sheet, column: str) -> np.ndarray:
 
 
 def is_unclear_label(label: str) -> bool:
-    """Whether a label is how programs write a missing value, or changes where lookalike characters become plain ones (NFKC)."""
+    """Return whether a label is how programs write a missing value, or changes where lookalike characters become plain ones (NFKC)."""
     return label.casefold() in MISSING_WORDS or normalize("NFKC", label) != label
 
 

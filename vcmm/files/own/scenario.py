@@ -136,7 +136,7 @@ def load_scenario(
 
 
 def turned_knobs(path: str | Path) -> dict[str, float]:
-    """What [knobs] of a scenario file says, by the name of the knob; knobs that it does not name are not in it."""
+    """Return the statements of [knobs] of a scenario file, by the name of the knob; knobs that it does not name are not in it."""
     table = read_toml(path).data.get("knobs", {})
     whole = read_model(KnobsTable, table, read_toml(path), ("knobs",)).model_dump()
     return {name: float(whole[name]) for name in table}
@@ -185,7 +185,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
 
 
 def _with_its_knobs(scenario: Scenario, document: Document, problems: Problems) -> Scenario | None:
-    """The scenario with [knobs] turned; a knob beyond its range is a problem of its line."""
+    """Return the scenario with [knobs] turned; a knob beyond its range is a problem of its line."""
     table = read_model(KnobsTable, document.data["knobs"], document, ("knobs",)).model_dump()
     for name in document.data["knobs"]:
         problems.attempt(("knobs", name), partial(with_knobs, scenario, {name: table[name]}))
@@ -213,7 +213,7 @@ def pose_from(table: PoseTable) -> Pose:
 
 
 def section(document: Document, key: str, value: object, problems: Problems, make: Any) -> Any:
-    """A table of this file, or the file it names (whose version line is checked); None where it cannot be read."""
+    """Read a table of this file, or the file it names (whose version line is checked); None where it cannot be read."""
     if isinstance(value, dict):
         return problems.attempt((key,), lambda: make(document, value, (key,)))
     if not isinstance(value, str):
@@ -261,7 +261,7 @@ def with_knowledge(
     planned: tuple[Plan, Any] | None,
     problems: Problems,
 ) -> tuple[Machine, tuple[Input, ...]] | None:
-    """The machine with the effects of part and scenario, and all inputs that are not the machine's own."""
+    """Return the machine with the effects of part and scenario, and all inputs that are not the machine's own."""
     chain = machine.chain if machine else None
     further = further_effects(tables_in(document.data, "effects"), chain, problems, ())
     temperatures = temperature_inputs(document, environment, problems) if environment else []
@@ -292,7 +292,7 @@ def with_knowledge(
 def _check_temperatures(
     document: Document, effects: Sequence[Effect], sensors: Collection[str], problems: Problems
 ) -> None:
-    """A temperature that an effect needs is one of the environment's, or of the machine's own sensors."""
+    """Check that a temperature that an effect needs is one of the environment's, or of the machine's own sensors."""
     columns = [*columns_of(Temperatures()), *(f"temp_{name}_C" for name in sensors)]
     for effect in effects:
         for column in required(effect):
@@ -307,7 +307,7 @@ def _check_temperatures(
 
 
 def _check_styli(document: Document, plan: Plan, problems: Problems) -> None:
-    """A stylus named by an effect or input of this file is one of the plan's: others would act on nothing, unseen."""
+    """Check that a stylus named by an effect or input of this file is one of the plan's: others would have no effect, unnoticed."""
     for above in ((), ("machine",)):
         tables = document.data if not above else document.data.get("machine", {})
         for key in ("effects", "inputs"):
@@ -319,7 +319,7 @@ def _check_styli(document: Document, plan: Plan, problems: Problems) -> None:
 
 
 def _effect_location(document: Document, key: str, value: str) -> Location:
-    """Where an [[effects]] table of this file says key = value; else the machine."""
+    """Return where an [[effects]] table of this file states key = value; else the machine."""
     for above in ((), ("machine",)):
         tables: Any = document.data if not above else document.data.get("machine", {})
         for i, table in enumerate(tables_in(tables, "effects") if isinstance(tables, dict) else []):

@@ -43,7 +43,7 @@ Schema = dict[str, Any]
 
 
 def json_schema(kind: str) -> Schema:
-    """The schema (draft 2020-12) of one file format; "track": of the document of `vcmm track`. Raises UsageError for an unknown kind."""
+    """Return the schema (draft 2020-12) of one file format; "track": of the document of `vcmm track`. Raises UsageError for an unknown kind."""
     if kind == "track":
         return TrackDocument.model_json_schema() | {"$schema": DRAFT, "title": TRACK}
     if kind not in MODELS:
@@ -67,14 +67,14 @@ def json_schema(kind: str) -> Schema:
 
 
 def _also_cuts(schema: Schema, definitions: Schema) -> None:
-    """A scenario measures ([plan]) or cuts ([cut]); each brings keys of its own."""
+    """Add to the schema that a scenario measures ([plan]) or cuts ([cut]); each brings keys of its own."""
     schema["properties"] = _of(CutFile, definitions)["properties"] | schema["properties"]
     schema["required"] = [k for k in schema["required"] if k not in ("plan", "machine")]
     schema["anyOf"] = [{"required": ["machine", "plan"]}, {"required": ["cut"]}]
 
 
 def _of(model: type[Table], definitions: Schema) -> Schema:
-    """The schema of a model; what it refers to is added to the definitions at the root, where its references point."""
+    """Return the schema of a model; its references are added to the definitions at the root, where they point."""
     schema = model.model_json_schema(mode="validation")
     definitions.update(schema.pop("$defs", {}))
     properties = schema["properties"]

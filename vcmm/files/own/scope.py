@@ -94,7 +94,7 @@ def _factor(path: Path, axis: str, name: str, unit: str) -> float:
 
 
 def _ending(name: str, units: Mapping[str, float], otherwise: str) -> str:
-    """The unit at the end of a column name: Pos_mm, Pos [mm], Pos (mm)."""
+    """Return the unit at the end of a column name: Pos_mm, Pos [mm], Pos (mm)."""
     for unit in units:
         if name.endswith((f"_{unit}", f"[{unit}]", f"({unit})")):
             return unit
@@ -112,7 +112,7 @@ def _default_axes(header: list[str]) -> dict[str, list[str]]:
 
 
 def _numbers(path: Path) -> tuple[list[str], Array, list[int]]:
-    """Column names, numbers (n, columns) and the line of every row. Raises DataError for a later row that is none."""
+    """Return the column names, numbers (n, columns) and the line of every row. Raises DataError for a later row that is none."""
     text = lines_of(read_text(path))
     delimiter = max(",;\t", key="\n".join(text[:200]).count)
     lines = list(Layout(delimiter).rows(text))
@@ -152,9 +152,9 @@ def recording_of_scope(
     measuring: bool = False,
     name: str = "",
 ) -> Recording:
-    """A trace as a recording: actual - commanded of each axis along its direction; kind path, for rotary axes angle.
+    """Return a trace as a recording: actual - commanded of each axis along its direction; kind path, for rotary axes angle.
 
-    at: where the other axes stood, mm or rad; offset (3,) mm of the tool. Memory columns come from the commanded path.
+    at: positions of the other axes, mm or rad; offset (3,) mm of the tool. Memory columns come from the commanded path.
     """
     for axis in scope.commanded:
         if axis not in machine.chain.letters:

@@ -31,7 +31,7 @@ SPINDLE = "spindle"  # the key of the tool that is in the spindle before any is 
 
 NEGATIVE_LENGTH = (
     'length = "{0:g} mm" is negative; it counts from the gauge line of the spindle to the tip. An offset H that was touched off '
-    "from machine zero becomes length = H - Z, with Z the machine position of the work zero, which then stands in [offsets]: "
+    "from machine zero becomes length = H - Z, with Z the machine position of the work zero, which is then written to [offsets]: "
     'H = -212.4 mm and Z = -362.4 mm give length = "150 mm"'
 )
 
@@ -187,14 +187,14 @@ def load_setup(path: str | Path) -> Setup:
 
 
 def by_number(tools: Any) -> Any:
-    """A table of tools with the number 0 for the one that is in the spindle."""
+    """Return a table of tools with the number 0 for the one that is in the spindle."""
     return (
         {"0" if key == SPINDLE else key: t for key, t in tools.items()} if isinstance(tools, dict) else tools
     )
 
 
 def _axes_of(machine: Path) -> frozenset[str] | None:
-    """Letters of the axes of a machine file; None where it cannot be read, which whoever reads the machine says."""
+    """Return the letters of the axes of a machine file; None where it cannot be read, which the reader of the machine reports."""
     try:
         axes = read_toml(machine).data.get("axes")
     except VcmmError:
@@ -203,7 +203,7 @@ def _axes_of(machine: Path) -> frozenset[str] | None:
 
 
 def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
-    """What probing moves meet, machine axes: what is stated, and the box of the stock."""
+    """Return the surfaces that probing moves meet, machine axes: stated ones, and the box of the stock."""
     out: list[Surface] = []
     for k, surface in enumerate(model.surfaces):
         if (surface.normal is None) == (surface.diameter is None):
@@ -252,7 +252,7 @@ def _log(table: LogTable, folder: Path) -> TemperatureLog:
 
 
 def _active(control: dict[str, Any]) -> tuple[str, ...] | None:
-    """[control] compensation: names of what the control itself compensates; None where nothing is said."""
+    """Return [control] compensation: names of the compensations of the control itself; None where it is not stated."""
     name = control.get("compensation")
     if name is None:
         return None
@@ -282,7 +282,7 @@ def _check_names(model: SetupFile, problems: Problems) -> None:
 
 
 def _check_stock(stock: StockTable, problems: Problems) -> None:
-    """A box or a bar, not both; a material whose forces are known."""
+    """Check that the stock is a box or a bar, not both, and that its material has known forces."""
     if (stock.box is None) == (stock.diameter is None):
         text = 'give either box = ["100 mm", "60 mm", "30 mm"] (milling) or diameter = "60 mm" and length = "120 mm" (turning)'
         problems.add(("stock",), text)
@@ -315,7 +315,7 @@ def _tools(model: SetupFile, problems: Problems) -> dict[int, Tool]:
 
 
 def _tool(key: str, t: ToolTable) -> Tool:
-    """One tool, its shape and sizes checked against each other."""
+    """Return one tool, after checking its shape and sizes against each other."""
     if key != SPINDLE and not re.fullmatch(r"[0-9]{1,9}", key):
         raise UsageError(
             f'"{key}" is no tool number; write for example [tools.1], or [tools.{SPINDLE}] for the tool that is in the spindle'
@@ -360,7 +360,7 @@ def _tool(key: str, t: ToolTable) -> Tool:
 
 
 def _wrong_sizes(t: ToolTable) -> list[tuple[str, str]]:
-    """(key, what is wrong) of sizes that no tool has: um or m was written for mm."""
+    """Return (key, problem) of sizes that no tool has: um or m was written for mm."""
     out = []
     for key, (least, most) in TOOL_SIZES.items():
         value = getattr(t, key)

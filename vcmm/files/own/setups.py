@@ -1,4 +1,4 @@
-"""[[setups]] of a plan: what an instrument will read where, as recordings that are not read yet."""
+"""Read [[setups]] of a plan: readings of an instrument at places, as recordings that are not read yet."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class SetupTable(Table):
 
 
 def plan_setup(table: SetupTable, machine: Machine) -> tuple[Recordings, InstrumentCertificate]:
-    """The recordings of one set-up, most often one, and the certificate of its instrument. Raises UsageError for keys that are missing."""
+    """Return the recordings of one set-up, most often one, and the certificate of its instrument. Raises UsageError for keys that are missing."""
     instrument = find(table.instrument)
     dimension = "angle" if instrument.kind == "angle" else "length"
     u = quantity(table.u, dimension, "u", "0.2 um")
@@ -86,7 +86,7 @@ def _need(table: SetupTable, *keys: str) -> None:
 
 
 def _axis(table: SetupTable, machine: Machine) -> tuple[Array, Mapping[str, float]]:
-    """Targets of the axis that moves, and where the others stand."""
+    """Return targets of the axis that moves, and the positions of the others."""
     _need(table, "axis", "n")
     if table.axis not in machine.axes:
         raise UsageError(
@@ -102,7 +102,7 @@ def _axis(table: SetupTable, machine: Machine) -> tuple[Array, Mapping[str, floa
 
 
 def _somewhere(axis: str) -> str:
-    """A position of an axis that a message shows."""
+    """Return a position of an axis that a message shows."""
     return "0 deg" if is_rotary(axis) else "250 mm"
 
 
@@ -140,7 +140,7 @@ def _level(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _six(table: SetupTable, machine: Machine, u: float) -> Recordings:
-    """u of lengths; angles as well as that over 1 m."""
+    """Return six_d recordings; u of lengths; angles as well as that over 1 m."""
     targets, at = _axis(table, machine)
     offset = None if table.offset is None else np.array(table.tip)
     spread = {"linear": u, "straightness": u, "angle": u / 1000.0}
@@ -156,7 +156,7 @@ def _edge(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _square(table: SetupTable, machine: Machine, u: float) -> Recordings:
-    """From the corner `at` along axis and across_axis, both arms as long as `radius`."""
+    """Return a square from the corner `at` along axis and across_axis, both arms as long as `radius`."""
     _need(table, "across_axis", "radius")
     _, at = _axis(table, machine)
     pair = (table.axis, table.across_axis)
@@ -168,7 +168,7 @@ def _square(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _circle(table: SetupTable, machine: Machine, u: float) -> Recordings:
-    """A circle; or, with a rotary axis, a ball held while it turns, against a cup at centre."""
+    """Return a circle; or, with a rotary axis, a ball held while it turns, against a cup at centre."""
     if table.axis and table.instrument == "ball bar":
         angles = _angles(table, machine)
         _need(table, "ball", "centre")
@@ -213,7 +213,7 @@ def _plate(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _gauge(table: SetupTable, machine: Machine, u: float) -> Recordings:
-    """Lengths from the first face of a gauge between two places."""
+    """Return lengths from the first face of a gauge between two places."""
     _need(table, "start", "end", "n")
     start, end = np.array(table.start), np.array(table.end)
     share = np.linspace(0, 1, table.n)[1:] if table.instrument == "step gauge" else np.ones(table.n)
@@ -230,7 +230,7 @@ def _sphere(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _angles(table: SetupTable, machine: Machine) -> Array:
-    """All round where the axis can, without the last angle, which is the first; else over its travel."""
+    """Return angles all round where the axis can, without the last angle, which is the first; else over its travel."""
     _need(table, "axis", "n")
     if table.axis not in machine.axes or table.axis in "XYZ":
         raise UsageError(f'the set-up "{table.name}" needs a rotary axis of the machine, not "{table.axis}"')

@@ -1,4 +1,4 @@
-"""A plan of touches (design/1 with one set-up of a touch probe) to a probing program, its recording file and its set-up file."""
+"""Convert a plan of touches (design/1 with one set-up of a touch probe) to a probing program, its recording file and its set-up file."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class TouchPlan:
 
 
 def load_touch_plan(path: str | Path) -> TouchPlan:
-    """Read a plan whose program is to be written. Raises DataError and UsageError with what is due."""
+    """Read a plan whose program is to be written. Raises DataError and UsageError with the expected content."""
     path = Path(path)
     setups, machine, budget = load_design(path)
     model = DesignFile.model_validate(read_toml(path).data)
@@ -91,7 +91,7 @@ def _check_axes(machine: Machine, path: Path) -> None:
 def probing_job(
     given: TouchPlan, poses: Sequence[dict[str, float]], standoff: float, above: float, tool: int
 ) -> ProbingJob:
-    """Touches in the work offset, sphere after sphere at every rotary position. standoff, above: mm."""
+    """Return touches in the work offset, sphere after sphere at every rotary position. standoff, above: mm."""
     table, machine = given.table, given.machine
     spindle = [quantity(text, "angle", "spindle", "180 deg") for text in table.spindle] or [0.0]
     spheres = [list(s) for s in table.spheres]
@@ -133,7 +133,7 @@ def _touch(run: Run, i: int, surface: Array, outward: Array, letters: Sequence[s
 
 
 def _heights(machine: Machine, spheres: Sequence[Sequence[float]], radius: float, zero: Array) -> list[float]:
-    """Z (work offset) that a sphere reaches at most, however the rotary axes turn: its farthest from their centres, above these."""
+    """Return the largest Z (work offset) of a sphere for all angles of the rotary axes: its farthest from their centres, above these."""
     centres = [np.array(machine.axes[a].centre) for a in machine.chain.letters if is_rotary(a)]
     if not centres:
         return [float(s[2] + radius - zero[2]) for s in spheres]
@@ -145,12 +145,12 @@ def _heights(machine: Machine, spheres: Sequence[Sequence[float]], radius: float
 
 
 def _lift_where_rotary_axes_turn(run: Run, z: float) -> Run:
-    """The run with Z where rotary axes turn, to be held against the travels."""
+    """Return the run with Z where rotary axes turn, to be checked against the travels."""
     return Run({**run.position, "Z": np.full(run.n, z)}, run.offset)
 
 
 def recording_text(given: TouchPlan, log: str) -> str:
-    """The recording file for the log that the program prints."""
+    """Return the recording file for the log that the program prints."""
     table = given.table
     machine = f'machine = "{given.machine_file.resolve()}"\n' if given.machine_file else ""
     parts = [
@@ -169,7 +169,7 @@ def recording_text(given: TouchPlan, log: str) -> str:
 
 
 def setup_text(given: TouchPlan, job: ProbingJob, control: str) -> str:
-    """The set-up file with which `vcmm nc` reads the program."""
+    """Return the set-up file with which `vcmm nc` reads the program."""
     x, y, z = (f'"{v:g} mm"' for v in given.table.zero)
     length = given.ball - given.table.tip[2]
     dialect = {"fanuc": "fanuc", "haas": "haas"}.get(control, control)

@@ -19,7 +19,7 @@ SIDES = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], dtyp
 
 
 def touch_setup(table: Any, machine: Machine, u: float) -> tuple[Recording, ...]:
-    """The touches of one set-up of a plan. Raises UsageError for keys that are missing or wrong."""
+    """Return the touches of one set-up of a plan. Raises UsageError for keys that are missing or wrong."""
     for key in ("spheres", "radius"):
         if getattr(table, key) in ("", None, []):
             raise UsageError(f'the set-up "{table.name}" with "touch probe" needs {key}')
@@ -44,7 +44,7 @@ def touch_setup(table: Any, machine: Machine, u: float) -> tuple[Recording, ...]
 
 
 def poses_of(table: Any, machine: Machine) -> list[dict[str, float]]:
-    """Rotary positions (rad) by axis: every one of the first axis with every one of the next. Raises UsageError."""
+    """Return rotary positions (rad) by axis: every one of the first axis with every one of the next. Raises UsageError."""
     turning = [a for a in machine.chain.letters if is_rotary(a)]
     for letter in table.rotary:
         if letter not in turning:

@@ -1,4 +1,4 @@
-"""[touch] of a recording file: what was touched, with what, and in which zero; and the log of the control to a Recording."""
+"""Read [touch] of a recording file, the touched features, the probe and the zero; and convert the log of the control to a Recording."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 class TouchedTable(Table):
-    """A feature on the table: workpiece axes, where it stands while every rotary axis is at zero; to a millimetre is enough.
+    """A feature on the table: workpiece axes, its place while every rotary axis is at zero; to a millimetre is enough.
 
     part: faces of one block name the same; what lies between them is then as stated (a calibrated length), and the block lies anywhere.
     """
@@ -53,7 +53,7 @@ class TouchesTable(Table):
 
 
 def surfaces_of(table: TouchesTable) -> dict[str, TouchedSurface]:
-    """The features by name. Raises TableProblems with the key."""
+    """Return the features by name. Raises TableProblems with the key."""
     out = {}
     for name, surface in table.features.items():
         key = ("features", name)
@@ -75,7 +75,7 @@ def surfaces_of(table: TouchesTable) -> dict[str, TouchedSurface]:
 
 
 def read_touches(table: TouchesTable, path: Path, machine: Machine) -> Recording:
-    """The log as touches along their normals. Raises DataError and UsageError with lines, TableProblems with the key."""
+    """Read the log as touches along their normals. Raises DataError and UsageError with lines, TableProblems with the key."""
     surfaces = surfaces_of(table)
     touch_log = read_touch_log(path)
     _check_head(table, machine)
@@ -93,7 +93,7 @@ def read_touches(table: TouchesTable, path: Path, machine: Machine) -> Recording
 
 
 def _run(table: TouchesTable, touch_log: TouchLog, machine: Machine) -> Run:
-    """Positions of the axes: the middle of the ball, less its offset, plus the zero."""
+    """Return positions of the axes: the middle of the ball, less its offset, plus the zero."""
     place = np.stack([touch_log.values[c] for c in "XYZ"], axis=1)
     if table.log == "surface":
         way = _ways(touch_log)
@@ -113,7 +113,7 @@ def _run(table: TouchesTable, touch_log: TouchLog, machine: Machine) -> Run:
 
 
 def _check_head(table: TouchesTable, machine: Machine) -> None:
-    """Raises UsageError where a head turns and nobody says what X Y Z are, or it is said and none turns."""
+    """Raise UsageError where a head turns and the meaning of X Y Z is not stated, or where it is stated and no head turns."""
     turning = " ".join(head_axes(machine))
     if turning and table.head is None:
         raise UsageError(
@@ -129,7 +129,8 @@ def _check_head(table: TouchesTable, machine: Machine) -> None:
 def _linear_axes(
     machine: Machine, turned: dict[str, Array], offset: Array, tip: Array, *, leads: bool
 ) -> dict[str, Array]:
-    """Positions of X Y Z whose tip (n, 3), in the axes of the machine, is that of the log; leads: with the head as it is turned, else with every axis at zero."""
+    """Return positions of X Y Z whose tip (n, 3), in the axes of the machine, is that of the log; leads: with the head as it is turned,
+    else with every axis at zero."""
     n, head = len(tip), head_axes(machine)
     position = {a: np.zeros(n) for a in machine.chain.letters}
     position |= {a: q for a, q in turned.items() if leads and a in head}
@@ -137,7 +138,7 @@ def _linear_axes(
 
 
 def _ways(touch_log: TouchLog) -> Array:
-    """(n, 3): unit way of the probe. Raises UsageError where a line leaves it out."""
+    """Return the unit way of the probe (n, 3). Raises UsageError where a line leaves it out."""
     way = np.stack([touch_log.values[c] for c in "IJK"], axis=1)
     size = np.linalg.norm(way, axis=1)
     if (size == 0).any():

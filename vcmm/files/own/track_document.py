@@ -1,6 +1,6 @@
 """vcmm.track/1, the document of `vcmm track` (track.json): its keys with their types, for the JSON Schema.
 
-Lengths in mm and angles in rad, but where a `unit` stands beside the number. A number that is not finite is null, and the document warns of it.
+Lengths in mm and angles in rad, but where a `unit` is given beside the number. A number that is not finite is null, and the document warns of it.
 """
 
 from __future__ import annotations

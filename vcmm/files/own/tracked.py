@@ -29,7 +29,7 @@ from vcmm.files.own.machine_tables import Tracked
 
 
 def tracked_inputs(table: Tracked, folder: Path, effects: Sequence[Effect]) -> list[Input]:
-    """The Inputs of [tracked]. Raises DataError and UsageError for files and names that do not fit the effects."""
+    """Return the Inputs of [tracked]. Raises DataError and UsageError for files and names that do not fit the effects."""
     label = f"followed until {table.last_check}"
     out = [_joint_input(folder / table.covariance, effects, "", label)]
     if table.since is not None:
@@ -56,7 +56,7 @@ def _joint_input(path: Path, effects: Sequence[Effect], cause: str, label: str) 
 
 
 def _member(path: Path, name: str, element: Array, effects: Sequence[Effect]) -> Effect:
-    """The effect of a row. Raises UsageError where there is none, and DataError where its elements are others."""
+    """Return the effect of a row. Raises UsageError where there is none, and DataError where its elements are others."""
     place, _, parameter = name.rpartition(".")
     hit = next((e for e in effects if e.id == place), None)
     if hit is None or not hasattr(hit, parameter):

@@ -66,7 +66,7 @@ def bull(radius: float, corner: float, length: float = math.inf) -> Cutter:
 
 
 def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: float = math.inf) -> Cutter:
-    """Return the chamfer tool or countersink: point_angle is the full angle in rad, tip_radius that of the flat bottom."""
+    """Return a chamfer tool or countersink: point_angle is the full angle in rad, tip_radius that of the flat bottom."""
     if not 0.0 < point_angle < math.pi:
         raise UsageError(
             f"cone: the point angle must lie between 0 and pi rad (180 deg), not {point_angle} rad"
@@ -81,12 +81,12 @@ def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: flo
 
 
 def drill(radius: float, point_angle: float = math.radians(118.0), length: float = math.inf) -> Cutter:
-    """Return the twist drill: a cone with a sharp point, 118 deg unless stated."""
+    """Return a twist drill: a cone with a sharp point, 118 deg unless stated."""
     return cone(radius, point_angle, 0.0, length)
 
 
 def insert(nose_radius: float) -> Cutter:
-    """Return the turning insert: its nose circle (see vcmm.shop.cutting.turning); the flanks are not modelled."""
+    """Return a turning insert: its nose circle (see vcmm.shop.cutting.turning); the flanks are not modelled."""
     return ball(nose_radius)
 
 

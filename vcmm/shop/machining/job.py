@@ -43,7 +43,7 @@ def cut(
     progress: Progress | None = None,
     sharing: Sharing | None = None,
 ) -> CutResult:
-    """Return the machine a part virtually. Raises DataError for a program that cannot be read, UsageError and ModelLimit."""
+    """Machine a part virtually. Raises DataError for a program that cannot be read, UsageError and ModelLimit."""
     report = progress or (lambda text, share: None)
     settings = scenario.settings.with_changes(seed=seed, trials=trials, engine=engine)
     report("reading the program", 0.0)

@@ -35,7 +35,7 @@ class Net:
 
 
 def net(feature: Feature, across: int = 41) -> Net | None:
-    """Return the about across x across points over the extent of a feature; None for points, lines and meshes."""
+    """Return about across x across points over the extent of a feature; None for points, lines and meshes."""
     full = np.linspace(0.0, 2 * np.pi, 2 * across - 1)
     labels = ("angle / deg", "along the axis / mm")
     if feature.kind == "plane":

@@ -32,7 +32,7 @@ class Spindle:
     turned: Array
 
     def angle(self, time: Array) -> Array:
-        """Return the psi at times (...), rad."""
+        """Return psi at times (...), rad."""
         return np.interp(time, self.time, self.psi)
 
     def passes(self, time: Array, phi: Array, count: int) -> Array:

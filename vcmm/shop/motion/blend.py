@@ -47,7 +47,7 @@ def turns_back(curves: Curves, first: Ints, second: Ints) -> np.typing.NDArray[n
 
 
 def widest_reach(angle: Array, tolerance: Array) -> Array:
-    """Return the d (k,) mm at which the rounding between two lines leaves the corner by the tolerance; angle: |u2 - u1|."""
+    """Return d (k,) mm at which the rounding between two lines leaves the corner by the tolerance; angle: |u2 - u1|."""
     return np.asarray(16.0 * tolerance / (3.0 * np.maximum(angle, 1e-300)))
 
 

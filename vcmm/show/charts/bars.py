@@ -1,4 +1,4 @@
-"""Bars: what contributes how much to an uncertainty, and how probable names are."""
+"""Bars of contributions to an uncertainty, and of probabilities of names."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class _Contribution(Protocol):
 def contributions(
     lines: Sequence[_Contribution], title: str = "budget", ax: Axes | ChartSheet | None = None
 ) -> Axes:
-    """One bar per line (share of u^2 in percent), the largest on top; past the twelfth they are summed up.
+    """Return one bar per line (share of u^2 in percent), the largest on top; past the twelfth they are summed up.
 
     What would be printed as 0.0 % is left out.
     """
@@ -49,13 +49,13 @@ def contributions(
 def probabilities(
     names: Sequence[str], values: Sequence[float], title: str, ax: Axes | ChartSheet | None = None
 ) -> Axes:
-    """One bar per name, probability in percent, in the order given."""
+    """Return one bar per name, probability in percent, in the order given."""
     items = [(name, 100.0 * v) for name, v in zip(names, values)]
     return bars(items, unit="%", title=title, share="none", label="probability / %", longest=100.0, ax=ax)
 
 
 def shares(values: Sequence[float], total: float | None = None, share: Share = "square") -> list[float]:
-    """Share of each value, 1 = all of it.
+    """Return the share of each value, 1 = all of it.
 
     "square": (u_i / u)^2, the index of EA-4/02 and of the law of propagation (GUM 5.1.2); u = root sum of squares
     of the values unless `total` gives it (then the shares may add to less than 1: interaction). "linear":
@@ -70,7 +70,7 @@ def shares(values: Sequence[float], total: float | None = None, share: Share = "
 
 
 def percent(value: float) -> str:
-    """ "38 %", "<1 %", or an en dash."""
+    """Return "38 %", "<1 %", or an en dash."""
     if not math.isfinite(value):
         return DASH
     if 0 < value < 0.005:
@@ -89,7 +89,7 @@ def bars(
     label: str = "",
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """One bar per (name, value) in the order given, with the value and its share in percent (see `shares`).
+    """Return one bar per (name, value) in the order given, with the value and its share in percent (see `shares`).
 
     Negative values go to the left of zero in a colour of their own (tornado); what is not finite has no bar.
     longest: a value that must fit too, so that charts side by side have one scale.
@@ -117,7 +117,7 @@ def bars(
 
 
 def in_two_lines(name: str) -> str:
-    """A name in one line or two, broken between words; what is too long for both loses words in its middle."""
+    """Return a name in one line or two, broken between words; a text too long for both loses words in its middle."""
     if text_width(name, 12.0) <= NAME:
         return name
     words = name.split()

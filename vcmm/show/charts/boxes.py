@@ -19,7 +19,7 @@ MOST_GROUPS = 4
 
 
 def is_grouped(x: npt.ArrayLike) -> bool:
-    """Whether a covariate has so few values that a box for each says more than dots."""
+    """Return whether a covariate has so few values that a box for each shows more than dots."""
     return len(np.unique(np.asarray(x, float))) <= MOST_GROUPS
 
 
@@ -32,7 +32,7 @@ def boxes(
     title: str,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Boxes (quartiles, whiskers to 5 % and 95 %, median) of each (name, values (n,), colour) at every value of x (n,)."""
+    """Return the boxes (quartiles, whiskers to 5 % and 95 %, median) of each (name, values (n,), colour) at every value of x (n,)."""
     place = np.asarray(x, float)
     groups = np.unique(place)
     drawn: Any = canvas(ax)

@@ -26,7 +26,8 @@ EDGE = 1.3  # half of the picture in the same unit
 
 @dataclass(frozen=True)
 class Callout:
-    """One label. spots (k, 3) mm: what it points at; two of them are joined, as by a dimension. colour: a role; numbers: what it says, as data."""
+    """One label. spots (k, 3) mm: places it points at; two of them are joined, as by a dimension. colour: a role; numbers: the values
+    shown, as data."""
 
     name: str
     text: str
@@ -41,9 +42,9 @@ class Callout:
 def callouts(
     outlines: npt.ArrayLike, labels: Sequence[Callout], *, title: str, ax: Axes | ChartSheet | None = None
 ) -> Axes:
-    """Labels left and right of a part whose lines (n, 2, 3) are seen from `VIEW`; every leader ends where its label points at.
+    """Draw labels left and right of a part whose lines (n, 2, 3) are seen from `VIEW`; every leader ends at the place of its label.
 
-    Labels stand on the side of their spots, in the order of their heights, so that leaders cross little. The lengths are no scale.
+    Labels are on the side of their spots, in the order of their heights, so that leaders cross little. The lengths are no scale.
     """
     lines = project(np.asarray(outlines, float).reshape(-1, 3)).reshape(-1, 2, 2)
     spots = [project(np.asarray(callout.spots, float).reshape(-1, 3)) for callout in labels]
@@ -80,7 +81,7 @@ def callouts(
 
 
 def project(points: Array) -> Array:
-    """(n, 2): to the right and upwards as the eye of `VIEW` sees points (n, 3), orthographic."""
+    """Return points (n, 2), to the right and upwards, as the eye of `VIEW` sees points (n, 3), orthographic."""
     a, e = np.radians(VIEW)
     right = np.array([-np.sin(a), np.cos(a), 0.0])
     up = np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])
@@ -88,19 +89,19 @@ def project(points: Array) -> Array:
 
 
 def left_and_right(across: Sequence[float]) -> tuple[list[int], list[int]]:
-    """Numbers of the labels on either side: half of them on each, by where their spots lie."""
+    """Return the numbers of the labels on either side: half of them on each, by the places of their spots."""
     order = sorted(range(len(across)), key=lambda i: across[i])
     half = len(order) // 2
     return sorted(order[:half]), sorted(order[half:])
 
 
 def short_name(name: str) -> str:
-    """A name as a label has room for it."""
+    """Return a name shortened to the room of a label."""
     return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
 
 
 def _label(drawn: Any, callout: Callout, spots: Array, at: tuple[float, float]) -> None:
-    """The leader from the middle of the spots, a line between two spots, and the words."""
+    """Draw the leader from the middle of the spots, a line between two spots, and the words."""
     colour = LIGHT[callout.colour]
     middle = spots.mean(axis=0)
     if len(spots) > 1:

@@ -1,4 +1,4 @@
-"""Where a picture goes: the Axes that the caller gives, a figure of its own, or a sheet for a page, in the colours of the reports."""
+"""Target of a picture: the Axes that the caller gives, a figure of its own, or a sheet for a page, in the colours of the reports."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ INCH = 100.0  # pixels of a page
 
 @dataclass(frozen=True)
 class ChartSheet:
-    """Axes for a page, so many pixels large (height None: what the chart likes); made without pyplot, so in any thread."""
+    """Axes for a page, so many pixels large (height None: the default of the chart); made without pyplot, so in any thread."""
 
     width: int = 500
     height: int | None = None
 
 
 def canvas(where: Axes | ChartSheet | None, height: int = 300, projection: str | None = None) -> Any:
-    """The Axes to draw on: those given, those of a sheet, or those of a new figure of pyplot `height` pixels high."""
+    """Return the Axes to draw on: those given, those of a sheet, or those of a new figure of pyplot `height` pixels high."""
     options: dict[str, Any] = {"subplot_kw": {"projection": projection}}
     if where is None:
         import matplotlib.pyplot as plt
@@ -43,7 +43,7 @@ def canvas(where: Axes | ChartSheet | None, height: int = 300, projection: str |
 
 
 def carrying(ax: Any, **numbers: Any) -> Any:
-    """The Axes with the numbers that it shows: `on_page` hands them on as data, so that a script (and a test) can read a picture."""
+    """Return the Axes with the numbers that it shows: `on_page` writes them as data, so that a script (and a test) can read a picture."""
     ax.vcmm_numbers = numbers
     return ax
 
@@ -52,7 +52,7 @@ MOST_NUMBERS = 2000  # of one curve or map in the data of a page; of more its nu
 
 
 def as_data(values: Any) -> Any:
-    """Numbers (n,) or (m, n) to six significant digits, where they are few; else how many there are and their ends."""
+    """Return numbers (n,) or (m, n) to six significant digits, where they are few; else their count and their ends."""
     import numpy as np
 
     given = np.asarray(values, dtype=float)
@@ -63,7 +63,7 @@ def as_data(values: Any) -> Any:
 
 
 def panels(count: int, width: float = 6.4, height: float = 2.2, rows: Sequence[int] = ()) -> list[Any]:
-    """`count` Axes below one another in one figure; rows: how many bars each is to hold, where they are bars."""
+    """Return `count` Axes below one another in one figure; rows: number of bars in each, where they are bars."""
     import matplotlib.pyplot as plt
 
     tall = [0.75 + 0.32 * n for n in rows] or [height] * count
@@ -74,13 +74,13 @@ def panels(count: int, width: float = 6.4, height: float = 2.2, rows: Sequence[i
 
 
 def plain_label(words: str) -> str:
-    """Words as they are: no mathematics between dollars, and never hidden from a legend by a leading underscore."""
+    """Return words as plain text: no mathematics between dollars, and never hidden from a legend by a leading underscore."""
     words = words.replace("$", r"\$")
     return f"\u200a{words}" if words.startswith("_") else words
 
 
 def add_title(ax: Any, title: str) -> Any:
-    """The title on the left, above the keys of `keyed`; a second line stands smaller on a page."""
+    """Write the title on the left, above the keys of `keyed`; a second line is smaller on a page."""
     key = ax.get_legend()
     rows = 0 if key is None else math.ceil(len(key.get_texts()) / key._ncols)
     ax.set_title(plain_label(title), fontsize=10, color=INK, loc="left", pad=6.0 + 1.65 * TICK * rows)
@@ -88,7 +88,7 @@ def add_title(ax: Any, title: str) -> Any:
 
 
 def plain(ax: Any, title: str, x: str, y: str, grid: str = "both") -> Any:
-    """Title, labels with units, and a quiet frame; returns ax."""
+    """Set title, labels with units, and a quiet frame; return ax."""
     ax.set_xlabel(plain_label(x), fontsize=WORD, color=MUTED)
     ax.set_ylabel(plain_label(y), fontsize=WORD, color=MUTED)
     ax.tick_params(labelsize=TICK, colors=RULE, labelcolor=MUTED, length=3)
@@ -102,7 +102,7 @@ def plain(ax: Any, title: str, x: str, y: str, grid: str = "both") -> Any:
 
 
 def add_legend(ax: Any) -> Any:
-    """The legend above the picture, as many keys in a row as fit; none where nothing has a name."""
+    """Add the legend above the picture, as many keys in a row as fit; none where nothing has a name."""
     handles, names = ax.get_legend_handles_labels()
     if names:
         wide = 500.0 if ax.figure is None else INCH * ax.figure.get_figwidth()

@@ -61,7 +61,7 @@ def curve(
     zero_line: bool = True,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Curves with bands, each curve in a colour of its own. DataError: x, y, low, high of a series differ in length."""
+    """Plot curves with bands, each curve in a colour of its own. DataError: x, y, low, high of a series differ in length."""
     drawn = canvas(ax)
     for k, line in enumerate(series):
         _draw(drawn, _check_series(line), line, LIGHT[line.colour or SERIES[k % len(SERIES)]])
@@ -104,7 +104,7 @@ def _draw(drawn: Axes, data: tuple[Array, ...], plot_series: PlotSeries, colour:
 
 
 def _check_series(plot_series: PlotSeries) -> tuple[Array, ...]:
-    """(x, y) or (x, y, low, high), all of one length, infinities turned into gaps."""
+    """Return (x, y) or (x, y, low, high), all of one length, infinities turned into gaps."""
     given = (
         (plot_series.x, plot_series.y)
         if plot_series.low is None or plot_series.high is None
@@ -123,7 +123,7 @@ def band(
     nodes: Array, value: Array, u: Array, *, unit: str, title: str, label: str = "position / mm",
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:  # fmt: skip
-    """value (n,) over nodes (n,) with the 95 % band value +- 1.96 u, all in `unit`."""
+    """Plot value (n,) over nodes (n,) with the 95 % band value +- 1.96 u, all in `unit`."""
     plot_series = PlotSeries(nodes, value, "± 1.96 u", value - 1.96 * u, value + 1.96 * u)
     return curve([plot_series], x_label=label, y_label=unit, title=title, ax=ax)
 
@@ -138,7 +138,7 @@ def readings(
     label: str,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Readings (n,) in `unit` over position (n,), those of each sense of motion (+1, -1, 0) in a colour of their own."""
+    """Plot readings (n,) in `unit` over position (n,), those of each sense of motion (+1, -1, 0) in a colour of their own."""
     series = []
     for number, name, shape in SENSES:
         mine = sense == number

@@ -1,4 +1,4 @@
-"""What trials gave: histogram, coverage interval (GUM Supplement 1, clause 7.7), limits, marked values."""
+"""Results of trials: histogram, coverage interval (GUM Supplement 1, clause 7.7), limits, marked values."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def distribution(
     title: str = "",
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Bars of area proportional to the counts (edges (n + 1,), counts (n,)), darker inside the interval; lines for limits and marks.
+    """Plot bars of area proportional to the counts (edges (n + 1,), counts (n,)), darker inside the interval; lines for limits and marks.
 
-    A limit or mark that is not finite is none; without counts no bars are drawn, and that is said.
+    A limit or mark that is not finite is left out; without counts a text replaces the bars.
     DataError: shapes that do not fit, edges that do not increase, counts negative or not finite.
     """
     edge, count = _check_histogram(edges, counts)
@@ -84,7 +84,7 @@ def _check_histogram(edges: npt.ArrayLike, counts: npt.ArrayLike) -> tuple[Array
 
 
 def _bars(drawn: Axes, edge: Array, density: Array, interval: tuple[float, float] | None) -> None:
-    """All of them, and over them what lies inside, cut where the interval begins and ends: its area is the coverage probability."""
+    """Draw all bars, and over them those inside the interval, cut at its ends: their area is the coverage probability."""
     low, high = interval or (edge[0], edge[-1])
     if interval:
         drawn.stairs(density, edge, fill=True, color=LIGHT["accent-soft"])
@@ -97,7 +97,7 @@ def _bars(drawn: Axes, edge: Array, density: Array, interval: tuple[float, float
 
 
 def coarsen(edges: Array, counts: Array, bars: int = 80) -> tuple[Array, Array]:
-    """The filled part of a fine histogram in about 80 bars."""
+    """Return the filled part of a fine histogram in about 80 bars."""
     total = counts.cumsum()
     inside = np.flatnonzero((total > 5e-4 * total[-1]) & (total < (1 - 5e-4) * total[-1]))
     first, last = (inside[0], inside[-1] + 1) if len(inside) > 1 else (0, len(counts))

@@ -26,7 +26,7 @@ _FRACTION = re.compile(r"-?\d*\.\d{3,}(?:e-?\d+)?")
 
 
 def on_page(chart: Callable[..., Axes], *args: Any, **options: Any) -> str:
-    """<figure> of a chart: `on_page(curve, series, x_label=...)`; `ax` is a ChartSheet, or what the chart likes.
+    """Return the <figure> of a chart: `on_page(curve, series, x_label=...)`; `ax` is a ChartSheet, or the default of the chart.
 
     Its title goes above it as text, the lines after the first small.
     """
@@ -40,7 +40,7 @@ def on_page(chart: Callable[..., Axes], *args: Any, **options: Any) -> str:
 
 
 def _data(numbers: dict[str, Any] | None) -> str:
-    """What the chart shows as the attribute `data-chart`: JSON; null in place of what is not finite."""
+    """Return the numbers of the chart as the attribute `data-chart`: JSON; null in place of numbers that are not finite."""
     if numbers is None:
         return ""
     return f' data-chart="{escape(json.dumps(_plain(numbers), separators=(",", ":"), ensure_ascii=False))}"'
@@ -57,7 +57,7 @@ def _plain(value: Any) -> Any:
 
 
 def svg(figure: Any, title: str) -> str:
-    """The whole figure as one <svg>: letters as text in the font of the page, colours by role (`--ink` and so on)."""
+    """Return the whole figure as one <svg>: letters as text in the font of the page, colours by role (`--ink` and so on)."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
@@ -72,7 +72,7 @@ def svg(figure: Any, title: str) -> str:
 
 
 def _lay_out(figure: Any, dpi: int) -> None:
-    """What print_figure does by drawing all once to nowhere; only the layout is asked of it, at the dots per inch of an SVG."""
+    """Lay out a figure as print_figure does by drawing it once without output, at the dots per inch of an SVG."""
     engine = figure.get_layout_engine()
     if engine is None:
         return

@@ -1,4 +1,4 @@
-"""A map of one quantity over two others in discrete colour bands: U over the pose, an error over a plane, what a cut left."""
+"""A map of one quantity over two others in discrete colour bands: U over the pose, an error over a plane, the surface of a cut."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def heat_map(
     over: npt.ArrayLike | None = None,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """`values` (ny, nx) at cell centres x (nx,) and y (ny,), both increasing. Cells without a value are hatched.
+    """Plot `values` (ny, nx) at cell centres x (nx,) and y (ny,), both increasing. Cells without a value are hatched.
 
     `symmetric`: blue-white-red about zero, for signed quantities. `marks`: (name, x, y), for example the best pose.
     `over`: values whose colours these are, of all maps that are compared. DataError: shapes that do not fit, x or y not increasing.
@@ -88,7 +88,7 @@ def heat_map(
 def is_of_one_colour(
     values: npt.ArrayLike, over: npt.ArrayLike | None = None, symmetric: bool = False
 ) -> bool:
-    """Whether a map would have one colour: then a sentence says more."""
+    """Return whether a map would have one colour only, so that a sentence is clearer."""
     data = np.asarray(values, dtype=np.float64)
     scale = bands(data if over is None else np.asarray(over, dtype=np.float64), symmetric=symmetric)
     inner = np.asarray(scale.levels[1:-1], dtype=np.float64)
@@ -96,14 +96,14 @@ def is_of_one_colour(
 
 
 def colours_of(scale: Bands) -> tuple[Any, Any]:
-    """(colour map, norm) of matplotlib for bands."""
+    """Return (colour map, norm) of matplotlib for bands."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     return ListedColormap(list(scale.colours)), BoundaryNorm(scale.levels, len(scale.colours))
 
 
 def add_colour_bar(drawn: Any, made: Any, scale: Bands, unit: str) -> None:
-    """The bar of colours beside a picture, every boundary that has room labelled."""
+    """Add the bar of colours beside a picture, with every boundary labelled where there is room."""
     bar = drawn.figure.colorbar(
         made, ax=drawn, aspect=24, pad=0.02, ticks=scale.levels[:: 1 + (len(scale.levels) - 1) // 12]
     )
@@ -113,7 +113,7 @@ def add_colour_bar(drawn: Any, made: Any, scale: Bands, unit: str) -> None:
 
 
 def cell_edges(centres: Array) -> Array:
-    """Borders (n + 1,) half-way between the centres (n,); a single centre gets a cell of width 1."""
+    """Return the borders (n + 1,) half-way between the centres (n,); a single centre gets a cell of width 1."""
     if centres.size == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
     middle = (centres[1:] + centres[:-1]) / 2
@@ -135,7 +135,7 @@ def _check_grid(values: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike) -> tu
 
 
 def _mark(drawn: Any, name: str, x: float, y: float, left: bool) -> None:
-    """A ringed dot and its name on a small plate on the side where there is room."""
+    """Draw a ringed dot and its name on a small plate on the side where there is room."""
     drawn.plot(
         [x],
         [y],

@@ -1,4 +1,4 @@
-"""Roundness plot: radial deviations, magnified, drawn on a reference circle (layout of ISO 12181-1 diagrams)."""
+"""Roundness plot: radial deviations, magnified, on a reference circle (layout of ISO 12181-1 diagrams)."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def polar(
     closed: bool = True,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Deviations radii_um (n,) from the reference circle at angles_rad (n,), counter-clockwise from +x.
+    """Plot deviations radii_um (n,) from the reference circle at angles_rad (n,), counter-clockwise from +x.
 
     `low_um`, `high_um` (n,) bound an uncertainty band. The inscribed and circumscribed circle about the same centre
-    are dashed; their distance, the form deviation about this reference, is told. What is not finite interrupts the line. `ax` must
+    are dashed; the title states their distance, the form deviation about this reference. Values that are not finite interrupt the line. `ax` must
     have polar axes. DataError: lengths differ, or no finite point.
     """
     angle, radius = np.asarray(angles_rad, dtype=np.float64), np.asarray(radii_um, dtype=np.float64)

@@ -30,7 +30,7 @@ def positioning_band(
     title: str,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Deviations up and down (targets, runs) in `unit` at targets (n,); figures: name -> value in `unit`, as the table states them.
+    """Plot deviations up and down (targets, runs) in `unit` at targets (n,); figures: name -> value in `unit`, as the table states them.
 
     Lines are the means, bands mean +- 2 s with s from n - 1 (ISO 230-2:2014, 3.13 to 3.16); A spans both bands, E both lines, drawn at
     the right. DataError: shapes that do not fit, fewer than two runs.

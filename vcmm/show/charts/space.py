@@ -27,7 +27,7 @@ LABELS = ("X / mm", "Y / mm", "Z / mm")
 
 
 def motions(places: Array, vectors: Array, title: str, ax: Axes | ChartSheet | None = None) -> Axes:
-    """vectors (n, 3) mm at places (n, 3) mm; the magnification stands in the title, a round number."""
+    """Plot vectors (n, 3) mm at places (n, 3) mm; the title states the magnification, a round number."""
     drawn = canvas(ax, 420, "3d")
     size = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
     extent = _longest(places)
@@ -44,7 +44,7 @@ def touches(
     title: str,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Touched points (n, 3) mm with their outward normals (n, 3), a colour per feature (n,) of names."""
+    """Plot touched points (n, 3) mm with their outward normals (n, 3), a colour per feature (n,) of names."""
     drawn = canvas(ax, 420, "3d")
     reach = 0.08 * _longest(places)
     for number, name in enumerate(dict.fromkeys(str(f) for f in features)):
@@ -57,7 +57,7 @@ def touches(
 
 
 def heights(places: Array, height: Array, title: str, ax: Axes | ChartSheet | None = None) -> Axes:
-    """Departures height (n,) um of a surface at places (n, 3) mm, symmetric colours; where no tool came nothing is drawn."""
+    """Plot departures height (n,) um of a surface at places (n, 3) mm, symmetric colours; uncut places are left out."""
     drawn = canvas(ax, 420, "3d")
     cut = np.isfinite(height)
     scale = bands(height[cut], symmetric=True)
@@ -68,18 +68,18 @@ def heights(places: Array, height: Array, title: str, ax: Axes | ChartSheet | No
 
 
 def round_down(value: float) -> float:
-    """The next lower of 1, 2, 5 times a power of ten."""
+    """Return the next lower of 1, 2, 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * max(k for k in (1.0, 2.0, 5.0) if k * power <= value * (1 + 1e-12)))
 
 
 def _longest(places: Array) -> float:
-    """Longest edge of the box about places (n, 3), mm; 1 where it has none."""
+    """Return the longest edge of the box about places (n, 3), mm; 1 where it has none."""
     return (float(np.ptp(places, axis=0).max()) if len(places) else 0.0) or 1.0
 
 
 def _space(drawn: Any, title: str, places: Array) -> Any:
-    """Axes true to scale, edges shorter than FLAT of the longest drawn longer; as many ticks as an edge has room for."""
+    """Set up Axes true to scale, with edges shorter than FLAT of the longest drawn longer, and as many ticks as an edge has room for."""
     from matplotlib.ticker import MaxNLocator
 
     extent = np.ptp(places, axis=0) if len(places) else np.ones(3)

@@ -25,7 +25,7 @@ def over_time(
     days: Array, value: Array, u: Array, *, name: str, unit: str, start: str, alarms: Sequence[float], ahead: Array,
     what: str = "", ax: Axes | ChartSheet | None = None,
 ) -> Axes:  # fmt: skip
-    """value, u (n,) in `unit` over days (n,) since `start`; alarms: their days; ahead (k, 3): days after the last, value, u."""
+    """Plot value, u (n,) in `unit` over days (n,) since `start`; alarms: their days; ahead (k, 3): days after the last, value, u."""
     future = np.concatenate([[[0.0, value[-1], u[-1]]], np.reshape(ahead, (-1, 3))])
     later = days[-1] + future[:, 0]
     series = [

@@ -1,4 +1,4 @@
-"""Pictures of tolerance zones: points between two planes (flatness), an axis in its circle, with what the size adds (position)."""
+"""Pictures of tolerance zones: points between two planes (flatness), an axis in its circle, with the bonus of the size (position)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ def flatness_zone(
     title: str,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Points seen from the side: residuals (n,) um over places (n,) mm, the two planes that hold them, and the zone of the drawing about these."""
+    """Plot points seen from the side: residuals (n,) um over places (n,) mm, the two planes that hold them, and the zone of the drawing
+    about them."""
     x, y = np.asarray(along_mm, float), np.asarray(residual_um, float)
     low, high = float(y.min()), float(y.max())
     middle = (low + high) / 2
@@ -52,9 +53,9 @@ def position_zone(
     title: str,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """An axis (both ends) or centre (k, 2) um about its drawn place in the circle of the zone; dashed: that circle with what the size pays for.
+    """Plot an axis (both ends) or centre (k, 2) um about its nominal place in the circle of the zone; dashed: that circle with the bonus of the size.
 
-    The value is the diameter of the circle through the worst end, less what the size pays for, not below 0 (ISO 1101, ISO 2692).
+    The value is the diameter of the circle through the worst end, less the bonus of the size, not below 0 (ISO 1101, ISO 2692).
     """
     off = np.atleast_2d(np.asarray(off_um, float))
     whole = 2.0 * float(np.hypot(off[:, 0], off[:, 1]).max())

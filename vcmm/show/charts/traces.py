@@ -76,7 +76,7 @@ def traces(
     high_um: float | None = None,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Traces about one reference circle (the thin one at 0), on one scale. low_um, high_um: ends of the scale, where pictures are compared.
+    """Plot traces about one reference circle (the thin one at 0), on one scale. low_um, high_um: ends of the scale, where pictures are compared.
 
     The width of every trace, highest less lowest point about the drawn centre unless it states its own, is a number of the picture. DataError: lengths differ,
     nothing finite.
@@ -129,7 +129,7 @@ def traces(
 
 
 def _band(line: PolarTrace, radius: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], ...]:
-    """Both sides (n,) of the band of a trace; none where it has none."""
+    """Return both sides (n,) of the band of a trace; none where it has none."""
     if line.half_um is None:
         return ()
     half = np.broadcast_to(np.asarray(line.half_um, dtype=np.float64), radius.shape)

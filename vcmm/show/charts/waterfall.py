@@ -1,4 +1,4 @@
-"""The waterfall of a budget: how u grows, contribution by contribution, from the largest to the whole."""
+"""The waterfall of a budget: growth of u, contribution by contribution, from the largest to the total."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def waterfall(
     most: int = MOST,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Standard contributions (name, u_i) added in quadrature (GUM 5.1.2), largest first; the last bar is `total`, the u of the table.
+    """Plot standard contributions (name, u_i) added in quadrature (GUM 5.1.2), largest first; the last bar is `total`, the u of the table.
 
     Bar i runs from sqrt(u_1^2 + .. + u_(i-1)^2) to sqrt(u_1^2 + .. + u_i^2), so the ends join. What lies past `most`, or has a
     share that tables print as 0.0 %, is one bar. Where

@@ -40,7 +40,7 @@ class Zone:
 
 
 def zone_list(lower: float | None, upper: float | None, guard: float) -> list[Zone]:
-    """The zones from left to right over the whole axis (ends are infinite).
+    """Return the zones from left to right over the whole axis (ends are infinite).
 
     Conformance [lower + guard, upper - guard], non-conformance outside [lower - guard, upper + guard], uncertainty
     zone between. A guard band above half of the tolerance leaves no conformance zone.
@@ -62,7 +62,7 @@ def zone_list(lower: float | None, upper: float | None, guard: float) -> list[Zo
 
 
 def zone_of(value: float, zones: list[Zone]) -> Zone:
-    """The zone that holds the value; on a boundary, the better one."""
+    """Return the zone that holds the value; on a boundary, the better one."""
     order = {"good": 0, "warning": 1, "bad": 2}
     return min((z for z in zones if z.low <= value <= z.high), key=lambda z: order[z.kind])
 
@@ -81,11 +81,11 @@ def zones(
     of: str = "true value",
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
-    """Tolerance limits (either may be None), result `value` with expanded uncertainty, guard band width; one unit.
+    """Plot tolerance limits (either may be None), result `value` with expanded uncertainty, guard band width; one unit.
 
-    decision: what was decided, said beside the zone (a bias that is known and not corrected leaves a result in the
-    conformance zone undecided). span: the interval of the true value, drawn in place of value +- expanded where what is indicated
-    does not lie in its middle, and what it is an interval `of`. A value or an uncertainty that is not finite draws the zones alone and says so.
+    decision: the decision, written beside the zone (a bias that is known and not corrected leaves a result in the
+    conformance zone undecided). span: the interval of the true value, drawn in place of value +- expanded where the indicated value
+    is not in its middle, and the quantity `of` the interval. Where value or uncertainty is not finite, the zones are drawn alone with a note.
     """
     bar = span or (value - expanded, value + expanded)
     parts, drawn = zone_list(lower, upper, guard), canvas(ax, 190)
@@ -127,7 +127,7 @@ def zones(
 
 
 def _ticks(drawn: Any, limits: list[float], ends: tuple[float, float]) -> None:
-    """One at every limit; both in one where they are near."""
+    """Draw a tick at every limit; both in one where they are near."""
     near = len(limits) == 2 and limits[1] - limits[0] < 0.25 * (ends[1] - ends[0])
     drawn.set_xticks(
         [sum(limits) / 2] if near else limits,
@@ -140,7 +140,7 @@ def _in_zone(value: float, parts: list[Zone]) -> str:
 
 
 def _where(span: tuple[float, float], limits: list[float], of: str) -> str:
-    """Where the interval lies. Several limits: the lower first; one alone is the upper."""
+    """Return the place of the interval in words. Several limits: the lower first; one alone is the upper."""
     low, high = limits[0] if len(limits) == 2 else -math.inf, limits[-1]
     where = "beyond the limit" if span[0] > high or span[1] < low else "on both sides of a limit"
     if low <= span[0] and span[1] <= high:
@@ -149,7 +149,7 @@ def _where(span: tuple[float, float], limits: list[float], of: str) -> str:
 
 
 def _stripes(drawn: Any, parts: list[Zone], ends: tuple[float, float], limits: list[float]) -> None:
-    """Zones in their colours, each kind named once; a line at every limit, a thin one where a guard band begins."""
+    """Draw zones in their colours, each kind named once; a line at every limit, a thin one where a guard band begins."""
     labels: set[str] = set()
     for zone in parts:
         name = None if zone.kind in labels else NAMES[zone.kind].removesuffix(" zone")
@@ -164,7 +164,7 @@ def _stripes(drawn: Any, parts: list[Zone], ends: tuple[float, float], limits: l
 
 
 def _result(drawn: Any, value: float, bar: tuple[float, float], told: str) -> None:
-    """A diamond at the value, a bar over its interval, which need not hold it in the middle, or at all."""
+    """Draw a diamond at the value, and a bar over its interval, which need not hold the value in the middle, or at all."""
     middle, half = sum(bar) / 2, (bar[1] - bar[0]) / 2
     drawn.plot([value], [0.3], "D", color=INK, markersize=6)
     drawn.errorbar([middle], [0.3], xerr=[half], fmt="none", ecolor=INK, capsize=4, elinewidth=1.3)

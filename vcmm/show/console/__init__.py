@@ -1,1 +1,1 @@
-"""What every command shares: documents, tables, whole files, progress."""
+"""Shared parts of all commands: documents, tables, whole files, progress."""

@@ -1,4 +1,4 @@
-"""Complaints: with the file and line where the numbers stand, and short enough to be read."""
+"""Write complaints with the file and line of the numbers, and short enough to be read."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ ROOM = 3800  # bytes of all of them, so that a message with its count stays unde
 
 @contextmanager
 def about(file: Path, table: str = "") -> Iterator[None]:
-    """Complaints about the numbers of a scenario get its file and line: those of `table` where the file has it.
+    """Give complaints about the numbers of a scenario its file and line: those of `table` where the file has it.
 
-    Else the pose where a point is out of reach, else the plan. What says its own file and line (a refusal of the NC program)
-    is left as it is, and so is a complaint about an option of the command line.
+    Else the pose where a point is out of reach, else the plan. A complaint with its own file and line (a refusal of the NC program)
+    is not changed, and so is a complaint about an option of the command line.
     """
     try:
         yield
@@ -36,7 +36,7 @@ def about(file: Path, table: str = "") -> Iterator[None]:
 
 
 def list_problems(problems: Sequence[str]) -> str:
-    """What is wrong, one line each: at most 20 problems and 3.8 kB, then a count; control characters are spelled out."""
+    """Return the problems, one line each: at most 20 problems and 3.8 kB, then a count; control characters are spelled out."""
     lines: list[str] = []
     left = ROOM
     for problem in problems[:MOST]:
@@ -50,5 +50,5 @@ def list_problems(problems: Sequence[str]) -> str:
 
 
 def visible_text(text: str) -> str:
-    """Control characters and lone surrogates as \\x1b and the like: a file must not steer the terminal."""
+    """Return control characters and lone surrogates as \\x1b and the like: a file must not steer the terminal."""
     return "".join(c if c == "\n" or c.isprintable() else ascii(c)[1:-1] for c in text)

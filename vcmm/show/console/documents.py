@@ -23,7 +23,7 @@ def document(
     files: Sequence[Path] = (),
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """The frame of every JSON document, each file once; a number that is not finite becomes null with a warning.
+    """Return the frame of every JSON document, each file once; a number that is not finite becomes null with a warning.
 
     warnings: sentences; each is written as severity, where, text and cure, and `warning_texts` holds the sentences alone.
     """
@@ -54,13 +54,13 @@ def _finite(value: Any, where: str, notes: list[str]) -> Any:
 
 
 def _entry_name(value: Any, number: int) -> str:
-    """How an entry of a list is told apart: by its name where it has one."""
+    """Return how an entry of a list is identified: by its name where it has one."""
     name = value.get("name") if isinstance(value, dict) else None
     return name if isinstance(name, str) and name else str(number)
 
 
 def fingerprint(content: dict[str, Any]) -> str:
-    """SHA-256 of a document without its own key "sha256": whether a file is as it was written."""
+    """Return the SHA-256 of a document without its own key "sha256", which shows whether a file is unchanged."""
     plain = {key: value for key, value in content.items() if key != "sha256"}
     return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
 
@@ -70,12 +70,12 @@ def _file_hash(path: Path) -> dict[str, str]:
 
 
 def sources(path: Path) -> list[Path]:
-    """A TOML file and all files it names that lie beside it, for the record of inputs; each once."""
+    """Return a TOML file and all files it names that lie beside it, for the record of inputs; each once."""
     return sources_of_all([path])
 
 
 def sources_of_all(paths: Iterable[Path]) -> list[Path]:
-    """The same of several files, one after another; a file that many of them name is read once."""
+    """Return the same of several files, one after another; a file that many of them name is read once."""
     named, out = cache(_named_in), dict[Path, None]()
     for path in paths:
         reached = [path]
@@ -87,7 +87,7 @@ def sources_of_all(paths: Iterable[Path]) -> list[Path]:
 
 
 def _named_in(path: Path) -> list[Path]:
-    """Files beside a TOML file whose names stand in it as texts; none where the file is no valid TOML."""
+    """Return the files beside a TOML file whose names it holds as texts; none where the file is no valid TOML."""
     from vcmm.files.toml import find_file
 
     try:
@@ -106,10 +106,10 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 def print_json(content: dict[str, Any]) -> None:
-    """Exactly one document on stdout."""
+    """Print exactly one document on stdout."""
     print(json.dumps(content, indent=1, ensure_ascii=not writes_utf8(), allow_nan=False))
 
 
 def json_text(content: dict[str, Any]) -> str:
-    """The document as it stands in a file."""
+    """Return the document as written to a file."""
     return json.dumps(content, indent=1, allow_nan=False)

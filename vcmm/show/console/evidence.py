@@ -1,6 +1,6 @@
-"""Evidence packs: everything that a result was made of in one zip, so that another person runs it again and finds the same numbers.
+"""Evidence packs: all inputs of a result in one zip, so that another person can run it again and get the same numbers.
 
-evidence.json   what was covered, command, versions, SHA-256 of every file (schema vcmm.evidence/1)
+evidence.json   covered influences, command, versions, SHA-256 of every file (schema vcmm.evidence/1)
 document.json   the result
 files/...       all files that were read
 """
@@ -42,7 +42,7 @@ NOT_COMPARED = ("version", "inputs", "warnings", "warning_texts")  # they hold p
 
 @dataclass(frozen=True)
 class ComparedNumber:
-    """A value that is not the same when the command is run again."""
+    """A value that differs when the command is run again."""
 
     key: str
     was: Any
@@ -57,7 +57,7 @@ class ComparedNumber:
 
 
 def _is_finite(value: Any) -> bool:
-    """Whether it is a number that a float can hold."""
+    """Return whether it is a number that a float can hold."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     try:
@@ -73,7 +73,7 @@ def write_pack(
     files: Sequence[Path],
     influences: Sequence[DeclaredInfluence],
 ) -> None:
-    """words: the command after `vcmm`, files as Path. Raises Environment where the pack cannot be written."""
+    """Write a pack. words: the command after `vcmm`, files as Path."""
     root = Path(os.path.commonpath([f.resolve().parent for f in files]))
     names = {f.resolve(): str(PurePosixPath(FILES, *f.resolve().relative_to(root).parts)) for f in files}
     record = {
@@ -97,7 +97,8 @@ def write_pack(
 
 
 def check_pack_place(path: Path) -> None:
-    """Refused before any work, not after. Raises UsageError where the name is that of a folder or of a file that is no pack."""
+    """Refuse, before any work, the name of a folder or of a file that is no pack. Raises UsageError where the name is that of a folder or
+    of a file that is no pack."""
     if path.is_dir():
         raise UsageError(f"--evidence {path} is a folder; name a file in it, such as {path / 'pack.zip'}")
     if (path.exists() or path.is_symlink()) and not zipfile.is_zipfile(path):
@@ -107,7 +108,7 @@ def check_pack_place(path: Path) -> None:
 
 
 def command_words(verb: str, scenario: Path, options: Mapping[str, Any]) -> list[str | Path]:
-    """The command after `vcmm`: options by their name, those that were not given left out."""
+    """Return the command after `vcmm`: options by their name, those that were not given left out."""
     out: list[str | Path] = [verb, scenario]
     for name, value in options.items():
         if value is None or value is False:
@@ -119,7 +120,7 @@ def command_words(verb: str, scenario: Path, options: Mapping[str, Any]) -> list
 
 
 def libraries() -> dict[str, str]:
-    """Versions of the libraries that calculate."""
+    """Return the versions of the libraries that calculate."""
     import numpy
     import scipy
 
@@ -135,7 +136,7 @@ def _sha(data: bytes) -> str:
 
 
 def unpack_evidence(pack: Path, folder: Path) -> dict[str, Any]:
-    """The evidence of a pack, its files laid into `folder`. DataError: no such pack, a file changed, missing or unexpected."""
+    """Return the evidence of a pack, its files laid into `folder`. DataError: no such pack, a file changed, missing or unexpected."""
     try:
         with zipfile.ZipFile(pack) as held:
             _check_members(pack, held)
@@ -220,7 +221,7 @@ def _check_hashes(pack: Path, record: dict[str, Any], data: dict[str, bytes]) ->
 
 
 def differences(was: Any, now: Any, key: str = "") -> Iterator[ComparedNumber]:
-    """Every value that differs, by its key; paths, versions and warnings are not compared."""
+    """Yield every value that differs, by its key; paths, versions and warnings are not compared."""
     if isinstance(was, dict) and isinstance(now, dict):
         for name in dict.fromkeys((*was, *now)):
             if key or name not in NOT_COMPARED:

@@ -1,4 +1,4 @@
-"""The document vcmm.nc/1, written move by move, so that a program of a million lines need not be held; whole or not at all."""
+"""Write the document vcmm.nc/1 move by move, so that a program of a million lines need not be held; whole or not at all."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vcmm.program.summary import SummaryBuilder
 
 
 def move_text(move: Move, axes: str = "ABC") -> str:
-    """One move as JSON, as tables.program.move_json has it."""
+    """Return one move as JSON, as tables.program.move_json returns it."""
     from vcmm.show.tables.program import move_json
 
     turned = (
@@ -65,7 +65,7 @@ class MoveFile(MoveFlow):
 
 
 def print_stream(head: dict[str, Any], moves: MoveFile) -> None:
-    """The document on stdout: `head` with the moves behind its other keys."""
+    """Print the document on stdout: `head` with the moves behind its other keys."""
     text = json.dumps(head, indent=1, ensure_ascii=False, allow_nan=False)
     sys.stdout.write(text.rstrip()[:-1].rstrip() + ',\n "moves": [\n')
     moves.file.seek(0)
@@ -84,7 +84,7 @@ def json_job(program: Path, dialect: str | None, setup: Any) -> int:
 
 
 def print_read(read: Any, moves: MoveFile, files: Sequence[Path], more: dict[str, Any]) -> None:
-    """A program whose moves have come; more: further keys."""
+    """Print a program whose moves have been written; more: further keys."""
     from vcmm.show.console.documents import document
 
     body = nc_json(read, moves.builder.total()) | more
@@ -92,7 +92,7 @@ def print_read(read: Any, moves: MoveFile, files: Sequence[Path], more: dict[str
 
 
 def nc_json(read: Any, total: Any) -> dict[str, Any]:
-    """The body of the JSON document but for the moves."""
+    """Return the body of the JSON document but for the moves."""
     from vcmm.show.report.notices import notice
 
     warnings: list[dict[str, Any]] = [
@@ -124,7 +124,7 @@ def nc_json(read: Any, total: Any) -> dict[str, Any]:
 
 
 def time_json(path: Any) -> dict[str, Any]:
-    """Cycle time, by mode and by tool, and what had to be assumed."""
+    """Return cycle time, by mode and by tool, and assumptions."""
     return {
         "seconds": path.seconds, "by_mode": path.seconds_by("mode"), "by_tool": path.seconds_by("tool"),
         "assumptions": list(path.assumptions),

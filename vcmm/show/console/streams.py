@@ -1,4 +1,4 @@
-"""stdout and stderr of terminals that know few letters."""
+"""Write to stdout and stderr of terminals with few letters."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ PLAIN = {
 
 
 def writes_utf8() -> bool:
-    """Whether stdout takes every letter."""
+    """Return whether stdout can write every letter."""
     return (
         str(getattr(sys.stdout, "encoding", "utf-8") or "utf-8").lower().replace("_", "-").startswith("utf")
     )
 
 
 def in_plain_letters() -> None:
-    """Let stdout and stderr write um for µm and \\u.... for what has no plain letters, where they cannot write it as it is."""
+    """Make stdout and stderr write um for µm and \\u.... for letters without a plain form, where they cannot write them."""
     codecs.register_error("vcmm.plain", _plain)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):

@@ -1,4 +1,4 @@
-"""What a person sees: tables on stdout, remarks and progress on stderr."""
+"""Write to the terminal: tables on stdout, remarks and progress on stderr."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EVERY = 60.0  # s between lines of a long job whose stderr is no terminal
 
 @contextmanager
 def progress(show: bool = True) -> Iterator[Any]:
-    """A callback (text, share 0..1) that draws a bar on stderr; where that is no terminal a long job says a line every minute."""
+    """Return a callback (text, share 0..1) that draws a bar on stderr; where that is no terminal a long job writes a line every minute."""
     if not show:
         yield lambda text, share: None
         return
@@ -42,7 +42,7 @@ def progress(show: bool = True) -> Iterator[Any]:
 
 
 class SeldomSaid:
-    """Of what a job reports, a line on stderr each EVERY seconds; nothing of a job that is shorter."""
+    """Writes a line on stderr every EVERY seconds from the reports of a job; nothing for a shorter job."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.clock, self.begun = clock, clock()
@@ -56,14 +56,14 @@ class SeldomSaid:
 
 
 def say(text: str) -> None:
-    """A remark for the person, on stderr."""
+    """Write a remark for the user on stderr."""
     from vcmm.show.report.text import micro
 
     print(micro(text), file=sys.stderr)
 
 
 def say_warnings(texts: Iterable[str]) -> None:
-    """What has to be said beside a result, each with its severity: note, warning or error."""
+    """Write the warnings beside a result, each with its severity: note, warning or error."""
     from vcmm.show.report.notices import in_terminal
 
     for text in texts:
@@ -71,14 +71,14 @@ def say_warnings(texts: Iterable[str]) -> None:
 
 
 def show_answers(lines: Iterable[AnswerLine]) -> None:
-    """The answer first: value ± U, limits, decision, largest contributor, what to change; then an empty line."""
+    """Write the answer first: value ± U, limits, decision, largest contributor, what to change; then an empty line."""
     from vcmm.show.report.answers import answer_text
 
     print(answer_text(lines) + "\n")
 
 
 def show_table(table: ResultTable[Any]) -> None:
-    """A table on stdout; wide enough for a file when stdout is no terminal. Where it is wider than the terminal see `widths`."""
+    """Write a table on stdout; wide enough for a file when stdout is no terminal. Where it is wider than the terminal see `widths`."""
     from rich.console import Console
 
     from vcmm.show.console.widths import laid_out
@@ -86,7 +86,7 @@ def show_table(table: ResultTable[Any]) -> None:
 
     class WarningConsole(Console):
         def on_broken_pipe(self) -> None:
-            """The reader has gone (| head): that is for the command to say, not for rich to end the process with 1."""
+            """Leave a closed reader (| head) to the command, instead of letting rich end the process with 1."""
             raise BrokenPipeError
 
     console = WarningConsole(width=None if sys.stdout.isatty() else 160, highlight=False)
@@ -118,5 +118,5 @@ def _rich_table(part: FittedTable, title: str, caption: str) -> Table:
 
 
 def _plain(text: str) -> str:
-    """Square brackets are text, not the markup of rich."""
+    """Return text in which square brackets are text, not the markup of rich."""
     return text.replace("[", "\\[")

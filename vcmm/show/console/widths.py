@@ -1,4 +1,4 @@
-"""Where a table is wider than the terminal: no column of numbers is cut or lost; names and words give way."""
+"""Fit a table that is wider than the terminal: no column of numbers is cut or lost; names and words are shortened."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ NUMBER = (
 
 @dataclass(frozen=True)
 class FittedTable:
-    """A table as it fits. widths: characters of each column; None for one that takes what is left and wraps its words."""
+    """A table as it fits. widths: characters of each column; None for one that takes the remaining width and wraps its words."""
 
     cells: Cells
     widths: tuple[int | None, ...]
 
 
 def laid_out(cells: Cells, width: int) -> list[FittedTable]:
-    """The table where all fits into `width` characters. Else names are shortened in the middle, words wrap, and columns for which
+    """Return the table as one where all fits into `width` characters. Else names are shortened in the middle, words wrap, and columns for which
     there is no room even so follow in a further table behind the same names.
     """
     if AROUND + sum(_longest(cells, i) + BETWEEN for i in range(len(cells.heads))) <= width:
@@ -54,7 +54,7 @@ def _fit(cells: Cells, columns: Sequence[int], least: Sequence[int], width: int,
 
 
 def _shorten(cells: Cells, most: int) -> Cells:
-    """Names of at most `most` characters; whole, to be wrapped, where two would look alike."""
+    """Return names of at most `most` characters; whole, to be wrapped, where two would look alike."""
     names = [str(row[0]) for row in cells.rows]
     short = [brief(name, most) for name in names]
     if len(set(short)) < len(set(names)):
@@ -75,7 +75,7 @@ def _wraps(cells: Cells, column: int) -> bool:
 
 
 def _least(cells: Cells, column: int) -> int:
-    """Fewest characters: the longest of the numbers, the first NAME of a name, the longest word of words; headings wrap."""
+    """Return the fewest characters: the longest of the numbers, the first NAME of a name, the longest word of words; headings wrap."""
     texts, heading = _texts(cells, column), cells.heads[column]
     if not _wraps(cells, column):
         return max(map(len, texts), default=0) if not heading else _of_heading(heading, texts)
@@ -92,7 +92,7 @@ def _of_heading(heading: str, texts: Sequence[str]) -> int:
 
 
 def _blocks(least: Sequence[int], width: int, named: bool) -> list[list[int]]:
-    """Columns of each table, in their order; column 0 leads every one where it names the rows."""
+    """Return the columns of each table, in their order; column 0 leads every one where it names the rows."""
     blocks: list[list[int]] = [[0]]
     for i in range(1, len(least)):
         taken = AROUND + sum(least[j] + BETWEEN for j in [*blocks[-1], i])

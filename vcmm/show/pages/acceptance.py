@@ -1,4 +1,4 @@
-"""The report of a recorded acceptance test: its figures, and the picture that they are read off (ISO 230-2, 230-4)."""
+"""The report of a recorded acceptance test: its figures, and the picture from which they are read (ISO 230-2, 230-4)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def acceptance_page(
     acceptance_figures: Sequence[Figure],
     warnings: Sequence[str] = (),
 ) -> str:
-    """One self-contained HTML file; acceptance_figures: the figures of the table, of all tests in their order."""
+    """Return one self-contained HTML file; acceptance_figures: the figures of the table, of all tests in their order."""
     make = positioning_picture if iso == "230-2" else circle_picture
     pictures = [make(test, acceptance_figures) for test in tests]
     blocks = [r.heading("Figures"), html(figures_table(iso, acceptance_figures))]
@@ -52,7 +52,7 @@ def acceptance_page(
 
 
 def positioning_picture(test: RecordedTest, acceptance_figures: Sequence[Figure]) -> str:
-    """The band chart of one axis."""
+    """Return the band chart of one axis."""
     axis = axis_of(test.recording)
     up, down, targets = axis_line(test.recording, axis).runs()
     value = test.value * test.scale
@@ -66,7 +66,7 @@ def positioning_picture(test: RecordedTest, acceptance_figures: Sequence[Figure]
 
 
 def circle_picture(test: RecordedTest, acceptance_figures: Sequence[Figure]) -> str:
-    """The trace of one circle in both senses, about their common centre (that of G(b))."""
+    """Return the trace of one circle in both senses, about their common centre (that of G(b))."""
     paths = circle_paths(test)
     stated = {f.name: f.value_um for f in acceptance_figures}
     radii_text = ", ".join(

@@ -27,7 +27,7 @@ MOST, DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots
 def calibration_page(
     calibration: Calibration, figures: Sequence[Figure] = (), files: Sequence[Path] = ()
 ) -> str:
-    """One self-contained HTML file. figures: A, R, E, M of the calibrated machine (ISO 230-2); files: what was read."""
+    """Return one self-contained HTML file. figures: A, R, E, M of the calibrated machine (ISO 230-2); files: all files read."""
     blocks = r.notices(calibration.warnings)
     blocks += [r.heading("Errors by name"), html(errors_by_name(calibration))]
     blocks += [r.heading("Not identified"), *missing(calibration)]
@@ -63,7 +63,7 @@ def calibration_page(
 
 
 def scatter(row: Residuals) -> str:
-    """What is left of one recording, reading by reading, over the band of its noise."""
+    """Return the residuals of one recording, reading by reading, over the band of its noise."""
     step = 1 + (row.part.m - 1) // DOTS
     number = np.arange(row.part.m)[::step]
     unit = "µrad" if row.unit == "rad" else "µm"

@@ -1,4 +1,4 @@
-"""Results written on the part: deviation from nominal with U and decision, a leader line to the feature that each is of."""
+"""Results written on the part: deviation from nominal with U and decision, with a leader line to the feature of each."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_LINES = 3000  # of the outline: a mesh with more creases is drawn by its fe
 def callout_picture(
     part: Part, results: Sequence[CharacteristicResult], places: Mapping[str, Array]
 ) -> list[str]:
-    """The part with its results; nothing where no result has a place. places: feature -> points (n, 3) of it, drawing frame."""
+    """Return the part with its results; nothing where no result has a place. places: feature -> points (n, 3) of it, drawing frame."""
     asked = {c.name: c for c in part.characteristics}
     labels = []
     for c in results:
@@ -55,7 +55,7 @@ def _callout(c: CharacteristicResult, spots: Sequence[Array]) -> Callout:
 
 
 def _text(c: CharacteristicResult, deviation: float, expanded: float, word: str) -> str:
-    """-0.37 ± 0.99 µm; "0.0 µm, U = 1.3 µm" where the interval does not lie about the value, as in the first lines of the page."""
+    """Return -0.37 ± 0.99 µm; "0.0 µm, U = 1.3 µm" where the interval does not lie about the value, as in the first lines of the page."""
     sign = "" if c.nominal == 0 else "+"
     if not math.isfinite(expanded) or is_about_value(c):
         return signed_value(deviation, expanded, word, sign)
@@ -64,7 +64,7 @@ def _text(c: CharacteristicResult, deviation: float, expanded: float, word: str)
 
 
 def outlines(part: Part) -> Array:
-    """(n, 2, 3) the creases of the part: of its mesh, else of the nominal surfaces of its features; those that are points as crosses."""
+    """Return the creases of the part (n, 2, 3): of its mesh, else of the nominal surfaces of its features; points as crosses."""
     if part.mesh is not None:
         lines = creases(np.asarray(part.mesh.vertices), np.asarray(part.mesh.faces))
         if 0 < len(lines) <= MOST_LINES:

@@ -19,7 +19,7 @@ WAYS = ((1.0, "forwards", "o"), (-1.0, "backwards", "s"), (0.0, "read", "o"))
 
 
 def number_over_time(track: Track, course: NumberOverTime, ax: Axes | ChartSheet | None = None) -> Axes:
-    """A number over the days with its band, checks, alarms and forecast."""
+    """Plot a number over the days with its band, checks, alarms and forecast."""
     return charts.over_time(
         course.when - course.when[0], course.value, course.u, name=course.name, unit=course.unit, start=track.checks[0].date,
         alarms=[c.when - course.when[0] for c in track.alarms], ahead=np.array(course.ahead), what=course.what, ax=ax,
@@ -27,7 +27,7 @@ def number_over_time(track: Track, course: NumberOverTime, ax: Axes | ChartSheet
 
 
 def beside_forecast(part: CheckPart, ax: Axes | ChartSheet | None = None) -> Axes:
-    """What was read, and what was forecast of it with the 95 % band of one reading."""
+    """Plot the readings, and their forecast with the 95 % band of one reading."""
     title = f"{part.name} of {part.date}\n{part.inside:.0%} of {len(part.seen)} readings within the 95 % band of their forecast"
     if part.circle:
         lines = [

@@ -1,4 +1,4 @@
-"""The report of a comparison: what each machine file leaves of the recordings, fold by fold, and where."""
+"""The report of a comparison: residuals of the recordings under each machine file, fold by fold, and their places."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def compare_page(rows: Sequence[Comparison]) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     blocks = [block for table in tables(rows) for block in (r.heading(table.title), html(table))]
     for k, part in enumerate(rows[0].parts):
         blocks += [r.heading(f"Residuals of {part.recording.name}"), r.columns(*_pictures(rows, k))]
@@ -37,7 +37,7 @@ def compare_page(rows: Sequence[Comparison]) -> str:
 
 
 def _pictures(rows: Sequence[Comparison], k: int) -> list[str]:
-    """Residuals of recording k under every machine, over the covariates on which the first of them depends."""
+    """Return the residuals of recording k under every machine, over the covariates on which the first of them depends."""
     first = rows[0].parts[k]
     unit, scale = ("µrad", 1e6) if rows[0].angle else ("µm", 1e3)
     names = list(dict.fromkeys(w for p in first.depends_on for w in _columns(first, p.covariate)))[:3]
@@ -60,7 +60,7 @@ def _pictures(rows: Sequence[Comparison], k: int) -> list[str]:
 
 
 def _columns(part: Misfit, covariate: str) -> list[str]:
-    """Axes and columns of the run that the words of a covariate name."""
+    """Return the axes and columns of the run that the words of a covariate name."""
     words = covariate.replace(" (periodic)", "").replace(" (step)", "").replace(" (zone)", "").split(" and ")
     columns = {short(c): c for c in part.run.columns} | {a: a for a in part.run.position}
     return [columns[w] for w in words if w in columns]

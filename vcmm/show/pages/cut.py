@@ -1,4 +1,4 @@
-"""The report of a virtual cut: decisions, colour maps of the surface, main contributors, how it was computed."""
+"""The report of a virtual cut: decisions, colour maps of the surface, main contributors, method."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def cut_page(scenario: CutScenario, result: CutResult, files: Sequence[Path] = ()) -> str:
-    """One self-contained HTML file. files: what was read."""
+    """Return one self-contained HTML file. files: all files read."""
     blocks = [r.heading("The finished part"), html(finished_part(result)), html(owners(result))]
     places = {p.net.feature: p.net.points for p in result.patches}
     blocks += callout_picture(scenario.part, result.characteristics, places)
@@ -69,7 +69,7 @@ def cut_page(scenario: CutScenario, result: CutResult, files: Sequence[Path] = (
 
 
 def picture(result: CutResult) -> str:
-    """All patches in their colours, drawing frame."""
+    """Return all patches in their colours, drawing frame."""
     items = []
     for patch in result.patches:
         height = patch.height * 1e3
@@ -97,7 +97,7 @@ MOST_FACES = 24_000  # of the picture of the stock: the scene refuses more than 
 
 
 def stock_picture(result: CutResult) -> list[str]:
-    """What is left of the blank; of a map of heights every few nodes."""
+    """Return the remaining blank; of a map of heights every few nodes."""
     if result.blank is None:
         return []
     if isinstance(result.blank, TurnedBlank):
@@ -120,7 +120,7 @@ def _turned_picture(blank: TurnedBlank) -> str:
 
 
 def maps(result: CutResult) -> list[str]:
-    """A flat map of each feature, two side by side."""
+    """Return a flat map of each feature, two side by side."""
     charts = [_map(p) for p in result.patches if np.isfinite(p.height).any()]
     return [r.columns(*charts[i : i + 2]) for i in range(0, len(charts), 2)]
 

@@ -1,4 +1,4 @@
-"""The report of a diagnosis: what was left out, how sure, what it cannot be told from, what to measure next."""
+"""The report of a diagnosis: missing effects, their certainty, rivals, and the next measurement."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ NOTHING_FOUND = "Something does not fit, and neither a name nor a place for it i
 
 
 def sentences(d: Diagnosis) -> list[str]:
-    """The verdict in plain words."""
+    """Return the verdict in plain words."""
     out = [
         NOTHING_FOUND if d.verdict == "unexplained" and d.unknown is None else VERDICT[d.verdict],
         *(f"{r[:1].upper()}{r[1:]}." for r in d.reasons if d.unknown is None or r[:9] != "something"),
@@ -85,7 +85,7 @@ def sentences(d: Diagnosis) -> list[str]:
 
 
 def _answer_text(d: Diagnosis, a: Answer) -> str:
-    """One answer: what the machine does, its numbers, what it may be instead."""
+    """Return one answer: the behaviour of the machine, its numbers, its alternatives."""
     opened = open_members(a)
     foreign = [n for n in a.cannot_be_told_from if n.split("[")[0] not in {m.effect for m in opened}]
     rivals = (
@@ -106,7 +106,7 @@ def _answer_text(d: Diagnosis, a: Answer) -> str:
 
 
 def _of_unknown(d: Diagnosis) -> list[str]:
-    """What has no name: where, how large, and its formula where there is one."""
+    """Return the departure without a name: its place, its size, and its formula where there is one."""
     if d.unknown is None:
         return []
     size = f" (rms {micro_text(d, d.unknown.rms)})" if d.unknown.rms > 0 else ""
@@ -127,7 +127,7 @@ def _name(a: Answer) -> str:
 
 
 def least_seen(d: Diagnosis) -> str:
-    """The smallest rms per effect that this recording would have shown, at the place where it shows best."""
+    """Return the smallest rms per effect that this recording would have shown, at the place where it shows best."""
     shown = (
         f"{x.effect} {' '.join(x.where.values())}".strip() + f" {micro_text(d, x.amplitude)}"
         for x in d.detectable
@@ -138,7 +138,7 @@ def least_seen(d: Diagnosis) -> str:
 def diagnosis_page(
     recording: Recording, machine: Machine, d: Diagnosis, several: Several | None = None
 ) -> str:
-    """One self-contained HTML file. several: where d was found from several recordings together."""
+    """Return one self-contained HTML file. several: where d was found from several recordings together."""
     blocks = [
         r.heading("Verdict"),
         *(r.paragraph(s) for s in sentences(d)),
@@ -186,7 +186,7 @@ def diagnosis_page(
 
 
 def without_pictures(recording: Recording, d: Diagnosis, why: str) -> str:
-    """The verdict alone, and why nothing could be drawn."""
+    """Return the verdict alone, and why nothing could be drawn."""
     blocks = [r.heading("Verdict"), *(r.paragraph(s) for s in sentences(d)), r.note(why, "warning")]
     return r.page(f"Diagnosis report: {recording.name}", blocks, answers=diagnosis_answers(d))
 
@@ -217,8 +217,8 @@ def _answers(table: ResultTable[Answer]) -> list[str]:
 
 
 def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str]:
-    """Residuals by order and over the covariate that tells most, nuisances taken off by least squares; after: what the
-    machine that is written leaves, and in words what else it would be with the candidates.
+    """Return the residuals by order and over the covariate that tells most, nuisances removed by least squares; after: the residuals with the
+    written machine, and in words those with the candidates.
     """
     before, after = residuals(recording, machine, d)
     explained = bool(answers_to_write(d.answer)) or d.mistake is not None
@@ -250,7 +250,8 @@ def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str
 def _over_what_named_it(
     recording: Recording, before: Array, after: Array, d: Diagnosis, unit: str, explained: bool
 ) -> list[str]:
-    """Before and after over the covariate that told most, along the direction in which it did: of readings within 45 degrees of it."""
+    """Return pictures before and after over the covariate that showed most, along the direction in which it did: of readings within 45
+    degrees of it."""
     place = next((p for p in d.location if _covariate(recording, p.covariate) is not None), None)
     if place is None:
         return []
@@ -268,14 +269,14 @@ def _over_what_named_it(
 
 
 def residuals(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[Array, Array]:
-    """(m,) mm or rad before and after, observation by observation as the recording has them."""
+    """Return residuals (m,) mm or rad before and after, observation by observation as the recording has them."""
     written = handed_over(d, machine)
     before, after = (as_in_the_file(recording, m, left_by(recording, m).residual) for m in (machine, written))
     return before, after
 
 
 def after_text(d: Diagnosis) -> str:
-    """What stands behind "after": all rows as they are, with the machine that is written; and what was thought of beside it."""
+    """Return the sentence about "after": all rows as they are, with the written machine; and further candidates."""
     fit = d.fit
     text = (
         f"All rows as they are, the nuisance refitted: rms {micro_text(d, fit.before)} with the machine file as it was,"
@@ -290,7 +291,7 @@ def after_text(d: Diagnosis) -> str:
 
 
 def _covariate(recording: Recording, name: str) -> Array | None:
-    """A column or axis position at each observation; None for names that are no single column."""
+    """Return a column or axis position at each observation; None for names that are no single column."""
     run = recording.run
     for key in (name, f"{name}_s", f"{name}_mm", f"{name}_C", f"{name}_rad", f"{name}_mm_s"):
         if key in run.columns:

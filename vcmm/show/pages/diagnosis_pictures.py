@@ -24,7 +24,7 @@ BEFORE, AFTER = "c2", "c1"  # colours in charts and scenes alike
 
 
 def location_bars(d: Diagnosis) -> list[str]:
-    """Evidence of a departure over every covariate, best direction each, in nats."""
+    """Return the evidence of a departure over every covariate, best direction each, in nats."""
     items = [(f"{p.covariate} ({p.direction})", max(p.score, 0.0)) for p in d.map][:14]
     if not items:
         return []
@@ -33,7 +33,7 @@ def location_bars(d: Diagnosis) -> list[str]:
 
 
 def zone_maps(recording: Recording, before: Array, after: Array, unit: str) -> list[str]:
-    """Rms of the residual over the two axes of the longest travel, before and after."""
+    """Return the rms of the residual over the two axes of the longest travel, before and after."""
     spans = {a: float(np.ptp(q[recording.row])) for a, q in recording.run.position.items()}
     axes = sorted((a for a in spans if spans[a] > 0), key=lambda a: -spans[a])[:2]
     if len(axes) < 2 or recording.m < 40:
@@ -56,7 +56,7 @@ def zone_maps(recording: Recording, before: Array, after: Array, unit: str) -> l
 
 
 def _cells(x: Array, y: Array, values: Array) -> tuple[Array, Array, Array]:
-    """Rms (ny, nx) per cell, NaN where nothing was recorded, and the centres."""
+    """Return the rms (ny, nx) per cell, NaN where nothing was recorded, and the centres."""
     nx, ny = CELLS
     ex, ey = np.linspace(x.min(), x.max(), nx + 1), np.linspace(y.min(), y.max(), ny + 1)
     count = np.histogram2d(y, x, bins=(ey, ex))[0]
@@ -66,7 +66,7 @@ def _cells(x: Array, y: Array, values: Array) -> tuple[Array, Array, Array]:
 
 
 def bar_traces(recording: Recording, machine: Machine, before: Array, after: Array) -> list[str]:
-    """Polar traces of a ball bar before and after, mm, on one scale; nothing for recordings that are no circle."""
+    """Return polar traces of a ball bar before and after, mm, on one scale; nothing for recordings that are no circle."""
     if recording.kind != "length":
         return []
     test = RecordedTest(recording, machine)
@@ -104,7 +104,7 @@ def bar_traces(recording: Recording, machine: Machine, before: Array, after: Arr
 
 
 def arrows(recording: Recording, tip: Array, before: Array, after: Array) -> list[str]:
-    """Residuals in space along their directions, before and after, strongly magnified. Values in mm."""
+    """Return the residuals in space along their directions, before and after, strongly magnified. Values in mm."""
     place = tip[recording.row]
     if recording.kind == "angle" or (np.ptp(place, axis=0) > 1e-6).sum() < 2:
         return []
@@ -124,7 +124,7 @@ def arrows(recording: Recording, tip: Array, before: Array, after: Array) -> lis
 
 
 def unknown_picture(d: Diagnosis) -> list[str]:
-    """The shape of what is not in the catalogue: a curve with its band, or a map."""
+    """Return the shape of a departure that is not in the catalogue: a curve with its band, or a map."""
     shape = d.unknown.shape if d.unknown is not None else None
     if shape is None:
         return []

@@ -1,4 +1,4 @@
-"""The page of a face that was scanned on the machine: its map, its profile, figures, and what the scan does not tell."""
+"""The page of a face that was scanned on the machine: its map, its profile, figures, and errors that the scan does not show."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def face_page(face: FaceMap) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     blocks = [r.heading("Figures"), html(tables.figures(face))]
     blocks += [r.note(text) for text in face.warnings]
     blocks += [r.heading("Map of the face"), charts.on_page(face_picture, face)]
@@ -35,7 +35,7 @@ def face_page(face: FaceMap) -> str:
 
 
 def face_picture(face: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
-    """The map, µm."""
+    """Return the map, µm."""
     return charts.heat_map(
         face.height * 1e3, face.x, face.y, x_label="x of the part / mm", y_label="y / mm", unit="µm",
         title="Height above the programmed face", symmetric=True, ax=ax,
@@ -43,7 +43,7 @@ def face_picture(face: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
 
 
 def profile_picture(face: FaceMap, ax: charts.ChartSheet | None = None) -> Axes:
-    """Profile with its 95 % band (2 u), and the odd part of the slide's error."""
+    """Plot the profile with its 95 % band (2 u), and the odd part of the slide's error."""
     assert face.r is not None
     assert face.profile is not None
     p, u = face.profile * 1e3, 2e3 * face.u_profile

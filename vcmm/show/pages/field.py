@@ -22,7 +22,7 @@ LINES = 5  # grid lines per axis in the picture
 
 
 def field_page(machine: Machine, error_map: ErrorField) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     blocks = [r.heading("Volumetric error"), html(summary(error_map))]
     if error_map.diagonals:
         blocks += [r.heading("Body diagonals (ISO 230-6)"), html(diagonals(error_map))]
@@ -39,7 +39,7 @@ def field_page(machine: Machine, error_map: ErrorField) -> str:
 
 
 def picture(machine: Machine, error_map: ErrorField) -> str:
-    """A grid of the travels, ideal and deformed; for given positions, arrows at them."""
+    """Return a grid of the travels, ideal and deformed; for given positions, arrows at them."""
     axes = linear_axes(machine)
     n = round(error_map.run.n ** (1 / max(1, len(axes))))
     if not _is_grid(error_map, axes, n):
@@ -53,7 +53,7 @@ def picture(machine: Machine, error_map: ErrorField) -> str:
 
 
 def volume_scene(machine: Machine) -> list[r.Lines]:
-    """A grid of the travels, ideal and deformed, as items of a scene."""
+    """Return a grid of the travels, ideal and deformed, as items of a scene."""
     error_map, axes = field(machine), linear_axes(machine)
     if not _is_grid(error_map, axes, round(error_map.run.n ** (1 / max(1, len(axes))))):
         return []
@@ -61,7 +61,7 @@ def volume_scene(machine: Machine) -> list[r.Lines]:
 
 
 def _deformed_lines(error_map: ErrorField, axes: list[str], n: int) -> tuple[list[r.Lines], float]:
-    """The lines of both grids, and by how much the errors are magnified."""
+    """Return the lines of both grids, and the magnification of the errors."""
     nominal = _points(error_map)
     factor = magnification_of(nominal, error_map.tip_error)
     shape = (n,) * len(axes) + (3,)
@@ -75,7 +75,7 @@ def _deformed_lines(error_map: ErrorField, axes: list[str], n: int) -> tuple[lis
 
 
 def _layers(error_map: ErrorField, axes: list[str]) -> list[str]:
-    """Maps of the tip error and of its U over x and y, at the middle height of the points; none without Inputs or without three axes."""
+    """Return maps of the tip error and of its U over x and y, at the middle height of the points; none without Inputs or without three axes."""
     points = _points(error_map)
     if error_map.u is None or len(axes) < 3:
         return []
@@ -99,13 +99,13 @@ def _layers(error_map: ErrorField, axes: list[str]) -> list[str]:
 
 
 def _is_grid(error_map: ErrorField, axes: list[str], n: int) -> bool:
-    """Whether the positions are n values of each linear axis, as `volumetric.grid` lays them."""
+    """Return whether the positions are n values of each linear axis, as `volumetric.grid` places them."""
     values = (np.unique(error_map.run.position[a]) for a in axes if a in error_map.run.position)
     return n > 1 and error_map.run.n == n ** len(axes) and all(len(q) == n for q in values)
 
 
 def _points(error_map: ErrorField) -> Array:
-    """Positions of the linear axes (n, 3) mm; an axis that the machine lacks stays at zero."""
+    """Return positions of the linear axes (n, 3) mm; an axis that the machine lacks stays at zero."""
     zero = np.zeros(error_map.run.n)
     return np.column_stack([error_map.run.position.get(a, zero) for a in "XYZ"])
 
@@ -131,7 +131,7 @@ def magnification_of(points: Array, errors: Array) -> float:
 
 
 def _segments(grid: Array) -> Array:
-    """All edges of a grid (n, n, n, 3) as segments (m, 2, 3)."""
+    """Return all edges of a grid (n, n, n, 3) as segments (m, 2, 3)."""
     parts = []
     for axis in range(grid.ndim - 1):
         a = np.take(grid, range(grid.shape[axis] - 1), axis=axis)

@@ -1,4 +1,4 @@
-"""One part on one machine, for who sees an uncertainty for the first time: value, U, decision, main contributor, a picture."""
+"""One part on one machine, for a first look at an uncertainty: value, U, decision, main contributor, a picture."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 def first_lines(scenario: Scenario, c: CharacteristicResult) -> list[str]:
-    """What was measured and where; then the answer."""
+    """Return the measurement and its place; then the answer."""
     touches = sum(len(s.points) for s in scenario.plan.steps)
     what = f"{scenario.name[:1].upper()}{scenario.name[1:]}: {touches} points on a {scenario.machine.name}, measured virtually."
     return [what, "", r.answer_text([r.answer_of(c)])]
 
 
 def first_blocks(scenario: Scenario, result: UncertaintyResult) -> list[str]:
-    """The sentences, the charts of the first characteristic and the picture of its touches."""
+    """Return the sentences, the charts of the first characteristic and the picture of its touches."""
     c = result.characteristics[0]
     title = "The part and its touches"
     picture = r.scene(

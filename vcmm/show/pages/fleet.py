@@ -1,4 +1,4 @@
-"""The page of a folder of recordings: what changed on each machine, what every recording holds."""
+"""The page of a folder of recordings: changes of each machine, and the findings of every recording."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def fleet_page(folder: str, records: Sequence[tables.Record], changes: Sequence[Change]) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     far = [i for i, c in enumerate(changes) if not c.steady]
     blocks = [r.heading("What changed"), html(tables.changes(changes), emphasise=far)] if changes else []
     blocks += [r.heading("What each holds"), html(tables.recordings(folder, records))]

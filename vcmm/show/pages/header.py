@@ -26,8 +26,8 @@ def facts(
     more: Iterable[tuple[str, str]] = (),
     asked: Sequence[str] = ASKED,
 ) -> list[tuple[str, str]]:
-    """Names and values. record: the table [record] of a scenario, machine or recording; None where the job has no such table. asked:
-    what is said to be open where the record does not hold it.
+    """Return the names and values. record: the table [record] of a scenario, machine or recording; None where the job has no such table. asked:
+    names shown as open where the record does not hold them.
     """
     stated = record or {}
     serial = f", serial number {stated['machine_serial']}" if stated.get("machine_serial") else ""
@@ -51,12 +51,12 @@ def facts(
 
 
 def hashes(files: Sequence[Path]) -> list[list[object]]:
-    """File and the SHA-256 of its bytes."""
+    """Return the file and the SHA-256 of its bytes."""
     return [[str(f), Raw(f"<code>{hashlib.sha256(f.read_bytes()).hexdigest()}</code>")] for f in files]
 
 
 def files_block(files: Sequence[Path]) -> list[str]:
-    """What was read, so that the report can be made again; nothing where no file is named."""
+    """Return the files read, so that the report can be made again; nothing where no file is named."""
     there = [f for f in dict.fromkeys(files) if f.is_file()]
     if not there:
         return []

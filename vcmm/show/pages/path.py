@@ -1,4 +1,4 @@
-"""The path of a program with what the machine does wrong along it: as programmed, and after compensation."""
+"""The path of a program with the errors of the machine along it: as programmed, and after compensation."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOST = 40_000  # pieces of a picture, about 2 MB
 
 
 def compensation_page(result: CompensatedProgram, program: Path, proof: CutProof | None = None) -> str:
-    """One self-contained HTML file; the result holds its paths. program: the file, for the lines under the pointer; proof: by a cut."""
+    """Return one self-contained HTML file; the result holds its paths. program: the file, for the lines under the pointer; proof: by a cut."""
     assert result.paths is not None
     text = _lines(program)
     both = [_picture(path, text, name) for path, name in zip(result.paths, ("as programmed", "compensated"))]
@@ -65,7 +65,7 @@ def compensation_page(result: CompensatedProgram, program: Path, proof: CutProof
 
 
 def cut_path(scenario: CutScenario) -> str:
-    """The program of a cut, coloured by the known error of the tool tip (drives included), by feed or tool; or why there is no picture."""
+    """Return the program of a cut, coloured by the known error of the tool tip (drives included), by feed or tool; or why there is no picture."""
     try:
         path = _of_cut(scenario)
     except ModelLimit as why:
@@ -90,7 +90,7 @@ def _of_cut(scenario: CutScenario) -> FollowedPath:
 
 
 def _rest(paths: Sequence[FollowedPath]) -> str:
-    """What is not drawn."""
+    """Return the sentence about moves that are not drawn."""
     most = max(len(p.move) for p in paths)
     return f" The first {MOST} of {most} pieces." if most > MOST else ""
 
@@ -100,7 +100,7 @@ def _lines(file: Path) -> list[str]:
 
 
 def _lines_to_list(moving: Sequence[int], count: int) -> Sequence[int]:
-    """Numbers of the lines beside the picture: all of them, or of a long program those that move."""
+    """Return the numbers of the lines beside the picture: all of them, or of a long program those that move."""
     return range(1, count + 1) if count <= MOST_LISTED else [n for n in sorted(set(moving)) if 0 < n <= count]
 
 

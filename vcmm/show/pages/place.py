@@ -25,7 +25,7 @@ WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x"
 
 
 def place_page(placed: PlacementResult) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     scenario = placed.objective.scenario
     blocks = [
         r.paragraph(f"Minimised: {goal_text(placed.objective.goal)}."),
@@ -53,7 +53,7 @@ def place_page(placed: PlacementResult) -> str:
 
 
 def sure_table(placed: PlacementResult) -> str:
-    """Certificate, confirmation, flatness, effort."""
+    """Return the certificate, confirmation, flatness, effort."""
     rows: list[list[object]] = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
     sure = placed.confirmation
     if sure is not None:
@@ -75,7 +75,7 @@ def sure_table(placed: PlacementResult) -> str:
 
 
 def maps(placed: PlacementResult) -> list[str]:
-    """The objective over two degrees of freedom, and where it lies within 2 % of the value found."""
+    """Return the objective over two degrees of freedom, and where it lies within 2 % of the best value."""
     chart = placed.map
     if len(chart.names) < 2:
         return (
@@ -98,13 +98,13 @@ def maps(placed: PlacementResult) -> list[str]:
 
 
 def _in_the_map(placed: PlacementResult, six: np.ndarray) -> bool:
-    """Whether a pose agrees with the pose found in all freedoms but the two of the map, so that its colour there is true."""
+    """Return whether a pose agrees with the best pose in all freedoms but the two of the map, so that its colour there is valid."""
     others = [i for i, name in enumerate(DOFS) if name not in placed.map.names[:2]]
     return bool(np.allclose(six[others], placed.best.pose[others], rtol=0, atol=1e-6))
 
 
 def _at(placed: PlacementResult, six: np.ndarray) -> tuple[float, float]:
-    """The place of a pose in the map; NaN where it lies outside of it."""
+    """Return the place of a pose in the map; NaN where it lies outside of it."""
     out = []
     for k, name in enumerate(placed.map.names[:2]):
         value = float(six[DOFS.index(name)])
@@ -115,7 +115,7 @@ def _at(placed: PlacementResult, six: np.ndarray) -> tuple[float, float]:
 
 
 def _line(placed: PlacementResult) -> str:
-    """The objective over the one degree of freedom that is free."""
+    """Return the objective over the one degree of freedom that is free."""
     word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
     name = placed.map.names[0]
     good = np.isfinite(placed.map.values[0])
@@ -132,7 +132,7 @@ def _line(placed: PlacementResult) -> str:
 
 
 def budgets(placed: PlacementResult) -> list[str]:
-    """Contributions of the influences at both poses, side by side, for every characteristic that counts."""
+    """Return the contributions of the influences at both poses, side by side, for every characteristic that counts."""
     out = []
     assert placed.before is not None
     for name, unit, lines, _ in changes(placed):
@@ -161,7 +161,7 @@ def budgets(placed: PlacementResult) -> list[str]:
 
 
 def scene(placed: PlacementResult) -> str:
-    """The machine with the part at the pose found, and a ghost where it lies now."""
+    """Return the machine with the part at the best pose, and a ghost at its present pose."""
     task = placed.after.model.task
     t = task.touches
     features = list(task.part.features.values())

@@ -1,4 +1,4 @@
-"""The report of a placement on a machine tool: the map, what each characteristic gains, how sure."""
+"""The report of a placement on a machine tool: the map, the gain of each characteristic, its certainty."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def place_cut_page(scenario: CutScenario, placed: PlacedCut) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     blocks = [
         r.heading("Poses"),
         html(compared_cut_poses(placed)),

@@ -1,4 +1,4 @@
-"""The report of a chosen plan: U against measuring time, the chosen touches on the part, who measures what."""
+"""The report of a chosen plan: U against measuring time, the chosen touches on the part, the stylus of each feature."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def plan_page(scenario: Scenario, result: PlanResult) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     blocks = [r.heading("U against measuring time"), *_curves(scenario, result), _table(scenario, result)]
     blocks += [r.heading("The chosen touches"), _picture(scenario, result)]
     footer = f"vcmm {__version__}. U in closed form, form of the part included; time as planned, with {result.budget_s:g} s allowed."
@@ -42,7 +42,7 @@ def _units(scenario: Scenario) -> dict[str, str]:
 
 
 def _curves(scenario: Scenario, result: PlanResult) -> list[str]:
-    """One curve per characteristic, with the present and the chosen plan as dots; two side by side."""
+    """Return one curve per characteristic, with the present and the chosen plan as dots; two side by side."""
     charts = []
     for name, unit in _units(scenario).items():
         if name not in result.chosen.expanded:
@@ -69,7 +69,7 @@ def _curves(scenario: Scenario, result: PlanResult) -> list[str]:
 
 
 def _table(scenario: Scenario, result: PlanResult) -> str:
-    """The present plan, then ten of the curve, the chosen one among them."""
+    """Return the present plan, then ten of the curve, the chosen one among them."""
     some = {int(i) for i in np.linspace(0, len(result.pareto) - 1, 10)}
     shown = [p for i, p in enumerate(result.pareto) if i in some or p is result.chosen]
     return html(curve(scenario, result, shown))

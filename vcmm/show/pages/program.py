@@ -1,4 +1,4 @@
-"""The page of an NC program: its path, its time and extents, tools, what was assumed; and the page of a folder of programs."""
+"""The page of an NC program: its path, its time and extents, tools, assumptions; and the page of a folder of programs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vcmm.core.machine import Machine
     from vcmm.shop.motion.toolpath import Toolpath
 
-MOST_PIECES = 200_000  # more are no picture: a browser stands still
+MOST_PIECES = 200_000  # with more a browser stops responding
 CHORD_ANGLE = math.radians(6.0)
 
 
@@ -33,7 +33,7 @@ def program_page(
     machine: Machine | None,
     path: Toolpath | None = None,
 ) -> str:
-    """One self-contained HTML file. text: of the program, for the line under the pointer; path: its motion in time, where asked for.
+    """Return one self-contained HTML file. text: of the program, for the line under the pointer; path: its motion in time, where asked for.
 
     Raises UsageError without a motion.
     """
@@ -84,7 +84,7 @@ def _picture(program: Program, text: str) -> PathPicture:
 
 
 def _chain(move: Move) -> list[tuple[float, float, float]]:
-    """Points behind the start of a move: chords of an arc."""
+    """Return points behind the start of a move: chords of an arc."""
     if move.centre is None or move.clockwise is None:
         return [move.end]
     a, b, n = PLANES[move.plane]
@@ -106,7 +106,7 @@ def _chain(move: Move) -> list[tuple[float, float, float]]:
 
 
 def folder_page(title: str, rows: Sequence[tables.FolderRow]) -> str:
-    """The table over a folder, with the counts by reason."""
+    """Return the table over a folder, with the counts by reason."""
     blocks = [html(tables.folder_counts(rows)), html(tables.folder(title, rows))]
     if any(row.reason for row in rows):
         blocks.insert(1, html(tables.folder_reasons(rows)))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def routes_page(scenario: Scenario, compared: RoutesResult) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     verdict = (
         "All routes agree." if compared.agree else "Not all routes agree: at least one |E_n| is above 1."
     )

@@ -61,7 +61,7 @@ LINES = 6  # of a budget, so that a characteristic keeps to one page; the rest i
 
 
 def effective_dof(lines: Iterable[BudgetLine], u: float) -> float:
-    """nu_eff = u^4 / sum(u_i^4 / nu_i); infinite where all lines are."""
+    """Return nu_eff = u^4 / sum(u_i^4 / nu_i); infinite where all lines are."""
     rest = sum(line.u**4 / line.dof for line in lines if math.isfinite(line.dof) and line.dof > 0)
     return math.inf if rest == 0 or not math.isfinite(u) else u**4 / rest
 
@@ -72,7 +72,7 @@ LEAST_SHIFT = (
 
 
 def round_to_uncertainty(value: float, expanded: float) -> tuple[str, str]:
-    """Value and U in mm or rad, U with two significant digits, the value to the same place (JCGM 100, 7.2.6; EA-4/02, 6.3)."""
+    """Return value and U in mm or rad, U with two significant digits, the value to the same place (JCGM 100, 7.2.6; EA-4/02, 6.3)."""
     if not math.isfinite(expanded) or expanded <= 0:
         return f"{value:.6f}", f"{expanded:.2g}"
     places = max(0, 1 - math.floor(math.log10(expanded)))
@@ -85,7 +85,7 @@ def in_drawing(unit: str) -> tuple[float, str]:
 
 
 def in_words(e: EvaluatedCharacteristic) -> str:
-    """The result as it stands in a certificate."""
+    """Return the result in the words of a certificate."""
     c = e.result
     half = (c.interval[1] - c.interval[0]) / 2
     if c.true_value is not None:
@@ -128,7 +128,7 @@ def _decision_text(c: CharacteristicResult) -> str:
 
 
 def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -> str:
-    """The whole sheet as one HTML file: a page for every characteristic, then the files and a place to sign."""
+    """Return the whole sheet as one HTML file: a page for every characteristic, then the files and a place to sign."""
     blocks = []
     for number, e in enumerate(part.characteristics, 1):
         blocks.append(f'<section class="sheet">{_section(scenario, part, e, number)}</section>')
@@ -186,7 +186,7 @@ def _indication_text(e: EvaluatedCharacteristic) -> str:
 
 
 def _budget(c: CharacteristicResult) -> str:
-    """EA-4/02: the largest lines, the rest together, and y, u, degrees of freedom, k and U."""
+    """Return the EA-4/02 budget: the largest lines, the rest together, and y, u, degrees of freedom, k and U."""
     first, rest = shown_lines(sorted(budget_rows(c), key=lambda row: -row.line.u))
     columns = tuple(column for column in BUDGET if column.head != "varies per")
     table = ResultTable("", columns, first)
@@ -204,7 +204,7 @@ def _budget(c: CharacteristicResult) -> str:
 
 
 def shown_lines(ranked: Sequence[BudgetRow]) -> tuple[list[BudgetRow], list[BudgetRow]]:
-    """LINES rows to show and the rest: the largest, among them the largest MOST_THERMAL of room, temperatures and expansions."""
+    """Return the LINES rows to show and the rest: the largest, among them the largest MOST_THERMAL of room, temperatures and expansions."""
     thermal = [row for row in ranked if row.line.u > 0 and row.line.input.startswith(THERMAL)][:MOST_THERMAL]
     others = [row for row in ranked if row not in thermal][: LINES - len(thermal)]
     shown = [row for row in ranked if row in thermal or row in others]
@@ -212,13 +212,13 @@ def shown_lines(ranked: Sequence[BudgetRow]) -> tuple[list[BudgetRow], list[Budg
 
 
 def _without_evidence(c: CharacteristicResult) -> list[str]:
-    """Lines of which the scenario does not say where they come from: what an auditor asks for first."""
+    """Return the lines without stated evidence in the scenario, which an auditor checks first."""
     names = [line.input for line in c.budget if not line.evidence and line.share > 1e-3]
     return [r.paragraph(f"No evidence is stated for: {', '.join(names)}.")] if names else []
 
 
 def _records(record: Mapping[str, str]) -> str:
-    """Who and when, and by what the result is traced."""
+    """Return people and dates, and the traceability of the result."""
     traced: list[list[object]] = [[words, record.get(key, BLANK)] for key, words in TRACEABILITY.items()]
     return r.table(["", ""], _record_rows(record)) + r.table(["traceability", ""], traced)
 
@@ -228,14 +228,14 @@ def _record_rows(record: Mapping[str, str]) -> list[list[object]]:
 
 
 def _temperatures(scenario: Scenario) -> str:
-    """Part and scales, and the others where they are not at 20 degC."""
+    """Return the temperatures of part and scales, and the others where they are not at 20 degC."""
     held = {k: v for k, v in scenario.constants.items() if k.startswith("temp_") and k != "temp_gradient_C"}
     shown = {k: v for k, v in held.items() if "part" in k or "scale" in k or v != T0_DEG_C}
     return ", ".join(f"{k[5:-2].replace('_', ' ')} {v:g} °C" for k, v in shown.items()) or "20 °C throughout"
 
 
 def _compensation_text(scenario: Scenario) -> str:
-    """Which expansions are taken off, with which coefficient."""
+    """Return which expansions are corrected, with which coefficient."""
     out = []
     kinds: tuple[tuple[type[PartExpansion | ScaleExpansion], str], ...] = (
         (PartExpansion, "part"),

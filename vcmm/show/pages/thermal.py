@@ -1,4 +1,4 @@
-"""The page of `vcmm calibrate thermal`: temperatures over time, what the tip did, and what is left of it."""
+"""The page of `vcmm calibrate thermal`: temperatures over time, the readings of the tip, and their residuals."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DIRECTIONS = "XYZ"
 
 
 def thermal_page(model: ThermalModel, machine: Machine, rows: Sequence[TermRow]) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     blocks = [r.heading("What was found"), html(terms(rows))]
     plain = ThermalFit(model.fit.parts, (), np.zeros(0))
     before = plain.solve(plain.lags, plain.weights())[1]
@@ -58,7 +58,7 @@ def thermal_page(model: ThermalModel, machine: Machine, rows: Sequence[TermRow])
 
 
 def temperatures(part: WarmReadings, sensors: Sequence[str], ax: charts.ChartSheet | None = None) -> Axes:
-    """What every sensor read over the time of a recording, degC over minutes."""
+    """Plot the readings of every sensor over the time of a recording, degC over minutes."""
     run = part.observer.run
     series = [
         PlotSeries(_minutes(run.columns["time_s"]), run.columns[f"temp_{name}_C"], name)
@@ -73,7 +73,7 @@ def temperatures(part: WarmReadings, sensors: Sequence[str], ax: charts.ChartShe
 def drift(
     part: WarmReadings, was: np.ndarray, left: np.ndarray, mine: np.ndarray, side: str, ax: charts.ChartSheet | None = None
 ) -> Axes:  # fmt: skip
-    """Readings of one direction over time before and after the terms, um over minutes; each keeps the colour that it has in a diagnosis."""
+    """Plot the readings of one direction over time before and after the terms, um over minutes; each keeps the colour that it has in a diagnosis."""
     at = _minutes(part.observer.run.columns["time_s"])[part.recording.row][mine]
     series = [
         PlotSeries(at, 1e3 * was[mine], "before", marker=True, line=False, colour="c2"),
@@ -88,7 +88,7 @@ def _minutes(time: np.ndarray) -> np.ndarray:
 
 
 def _sides(part: WarmReadings) -> dict[str, np.ndarray]:
-    """Rows by the axis that their observation lies nearest to; all under one name where the recording states no direction."""
+    """Return rows by the axis that their observation lies nearest to; all under one name where the recording states no direction."""
     given = [part.observer.run.columns.get(f"n{letter}") for letter in "xyz"]
     if any(direction is None for direction in given):
         return {"": np.ones(len(part.value), dtype=bool)}

@@ -1,4 +1,4 @@
-"""The page of a machine that is followed: alarms, numbers over time with their forecast, recordings as they were predicted."""
+"""The page of a tracked machine: alarms, numbers over time with their forecast, recordings against their prediction."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DRAWN = 9  # numbers with a picture, those that moved most
 def track_page(
     track: Track, planned: tables.Planned | None = None, doubtful: Sequence[DoubtfulParts] = ()
 ) -> str:
-    """One self-contained HTML file."""
+    """Return one self-contained HTML file."""
     name = track.followed.tracked.machine.name
     blocks = [
         r.paragraph(
@@ -85,7 +85,7 @@ def track_page(
 
 
 def _spread(track: Track, ax: charts.ChartSheet | None = None) -> Axes:
-    """The innovation over its standard uncertainty."""
+    """Plot the innovation over its standard uncertainty."""
     days = np.array([c.when for c in track.checks])
     days = days - days[0]
     values = np.array([c.spread for c in track.checks])

@@ -1,8 +1,8 @@
-"""The report of an uncertainty evaluation: results, decisions, budgets, pictures, how it was computed.
+"""The report of an uncertainty evaluation: results, decisions, budgets, pictures, method.
 
-Pictures of the tolerance zones of measured parts: flatness, roundness and position, as the points that were taken in lie in them.
+Pictures of the tolerance zones of measured parts: flatness, roundness and position, with the measured points in them.
 
-The picture of deviations: where the surface of a part lies beside its nominal one, at every point that was touched.
+The picture of deviations: departure of the surface of a part from its nominal one, at every point that was touched.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ KINDS = (("bad", "material left over", 1.0), ("accent", "material missing", -1.0
 
 
 def deviations_block(task: Task) -> list[str]:
-    """The scene, or nothing where no touch has a deviation (n,) mm along its outward normal (`task.form`)."""
+    """Return the scene, or nothing where no touch has a deviation (n,) mm along its outward normal (`task.form`)."""
     if not task.form.any():
         return []
     factor = magnification(task.touches.points, task.form)
@@ -74,12 +74,12 @@ def deviations_block(task: Task) -> list[str]:
 
 
 def magnification(points: Array, deviations: Array) -> float:
-    """A round factor by which the longest needle is about a twelfth of the part, or less."""
+    """Return a round factor by which the longest needle is about a twelfth of the part, or less."""
     return rounded_down(float(np.ptp(points, axis=0).max()) / SHARE / float(np.abs(deviations).max()))
 
 
 def deviation_items(task: Task, factor: float) -> list[Item]:
-    """The part, and a needle from every touched place to where the surface lies, `factor` times too far; by sign in two colours."""
+    """Return the part, and a needle from every touched place to the surface, `factor` times too long; by sign in two colours."""
     t, form = task.touches, task.form
     names = touch_names(t)
     items: list[Item] = [*part_items(list(task.part.features.values()), t.pose, task.part.mesh)]
@@ -97,7 +97,7 @@ def deviation_items(task: Task, factor: float) -> list[Item]:
 
 
 def zone_picture(model: LinearModel, c: Characteristic) -> list[str]:
-    """The zone of one characteristic with what was measured; nothing for other types, and where no points were taken in."""
+    """Return the zone of one characteristic with the measured points; nothing for other types, and without points."""
     task = model.task
     if not task.form.any():
         return []
@@ -138,7 +138,7 @@ PREDICTED, MEASURED = "Virtual measurement report", "Measurement result"
 def uncertainty_page(
     scenario: Scenario, result: UncertaintyResult, files: Sequence[Path] = (), title: str = PREDICTED
 ) -> str:
-    """One self-contained HTML file. files: what was read; title: of a prediction, or of what was measured (`MEASURED`)."""
+    """Return one self-contained HTML file. files: all files read; title: of a prediction, or of a measurement (`MEASURED`)."""
     characteristics = result.characteristics
     why = [
         *stated_with(characteristics),
@@ -185,7 +185,7 @@ def uncertainty_page(
 
 
 def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
-    """Machine, pose, styli, touches, temperatures, decision rule: what an assessor asks first."""
+    """Return machine, pose, styli, touches, temperatures, decision rule, which an assessor checks first."""
     task, machine = result.model.task, scenario.machine
     turns = ", ".join(f"{math.degrees(t):.4g}" for t in scenario.pose.turns())
     shift = ", ".join(f"{v:.6g}" for v in scenario.pose.shift)
@@ -216,7 +216,7 @@ def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
 
 
 def _comparison_text(scenario: Scenario, result: UncertaintyResult) -> str:
-    """What a limit is compared with: extreme values are read by the interval of the true value, whatever is done about a bias."""
+    """Return the value that is compared with limits: extreme values use the interval of the true value, for any treatment of a bias."""
     by_belts = [c.true_value is not None and c.true_value.counted is not None for c in result.characteristics]
     other = f"the {'corrected' if scenario.settings.known_bias == 'corrected' else 'indicated'} value"
     if not any(by_belts):
@@ -226,14 +226,14 @@ def _comparison_text(scenario: Scenario, result: UncertaintyResult) -> str:
 
 
 def _on_the_part(result: UncertaintyResult) -> list[str]:
-    """The results with leader lines to their features."""
+    """Return the results with leader lines to their features."""
     task = result.model.task
     places = {name: task.touches.points[rows] for name, rows in task.touches.rows.items()}
     return callout_picture(task.part, result.characteristics, places)
 
 
 def pictures(result: UncertaintyResult) -> list[str]:
-    """The part in the machine, and the part with the ellipsoids of its touches."""
+    """Return the part in the machine, and the part with the ellipsoids of its touches."""
     overview, close = scenes(result)
     return [
         r.scene(
@@ -250,18 +250,18 @@ def pictures(result: UncertaintyResult) -> list[str]:
 
 
 def scenes(result: UncertaintyResult) -> tuple[list[Item], list[Item]]:
-    """What the two pictures hold."""
+    """Return the items of both pictures."""
     task = result.model.task
     return task_in_machine(task), touches_of(task, result.model.influences)
 
 
 def characteristic_blocks(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
-    """Decision zones, distribution, budget bars and table. part: whose indicated values the trials are."""
+    """Return the decision zones, distribution, budget bars and table. part: whose indicated values the trials are."""
     return [*characteristic_charts(c, part), *_waterfall(c), budget_table(c)]
 
 
 def _waterfall(c: CharacteristicResult) -> list[str]:
-    """How u grows out of its contributions; nothing where one alone makes it, or u has no value."""
+    """Return the waterfall of u from its contributions; nothing where one alone makes it, or u has no value."""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     items = [(b.what or b.input, b.u * scale) for b in c.budget if b.u > 0 and math.isfinite(b.u)]
     if len(items) < 2 or not math.isfinite(c.u):
@@ -275,7 +275,7 @@ def _waterfall(c: CharacteristicResult) -> list[str]:
 
 
 def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
-    """Decision zones, distribution and budget bars side by side; nothing where there is none of them."""
+    """Return the decision zones, distribution and budget bars side by side; nothing where there is none of them."""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     charts = [decision_chart(c), _histogram(c, part)]
     bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
@@ -294,7 +294,7 @@ def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part
 
 
 def decision_chart(c: CharacteristicResult) -> str:
-    """The zones of ISO 14253-1 with the result; nothing where nothing is decided."""
+    """Return the zones of ISO 14253-1 with the result; nothing where nothing is decided."""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     if c.tolerance is None or c.decision is None or not math.isfinite(c.u):
         return ""
@@ -327,7 +327,7 @@ def decision_chart(c: CharacteristicResult) -> str:
 
 
 def _about_its_middle(c: CharacteristicResult) -> bool:
-    """Whether the interval is value +- U to within a hundredth of U, so that these two may be said in its place."""
+    """Return whether the interval is value +- U to within a hundredth of U, so that both may replace it."""
     return abs(sum(c.interval) / 2 - c.value) <= 0.01 * c.expanded
 
 
@@ -358,7 +358,7 @@ def _quantity_text(c: CharacteristicResult, part: str) -> str:
 
 
 def budget_table(c: CharacteristicResult) -> str:
-    """EA-4/02 columns: quantity, estimate, u, law, degrees of freedom, redraw, sensitivity, contribution, share."""
+    """Return EA-4/02 columns: quantity, estimate, u, law, degrees of freedom, redraw, sensitivity, contribution, share."""
     word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     rows = [row for row in budget_rows(c) if more_than_rounding(row)]
     table = ResultTable("", BUDGET, rows)
@@ -369,7 +369,7 @@ def budget_table(c: CharacteristicResult) -> str:
         rest = sum(b.share for b in c.budget) - sum(row.line.share for row in rows)
         more.append([f"{left} further, each below 0.05 %", *blank, f"{rest:.1%}"])
     for cause, (share, names) in common_causes(c.budget).items():
-        more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
+        more.append([f"by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
     if rest := budget_interaction(c):
         more.append(["100 % less the shares above: interaction", *blank, f"{rest:.1%}"])
     total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.stated[1], 3)}, U = {r.number(c.stated[0] * scale, 3)} {word} (p = {c.p:.0%})"

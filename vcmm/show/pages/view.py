@@ -36,12 +36,12 @@ STEEL, BORE, GRANITE, PORTAL, RAM = "#9fb4cc", "#c9a46b", "#8d9299", "#c7cdd4", 
 
 
 def volume_items(machine: Machine, stylus: Stylus, at: Array) -> list[Item]:
-    """The machine around its reach with the tip at `at` (3,), workpiece axes."""
+    """Return the machine around its reach with the tip at `at` (3,), workpiece axes."""
     return machine_items(*reach(machine, stylus.offset), at, stylus)
 
 
 def machine_items(low: Array, high: Array, at: Array, stylus: Stylus) -> list[Item]:
-    """A portal over a table: a picture of scale, not of the real build. low, high: reach of the tip."""
+    """Return a portal over a table: a picture of scale, not of the real build. low, high: reach of the tip."""
     size = high - low
     beam = 0.08 * float(size.max())
     top = high[2] + 0.35 * size[2]
@@ -73,7 +73,7 @@ def machine_items(low: Array, high: Array, at: Array, stylus: Stylus) -> list[It
 
 
 def reach(machine: Machine, offset: Array) -> tuple[Array, Array]:
-    """Corners of the box that the tip can reach with one stylus offset (3,), mm."""
+    """Return the corners of the box that the tip can reach with one stylus offset (3,), mm."""
     low, high = np.array(offset, dtype=float), np.array(offset, dtype=float)
     for i, letter in enumerate("XYZ"):
         if letter in machine.axes:
@@ -85,7 +85,7 @@ def reach(machine: Machine, offset: Array) -> tuple[Array, Array]:
 
 
 def feature_mesh(feature: Feature) -> SceneMesh | None:
-    """The nominal surface of a feature, drawing frame; None for points, lines and meshes, and nominal points that go round."""
+    """Return the nominal surface of a feature, drawing frame; None for points, lines and meshes, and nominal points that go round."""
     if feature.nominal is not None:
         return _through(feature.nominal)
     point, axis = feature.point, feature.axis
@@ -120,7 +120,7 @@ def feature_mesh(feature: Feature) -> SceneMesh | None:
 
 
 def _through(nominal: NominalPoints) -> SceneMesh | None:
-    """Triangles between nominal points as they lie beside one another seen along their mean normal; None where some turn away."""
+    """Return the triangles between nominal points as they lie beside one another seen along their mean normal; None where some turn away."""
     from scipy.spatial import Delaunay, QhullError
 
     middle = nominal.normals.mean(axis=0)
@@ -140,7 +140,7 @@ MOST_FACES = 20_000  # a larger mesh makes the picture slow; its features are dr
 
 
 def part_items(features: Sequence[Feature], pose: Pose, mesh: Mesh | None = None) -> list[Item]:
-    """The part's features, and its mesh if it has one, where the pose puts them."""
+    """Return the part's features, and its mesh if it has one, at the pose."""
     items: list[Item] = []
     if mesh is not None and len(mesh.faces) <= MOST_FACES:
         items.append(SceneMesh(pose.apply(mesh.vertices), mesh.faces, STEEL, 0.6, edges=False))
@@ -156,9 +156,9 @@ def part_items(features: Sequence[Feature], pose: Pose, mesh: Mesh | None = None
 def touch_items(
     t: Touches, covariances: Array | None = None, hover: Sequence[str] | None = None
 ) -> list[Item]:
-    """Touches in the machine, with ellipsoids of their standard uncertainty where covariances (n, 3, 3) are given.
+    """Return the touches in the machine, with ellipsoids of their standard uncertainty where covariances (n, 3, 3) are given.
 
-    hover: what each touch tells when pointed at (default: its feature, number and place).
+    hover: the text of each touch under the pointer (default: its feature, number and place).
     """
     points = t.pose.apply(t.points)
     names = hover or touch_names(t)
@@ -173,7 +173,7 @@ def touch_items(
 
 
 def task_in_machine(task: Task) -> list[Item]:
-    """The part with its touches in the machine, the tip at the last of them."""
+    """Return the part with its touches in the machine, the tip at the last of them."""
     t = task.touches
     last = t.pose.apply(t.points[-1:] + t.tip_radius[-1] * t.normals[-1:])[0]
     stylus = task.plan.styli[task.plan.steps[-1].stylus]
@@ -184,7 +184,7 @@ def task_in_machine(task: Task) -> list[Item]:
 
 
 def touches_of(task: Task, influences: Sequence[Influence]) -> list[Item]:
-    """The part alone, every touch with the ellipsoid of its standard uncertainty and what owns it."""
+    """Return the part alone, every touch with the ellipsoid of its standard uncertainty and its main contributors."""
     t = task.touches
     items = part_items(list(task.part.features.values()), t.pose, task.part.mesh)
     sources = touch_sources(task, influences)
@@ -192,7 +192,7 @@ def touches_of(task: Task, influences: Sequence[Influence]) -> list[Item]:
 
 
 def touch_names(t: Touches) -> list[str]:
-    """Feature, number and place of every touch."""
+    """Return feature, number and place of every touch."""
     names = [""] * len(t.points)
     for feature, rows in t.rows.items():
         for number, i in enumerate(rows, 1):
@@ -202,7 +202,7 @@ def touch_names(t: Touches) -> list[str]:
 
 
 def touch_sources(task: Task, influences: Sequence[Influence]) -> list[str]:
-    """What every touch tells: its name, its standard uncertainty along the normal, and the Inputs that own most of it."""
+    """Return the text of every touch: its name, its standard uncertainty along the normal, and the Inputs with the largest shares."""
     t = task.touches
     normals = t.pose.turn(t.normals)
     parts: dict[str, Array] = {}
@@ -223,14 +223,14 @@ def touch_sources(task: Task, influences: Sequence[Influence]) -> list[str]:
 
 
 def _spread(influence: Influence) -> Array | None:
-    """(n, 3, k) mm: one standard uncertainty of each independent element; None where it has none."""
+    """Return one standard uncertainty of each independent element (n, 3, k) mm; None where it has none."""
     law, factor = influence.input.spread(influence.response.shape[2])
     u = np.asarray(law.u)
     return np.asarray((influence.response @ factor) * u) if np.isfinite(u).all() else None
 
 
 def magnification(points: Array, covariances: Array) -> float:
-    """A round factor that makes the largest ellipsoid about a fifteenth of the part."""
+    """Return a round factor that makes the largest ellipsoid about a fifteenth of the part."""
     largest = float(np.sqrt(np.linalg.eigvalsh(covariances).max(initial=0.0)))
     size = float(np.ptp(points, axis=0).max(initial=1.0))
     if largest <= 0:
@@ -239,14 +239,14 @@ def magnification(points: Array, covariances: Array) -> float:
 
 
 def rounded_down(factor: float) -> float:
-    """The largest of 1, 2, 5, 10 ... that is not above a factor."""
+    """Return the largest of 1, 2, 5, 10 ... that is not above a factor."""
     power = 10.0 ** np.floor(np.log10(factor))
     # 1 where the logarithm rounds up: 10^3 of 999.9999999999999
     return float(power * max((m for m in (1, 2, 5) if m * power <= factor), default=1))
 
 
 def touch_covariances(task: Task, influences: Sequence[Influence]) -> Array:
-    """(n, 3, 3) mm^2: covariance of the indication of each touch from all Inputs (those with a finite variance)."""
+    """Return the covariance of the indication of each touch from all Inputs (those with a finite variance), as (n, 3, 3) mm^2."""
     total = np.zeros((task.touches.run.n, 3, 3))
     for influence in influences:
         spread = _spread(influence)

@@ -20,7 +20,7 @@ UNIT = "tip error / µm"
 
 
 def volume_slices(machine: Machine) -> list[SceneMesh | SceneBox]:
-    """The size of the tip error on three planes through the middle of the travels, and the box of these."""
+    """Return the size of the tip error on three planes through the middle of the travels, and their box."""
     places, errors = _grid(machine)
     middle = NODES // 2
     sheets = [(np.take(places, middle, axis=i), np.take(errors, middle, axis=i)) for i in range(3)]
@@ -30,7 +30,7 @@ def volume_slices(machine: Machine) -> list[SceneMesh | SceneBox]:
 
 
 def volume_hull(machine: Machine) -> list[SceneMesh | Lines | SceneBox]:
-    """The six sides of the travels, bent by the tip errors, magnified as the name of the item says."""
+    """Return the six sides of the travels, bent by the tip errors, magnified as the name of the item says."""
     places, errors = _grid(machine)
     factor = magnification_of(places.reshape(-1, 3), errors.reshape(-1, 3))
     bent = places + factor * errors
@@ -43,7 +43,7 @@ def volume_hull(machine: Machine) -> list[SceneMesh | Lines | SceneBox]:
 
 
 def _grid(machine: Machine) -> tuple[Array, Array]:
-    """Positions and tip errors (NODES, NODES, NODES, 3), mm. UsageError: no three linear axes, errors
+    """Return positions and tip errors (NODES, NODES, NODES, 3), mm. UsageError: no three linear axes, errors
     known in a part of the travels only, or none at all."""
     axes = linear_axes(machine)
     error_map = field(machine, nodes=NODES)
@@ -63,7 +63,8 @@ def _grid(machine: Machine) -> tuple[Array, Array]:
 
 
 def _join_sheets(sheets: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
-    """Vertices (v, 3), triangles (f, 3), values (f,) of sheets of places (n, m, 3), values (n, m); both triangles of a square have its mean."""
+    """Join sheets: return vertices (v, 3), triangles (f, 3), values (f,) of sheets of places (n, m, 3), values (n, m); both triangles of
+    a square have its mean."""
     vertices, faces, values, first = [], [], [], 0
     for places, value in sheets:
         n, m = value.shape

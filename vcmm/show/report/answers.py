@@ -27,9 +27,9 @@ LEAST_SHOWN = 0.005  # of u²: what is less owns nothing worth a word
 
 @dataclass(frozen=True)
 class AnswerLine:
-    """One answer. result: value with U and unit; coverage: k or p; because: largest contributor; change: what makes U smaller.
+    """One answer. result: value with U and unit; coverage: k or p; because: largest contributor; change: what reduces U.
 
-    link: heading of the page that says more; numbers: what is shown, as data (JSON); labels: words before limits, because and change.
+    link: heading of the page with details; numbers: the values shown, as data (JSON); labels: words before limits, because and change.
     """
 
     name: str
@@ -46,19 +46,19 @@ class AnswerLine:
 
 
 def places_of(expanded: float) -> int:
-    """Decimals of two significant digits of U (JCGM 100, 7.2.6): 0.756 -> 2, 12.3 -> 0."""
+    """Return the decimals of two significant digits of U (JCGM 100, 7.2.6): 0.756 -> 2, 12.3 -> 0."""
     return max(0, 1 - int(f"{expanded:.1e}".split("e")[1]))
 
 
 def signed_value(value: float, expanded: float, unit: str, sign: str = "") -> str:
-    """-0.37 ± 0.12 µm: two significant digits of U."""
+    """Return -0.37 ± 0.12 µm: two significant digits of U."""
     places = places_of(expanded) if expanded > 0 and math.isfinite(expanded) else 2
     half = f" ± {expanded:.{places}f}" if expanded > 0 and math.isfinite(expanded) else ""
     return f"{value + 0.0:{sign}.{places}f}{half} {unit}".replace("-", MINUS)
 
 
 def value_and_U(value: float, expanded: float, unit: str, small: bool = False) -> tuple[str, str]:
-    """Value in mm (degrees) and U in µm (µrad): U with two significant digits, the value to the same place.
+    """Return value in mm (degrees) and U in µm (µrad): U with two significant digits, the value to the same place.
 
     29.99998 mm, 0.756 µm -> "29.99998 mm", "0.76 µm"; small: the value too in µm (of a form, which is 0 on the drawing).
     """
@@ -86,7 +86,7 @@ def value_and_U(value: float, expanded: float, unit: str, small: bool = False) -
 
 
 def answer_of(c: Any) -> AnswerLine:
-    """The line of a CharacteristicResult."""
+    """Return the line of a CharacteristicResult."""
     result, coverage = _result_and_coverage(c)
     decided = c.decision
     p = None if decided is None else decided.p_conform
@@ -109,7 +109,7 @@ def answer_of(c: Any) -> AnswerLine:
 
 
 def _what_helps(c: Any, owner: Any) -> str:
-    """What makes U smaller; where it has no bound, why; where all of the interval lies outside the limits, that no smaller U helps."""
+    """Return what reduces U; where U is not bounded, why; where all of the interval lies outside the limits, that no smaller U helps."""
     outside = how_far_outside(c)
     if outside > 0:
         word, scale = SMALL[c.unit]
@@ -120,7 +120,7 @@ def _what_helps(c: Any, owner: Any) -> str:
 
 
 def how_far_outside(c: Any) -> float:
-    """How far the value lies outside its limits where the whole interval does, mm or rad; else 0."""
+    """Return how far the value lies outside its limits where the whole interval does, mm or rad; else 0."""
     low, high = c.tolerance or (-math.inf, math.inf)
     if low <= c.interval[1] and c.interval[0] <= high:
         return 0.0
@@ -128,19 +128,19 @@ def how_far_outside(c: Any) -> float:
 
 
 def whole(share: float) -> str:
-    """95 %, with a space that no line breaks at (ISO 80000-1)."""
+    """Return 95 %, with a space that no line breaks at (ISO 80000-1)."""
     return f"{100 * share:.0f}\u00a0%"
 
 
 def percent(p: float) -> str:
-    """A probability: "99.9 %", never rounded up to certainty: "> 99.9 %"."""
+    """Return a probability: "99.9 %", never rounded up to certainty: "> 99.9 %"."""
     if p > 0.9995:
         return ">\u00a099.9\u00a0%"
     return "<\u00a00.1\u00a0%" if p < 0.0005 else f"{100 * p:.1f}\u00a0%"
 
 
 def _result_and_coverage(c: Any) -> tuple[str, str]:
-    """Value ± U with k, or where the interval does not lie about the value both of them, with p."""
+    """Return value ± U with k, or both of them with p where the interval does not lie about the value."""
     expanded, k = c.stated
     value, interval_text = value_and_U(c.value, expanded, c.unit, small=c.nominal == 0)
     if not math.isfinite(expanded):
@@ -162,13 +162,13 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
 
 
 def is_about_value(c: Any) -> bool:
-    """Whether value ± U is the interval, but for the scatter of drawn ends."""
+    """Return whether value ± U is the interval, except for the scatter of simulated ends."""
     middle = sum(c.interval) / 2
     return abs(middle - c.value) <= ABOUT_ITS_MIDDLE * c.stated[0] and c.half_width is None
 
 
 def limits_text(c: Any) -> str:
-    """Limits as the drawing has them: "29.990 … 30.011 mm", "at most 10 µm"; empty without."""
+    """Return the limits as on the drawing: "29.990 … 30.011 mm", "at most 10 µm"; empty without."""
     if c.tolerance is None:
         return ""
     low, high = c.tolerance
@@ -186,7 +186,7 @@ def limits_text(c: Any) -> str:
 
 
 def answers_block(lines: Sequence[AnswerLine], name: str = "Answer") -> str:
-    """The lines at the top of a page, as a list."""
+    """Return the lines at the top of a page, as a list."""
     if not lines:
         return ""
     return f'<ol class="answers" aria-label="{escape(name)}">{"".join(map(_item, lines))}</ol>'
@@ -216,13 +216,13 @@ def _finite(value: Any) -> Any:
 
 
 def in_one_line(line: AnswerLine) -> str:
-    """For a repr: value ± U (k), decision (probability)."""
+    """Return the line for a repr: value ± U (k), decision (probability)."""
     coverage = f" ({line.coverage})" if line.coverage else ""
     return f"{line.result}{coverage}" + (f", {line.verdict}" if line.verdict else "")
 
 
 def answer_text(lines: Iterable[AnswerLine]) -> str:
-    """For the terminal: what stands at the top of a page, two text lines each."""
+    """Return the lines at the top of a page for the terminal, two text lines each."""
     out = []
     for line in lines:
         limits = f"; {_labelled_limits(line)}" if line.limits else ""
@@ -236,7 +236,7 @@ def answer_text(lines: Iterable[AnswerLine]) -> str:
 
 
 def _labelled_limits(line: AnswerLine) -> str:
-    """limits 29.990 … 30.011 mm; "at most 10 µm" as it is."""
+    """Return limits 29.990 … 30.011 mm; "at most 10 µm" unchanged."""
     return line.limits if line.limits.startswith("at ") else f"{line.labels[0]} {line.limits}".strip()
 
 

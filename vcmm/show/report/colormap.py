@@ -40,14 +40,14 @@ class Bands:
     colours: tuple[str, ...]
 
     def index(self, values: npt.ArrayLike) -> npt.NDArray[np.int64]:
-        """Band of each value, -1 where it is not finite; the last boundary belongs to the last band."""
+        """Return the band of each value, -1 where it is not finite; the last boundary belongs to the last band."""
         data = np.asarray(values, dtype=np.float64)
         band = np.searchsorted(self.levels, data, side="right") - 1
         return np.where(np.isfinite(data), np.clip(band, 0, len(self.colours) - 1), -1).astype(np.int64)
 
 
 def bands(values: npt.ArrayLike, *, symmetric: bool = False, count: int = 8) -> Bands:
-    """About `count` bands with round boundaries that hold all finite values; symmetric about zero if asked.
+    """Return about `count` bands with round boundaries that hold all finite values; symmetric about zero if asked.
 
     Values that are not finite are ignored; without any finite value there is one band from 0 to 1.
     """
@@ -69,7 +69,7 @@ def bands(values: npt.ArrayLike, *, symmetric: bool = False, count: int = 8) -> 
 
 
 def ramp(count: int, diverging: bool = False) -> tuple[str, ...]:
-    """`count` colours spread evenly over the whole scale."""
+    """Return `count` colours spread evenly over the whole scale."""
     anchors = DIVERGING if diverging else SEQUENTIAL
     rgb = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in anchors], dtype=np.float64)
     at = np.linspace(0, len(anchors) - 1, count) if count > 1 else np.array([(len(anchors) - 1) / 2])
@@ -78,7 +78,7 @@ def ramp(count: int, diverging: bool = False) -> tuple[str, ...]:
 
 
 def legend(scale: Bands, unit: str, tall: float, missing: bool = False) -> str:
-    """Bar of the bands `tall` pixels high with its labelled boundaries as HTML, the unit above, below what has no value."""
+    """Return the bar of the bands `tall` pixels high with its labelled boundaries as HTML, the unit above, below what has no value."""
     every = max(1, int(np.ceil(16 * len(scale.colours) / tall)))
     n = len(scale.colours)
     rows = [
@@ -97,7 +97,7 @@ def _label(value: float) -> str:
 
 
 def nice_step(span: float, count: int) -> float:
-    """The step of the series 1, 2, 5, 10 ... that comes closest to `count` intervals in `span` (> 0)."""
+    """Return the step of the series 1, 2, 5, 10 ... that comes closest to `count` intervals in `span` (> 0)."""
     raw = span / max(count, 1)
     power = 10.0 ** math.floor(math.log10(raw))
     factor = raw / power  # borders are the geometric means of neighbours

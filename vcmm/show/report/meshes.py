@@ -16,7 +16,7 @@ Solid = tuple[Array, Faces]
 
 
 def frame(axis: npt.ArrayLike) -> Array:
-    """Right-handed rows (u, v, w) with w along `axis`. UsageError: the axis has no direction."""
+    """Return right-handed rows (u, v, w) with w along `axis`. UsageError: the axis has no direction."""
     w = np.asarray(axis, dtype=np.float64)
     length = float(np.linalg.norm(w))
     if not (np.isfinite(length) and length > 0):
@@ -29,13 +29,13 @@ def frame(axis: npt.ArrayLike) -> Array:
 
 
 def _ring(n: int) -> Array:
-    """(n, 2) cosines and sines."""
+    """Return cosines and sines (n, 2)."""
     angle = 2 * np.pi * np.arange(n) / n
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 def _sweep(profile: Array, n: int, wrap: bool = False) -> Solid:
-    """Surface of revolution about z of a profile (m, 2) of (radius, z), outward if the profile climbs."""
+    """Return the surface of revolution about z of a profile (m, 2) of (radius, z), outward if the profile climbs."""
     m, ring = len(profile), _ring(n)
     xy = profile[:, None, :1] * ring[None]
     z = np.broadcast_to(profile[:, None, 1:], (m, n, 1))
@@ -48,7 +48,7 @@ def _sweep(profile: Array, n: int, wrap: bool = False) -> Solid:
 
 
 def _without_slivers(vertices: Array, faces: Faces) -> Faces:
-    """Faces of some area (a pole or a tip collapses one side of a square)."""
+    """Return faces with an area (a pole or a tip collapses one side of a square)."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return faces[area > 1e-12 * max(float(area.max()), 1e-300)]
@@ -62,7 +62,7 @@ def _place_solid(solid: Solid, point: npt.ArrayLike, axis: npt.ArrayLike) -> Sol
 def cylinder_mesh(
     point: npt.ArrayLike, axis: npt.ArrayLike, radius: float, length: float, n: int = 48, inside: bool = False
 ) -> Solid:
-    """Cylinder centred on `point`. Solid with end discs; `inside=True`: the open wall of a bore, facing the axis."""
+    """Return a cylinder centred on `point`. Solid with end discs; `inside=True`: the open wall of a bore, facing the axis."""
     h = length / 2
     if inside:
         vertices, faces = _sweep(np.array([[radius, -h], [radius, h]]), n)
@@ -73,7 +73,7 @@ def cylinder_mesh(
 def tube_mesh(
     point: npt.ArrayLike, axis: npt.ArrayLike, outer: float, inner: float, length: float, n: int = 48
 ) -> Solid:
-    """Closed ring: outer wall, bore and two annular ends. UsageError: not 0 < inner < outer."""
+    """Return a closed ring: outer wall, bore and two annular ends. UsageError: not 0 < inner < outer."""
     if not 0 < inner < outer:
         raise UsageError(f"A tube needs 0 < inner < outer, got inner {inner:g} and outer {outer:g}.")
     h = length / 2
@@ -82,20 +82,20 @@ def tube_mesh(
 
 
 def disc_mesh(point: npt.ArrayLike, normal: npt.ArrayLike, radius: float, n: int = 48) -> Solid:
-    """Flat disc, facing along `normal`."""
+    """Return a flat disc, facing along `normal`."""
     return _place_solid(_sweep(np.array([[radius, 0.0], [0.0, 0.0]]), n), point, normal)
 
 
 def cone_mesh(
     point: npt.ArrayLike, axis: npt.ArrayLike, radius: float, length: float, top: float = 0.0, n: int = 48
 ) -> Solid:
-    """Cone or frustum: base disc of `radius` at `point`, `length` along the axis to radius `top`."""
+    """Return a cone or frustum: base disc of `radius` at `point`, `length` along the axis to radius `top`."""
     profile = np.array([[0, 0], [radius, 0], [top, length], [0, length]], dtype=np.float64)
     return _place_solid(_sweep(profile[: 4 if top > 0 else 3], n), point, axis)
 
 
 def sphere_mesh(point: npt.ArrayLike, radius: float, n: int = 32) -> Solid:
-    """Sphere of n meridians and n / 2 bands."""
+    """Return a sphere of n meridians and n / 2 bands."""
     angle = np.linspace(-np.pi / 2, np.pi / 2, n // 2 + 1)
     profile = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     profile[[0, -1], 0] = 0.0
@@ -103,14 +103,14 @@ def sphere_mesh(point: npt.ArrayLike, radius: float, n: int = 32) -> Solid:
 
 
 def torus_mesh(point: npt.ArrayLike, axis: npt.ArrayLike, radius: float, tube: float, n: int = 48) -> Solid:
-    """Torus: circle of `radius` about the axis, tube radius `tube`."""
+    """Return a torus: circle of `radius` about the axis, tube radius `tube`."""
     angle = 2 * np.pi * np.arange(n // 2) / (n // 2)
     profile = np.stack([radius + tube * np.cos(angle), tube * np.sin(angle)], axis=1)
     return _place_solid(_sweep(profile, n, wrap=True), point, axis)
 
 
 def plane_mesh(point: npt.ArrayLike, normal: npt.ArrayLike, u: float, v: float) -> Solid:
-    """Rectangle u x v centred on `point`; for a normal along an axis its sides follow the other two axes."""
+    """Return a rectangle u x v centred on `point`; for a normal along an axis its sides follow the other two axes."""
     corners = np.array([[-u, -v, 0], [u, -v, 0], [u, v, 0], [-u, v, 0]]) / 2
     w = np.asarray(normal, dtype=np.float64)
     rows = frame(w)
@@ -122,7 +122,7 @@ def plane_mesh(point: npt.ArrayLike, normal: npt.ArrayLike, u: float, v: float) 
 
 
 def box_mesh(lo: npt.ArrayLike, hi: npt.ArrayLike) -> Solid:
-    """Axis-aligned box between two corners. UsageError: a side is not positive."""
+    """Return an axis-aligned box between two corners. UsageError: a side is not positive."""
     low, high = np.asarray(lo, dtype=np.float64), np.asarray(hi, dtype=np.float64)
     if not (high > low).all():
         raise UsageError(f"A box needs lo < hi on every axis, got {low.tolist()} and {high.tolist()}.")

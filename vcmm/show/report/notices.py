@@ -1,4 +1,4 @@
-"""What has to be said beside a result: how severe it is, what it is about, and what to do.
+"""Notices beside a result: their severity, subject, and what to do.
 
 Sentences of the package have one grammar: `where: what is so; what to do`. A note says how something was computed or taken;
 a warning, that the result may be worse than it looks; an error, that a part of it is missing.
@@ -35,7 +35,7 @@ _WHERE = re.compile(r'^("[^"]+"|[^:;.]{1,60}(?::\d+(?::\d+)?)?): ')
 
 @dataclass(frozen=True)
 class Notice:
-    """One sentence with what a program asks of it."""
+    """One sentence with its severity, place and cure."""
 
     severity: Severity
     where: str
@@ -47,7 +47,7 @@ class Notice:
 
 
 def notice(text: str) -> Notice:
-    """A sentence taken apart; where and cure are empty where it names none."""
+    """Parse a sentence; where and cure are empty where it names none."""
     place, cure = _WHERE.match(text), _CURE.search(text)
     return Notice(
         _severity(text),

@@ -41,7 +41,7 @@ LEAST = 3  # sections from which on a page has a list of contents
 
 
 def with_anchors(body: str) -> tuple[str, dict[str, str]]:
-    """The page with an id at every section, and heading -> id in their order."""
+    """Return the page with an id at every section, and heading -> id in their order."""
     anchors: dict[str, str] = {}
     taken: set[str] = set()
 
@@ -61,7 +61,7 @@ def _number_headings(plain: str) -> list[str]:
 
 
 def link_headings(block: str, anchors: Mapping[str, str]) -> str:
-    """Links to headings by their words; where the page has no such section the words stand alone."""
+    """Return the links to headings by their words; where the page has no such section the words stand alone."""
 
     def one(match: re.Match[str]) -> str:
         name = anchors.get(html.unescape(match[1]))
@@ -71,7 +71,7 @@ def link_headings(block: str, anchors: Mapping[str, str]) -> str:
 
 
 def contents(anchors: Mapping[str, str]) -> str:
-    """Links to all sections; empty where there are few."""
+    """Return the contents, links to all sections; empty where there are few."""
     if len(anchors) < LEAST:
         return ""
     items = "".join(f'<li><a href="#{name}">{escape(title)}</a></li>' for title, name in anchors.items())
@@ -79,7 +79,7 @@ def contents(anchors: Mapping[str, str]) -> str:
 
 
 def facts_list(facts: Sequence[tuple[str, str]]) -> str:
-    """What an assessor asks first, name and value side by side."""
+    """Return the facts that an assessor checks first, name and value side by side."""
     if not facts:
         return ""
     items = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts)
@@ -93,7 +93,7 @@ FILE = "plotly-gl3d.min.js.xz"
 
 @cache
 def packed_plotly() -> str:
-    """The script, packed by gzip, which browsers unpack, and in base64: 0.74 MB."""
+    """Return the script, packed by gzip, which browsers unpack, and in base64: 0.74 MB."""
     script = lzma.decompress(resources.files("vcmm.show.report").joinpath(FILE).read_bytes())
     return base64.b64encode(gzip.compress(script, 9, mtime=0)).decode("ascii")
 
@@ -106,13 +106,13 @@ def asset(name: str) -> str:
 
 
 def scene_script() -> str:
-    """The script that draws 3-D scenes, without indentation and comments."""
+    """Return the script that draws 3-D scenes, without indentation and comments."""
     lines = (line.strip() for line in asset("scene.js").splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 
 def scripts() -> str:
-    """What a page with scenes needs once: plotly, packed, and the script that unpacks and uses it."""
+    """Return the scripts that a page with scenes needs once: plotly, packed, and the script that unpacks and uses it."""
     library = f'<script type="application/octet-stream" id="plotly-gz">{packed_plotly()}</script>\n'
     return f"{library}<script>\n{scene_script()}</script>\n"
 
@@ -126,7 +126,7 @@ def page(
     answers: Sequence[AnswerLine] = (),
     facts: Sequence[tuple[str, str]] = (),
 ) -> str:
-    """The whole document: title, the answers, the facts (part, machine, date ...), a list of contents, then the blocks.
+    """Return the whole document: title, the answers, the facts (part, machine, date ...), a list of contents, then the blocks.
 
     `blocks` are HTML strings made by this package; texts are escaped here.
     """
@@ -173,24 +173,24 @@ def _remove(path: Path) -> None:
 
 
 def heading(text: str, level: int = 2) -> str:
-    """A heading, level 2 (section) to 4; level 1 is the page's own title."""
+    """Return a heading, level 2 (section) to 4; level 1 is the page's own title."""
     level = min(max(level, 2), 4)
     return f"<h{level}>{escape(text)}</h{level}>"
 
 
 def paragraph(text: str) -> str:
-    """Running text."""
+    """Return running text."""
     return f"<p>{escape(micro(text))}</p>"
 
 
 def note(text: str, kind: Literal["info", "warning", "error"] = "info") -> str:
-    """A remark set apart; a warning or an error is announced as such in words, not by colour alone."""
+    """Return a remark set apart; a warning or an error is announced as such in words, not by colour alone."""
     word = {"warning": "<strong>Warning.</strong> ", "error": "<strong>Error.</strong> "}.get(kind, "")
     return f'<p class="note {kind}" role="note">{word}{escape(micro(text))}</p>'
 
 
 def notices(texts: Iterable[str]) -> list[str]:
-    """What has to be said beside a result: errors and warnings each by itself, all that is a note in one list."""
+    """Return the notices beside a result: errors and warnings each by itself, all notes in one list."""
     by_severity: dict[Severity, list[str]] = {"error": [], "warning": [], "note": []}
     for text in dict.fromkeys(texts):
         by_severity[notice(text).severity].append(text)
@@ -204,16 +204,16 @@ def notices(texts: Iterable[str]) -> list[str]:
 
 
 def columns(*blocks: str) -> str:
-    """Blocks side by side where the screen is wide enough, below each other where not."""
+    """Return blocks side by side where the screen is wide enough, below each other where not."""
     cells = "".join(f"<div>{block}</div>" for block in blocks)
     return f'<div class="columns">{cells}</div>'
 
 
 def details(summary: str, *blocks: str) -> str:
-    """Blocks that the reader opens by a click; printed open."""
+    """Return blocks that the reader opens by a click; printed open."""
     return f"<details><summary>{escape(summary)}</summary>\n{''.join(blocks)}\n</details>"
 
 
 def leaf(*blocks: str) -> str:
-    """Blocks that are printed on a sheet of paper of their own; on the screen they follow each other."""
+    """Return blocks that are printed on a separate sheet of paper; on the screen they follow each other."""
     return f'<section class="leaf">\n{"".join(blocks)}\n</section>'

@@ -59,7 +59,7 @@ SERIES = ("c1", "c2", "c3", "c4", "c5", "c6")
 
 
 def hex_of(colour: str) -> str:
-    """#rrggbb of a role name or of a literal #rrggbb; UsageError for anything else."""
+    """Return #rrggbb of a role name or of a literal #rrggbb; raises UsageError for anything else."""
     if colour in LIGHT:
         return LIGHT[colour]
     digits = colour[1:]
@@ -69,13 +69,13 @@ def hex_of(colour: str) -> str:
 
 
 def rgb_of(colour: str) -> tuple[int, int, int]:
-    """(red, green, blue), 0 to 255, of a role name or of #rrggbb."""
+    """Return (red, green, blue), 0 to 255, of a role name or of #rrggbb."""
     text = hex_of(colour)
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
 
 def css_variables() -> str:
-    """`:root` rules: light by default and in print, dark where the reader's system asks for it."""
+    """Return `:root` rules: light by default and in print, dark where the reader's system asks for it."""
     light = "".join(f"--{role}:{colour};" for role, colour in LIGHT.items())
     dark = "".join(f"--{role}:{colour};" for role, colour in DARK.items())
     return f":root{{{light}}}\n@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"

@@ -1,4 +1,4 @@
-"""The path of a program as a picture that can be followed: by tool, feed or error, with the line under the pointer and a slider along it."""
+"""An interactive picture of the path of a program: by tool, feed or error, with the line under the pointer and a slider along it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ LISTING = (
 
 
 def path_picture(*paths: PathPicture, caption: str = "") -> str:
-    """One block of HTML with its data and its script. Several paths, such as before and after compensation, share view, slider and colours."""
+    """Return one block of HTML with its data and its script. Several paths, such as before and after compensation, share view, slider and colours."""
     feeds = [f for p in paths for f in p.feed if f is not None]
     errors = [e for p in paths for e in p.error if e is not None]
     scales = {"error": ("µm", errors), "feed": ("mm/min", feeds)}
@@ -69,7 +69,7 @@ def path_picture(*paths: PathPicture, caption: str = "") -> str:
 
 
 def _choice(name: str, options: Sequence[str]) -> str:
-    """A field to choose from; nothing where there is no choice."""
+    """Return a field to choose from; nothing where there is no choice."""
     if len(options) < 2:
         return ""
     inside = "".join(

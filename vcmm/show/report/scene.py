@@ -1,6 +1,6 @@
 """A 3-D picture of machine, part, points and uncertainty that a reader can turn, point at, clip and print.
 
-The picture is a figure of plotly in the page, drawn when it is scrolled into view; a poster (PNG) stands for it in print,
+The picture is a figure of plotly in the page, drawn when it is scrolled into view; a poster (PNG) replaces it in print,
 without script and without WebGL. The library itself, unpacked by `scene.js`, is put into a page once by `page`.
 
 The still picture of a scene, drawn by matplotlib: for print, for readers without script, and until the live one is there.
@@ -47,7 +47,7 @@ LIGHT = np.array([0.35, -0.55, 0.76])  # from where the still picture is lit, un
 def poster(
     items: Sequence[Item], scale: Bands | None, size: tuple[int, int], view: tuple[float, float]
 ) -> str:
-    """PNG in base64 of a scene seen from `view`, at `size` pixels of the page."""
+    """Return PNG in base64 of a scene seen from `view`, at `size` pixels of the page."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -74,7 +74,7 @@ def poster(
 
 
 def _with_fewer_colours(picture: io.BytesIO) -> bytes:
-    """The PNG with a palette of COLOURS: a third of its size."""
+    """Return the PNG with a palette of COLOURS: a third of its size."""
     from PIL import Image
 
     out = io.BytesIO()
@@ -84,7 +84,7 @@ def _with_fewer_colours(picture: io.BytesIO) -> bytes:
 
 
 def _faces(items: Sequence[Item], scale: Bands | None) -> tuple[Array, Array]:
-    """Triangles (n, 3, 3) of all solids with their shaded colours (n, 4), so that the nearest hides what is behind."""
+    """Return the triangles (n, 3, 3) of all solids with their shaded colours (n, 4), so that the nearest hides what is behind."""
     triangles, colours = [np.zeros((0, 3, 3))], [np.zeros((0, 4))]
     for item in items:
         if isinstance(item, SceneBox) and item.opacity > 0:
@@ -112,7 +112,7 @@ def _own_colours(item: SceneMesh, count: int, scale: Bands | None) -> Array:
 
 
 def _draw_item(axes: Any, item: Item) -> None:
-    """Lines, dots, arrows, outlines of ellipsoids and words, in front of the solids."""
+    """Draw lines, dots, arrows, outlines of ellipsoids and words, in front of the solids."""
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
     if isinstance(item, SceneBox) and item.wire:
@@ -141,7 +141,7 @@ def _draw_item(axes: Any, item: Item) -> None:
 
 
 def _outlines(item: Ellipsoids) -> Array:
-    """Three principal ellipses of every ellipsoid as polylines (3 n, 25, 3)."""
+    """Return three principal ellipses of every ellipsoid as polylines (3 n, 25, 3)."""
     centres, covariances = ellipsoid_arrays(item)
     value, vector = np.linalg.eigh(covariances)
     root = item.scale * vector * np.sqrt(value.clip(0))[:, None, :]
@@ -178,7 +178,7 @@ def scene(
     axes: bool = True,
     caption: str = "",
 ) -> str:
-    """The picture of `items` seen from `view` = (azimuth from +x towards +y, elevation), degrees.
+    """Return the picture of `items` seen from `view` = (azimuth from +x towards +y, elevation), degrees.
 
     Orthographic, fitted to the items. `axes`: axes with mm. The caption tells the magnification of arrows and
     ellipsoids. DataError: bad shapes or numbers that are not finite. ModelLimit: more than 30 000 mesh faces.
@@ -201,7 +201,7 @@ def scene(
 def figure_of(
     items: Sequence[Item], view: tuple[float, float] = (-60.0, 22.0), axes: bool = True
 ) -> tuple[dict[str, Any], Bands | None]:
-    """The figure (data, layout) for plotly, and the colours of its meshes. Errors as of `scene`."""
+    """Return the figure (data, layout) for plotly, and the colours of its meshes. Errors as of `scene`."""
     _check_size(items)
     scale = _bands(items)
     low, high = reach(items)
@@ -210,7 +210,7 @@ def figure_of(
 
 
 def eye(view: tuple[float, float]) -> dict[str, float]:
-    """Where the camera stands for an azimuth from +x towards +y and an elevation in degrees."""
+    """Return the place of the camera for an azimuth from +x towards +y and an elevation in degrees."""
     a, e = math.radians(view[0]), math.radians(view[1])
     return {
         "x": CAMERA * math.cos(e) * math.cos(a), "y": CAMERA * math.cos(e) * math.sin(a), "z": CAMERA * math.sin(e),
@@ -258,7 +258,7 @@ def _check_size(items: Sequence[Item]) -> None:
 
 
 def _bands(items: Sequence[Item]) -> Bands | None:
-    """One colour scale for all meshes that carry values."""
+    """Return one colour scale for all meshes that carry values."""
     meshes = [i for i in items if isinstance(i, SceneMesh) and i.values is not None]
     if not meshes:
         return None
@@ -276,7 +276,7 @@ def _missing(items: Sequence[Item]) -> bool:
 
 
 def magnification(items: Sequence[Item]) -> str:
-    """The sentence on how much arrows and ellipsoids are magnified ("" if there are none)."""
+    """Return the sentence on how much arrows and ellipsoids are magnified ("" if there are none)."""
     texts = []
     for kind, what in ((Arrows, "Arrows"), (Ellipsoids, "Ellipsoids (semi-axes: standard uncertainty)")):
         scales = sorted({float(i.scale) for i in items if isinstance(i, kind)})

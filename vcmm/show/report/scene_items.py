@@ -1,4 +1,4 @@
-"""What a 3-D scene can hold. Coordinates are mm in one frame; colours are roles of the palette or #rrggbb.
+"""Items of a 3-D scene. Coordinates are mm in one frame; colours are roles of the palette or #rrggbb.
 
 `name` puts the item into the legend below the picture.
 """
@@ -73,7 +73,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Arrows:
-    """Vectors (n, 3) at origins (n, 3), mm, drawn `scale` times too long; hover: what each says (default: its length)."""
+    """Vectors (n, 3) at origins (n, 3), mm, drawn `scale` times too long; hover: text of each (default: its length)."""
 
     origin: npt.ArrayLike
     vector: npt.ArrayLike
@@ -107,7 +107,7 @@ Item = SceneBox | SceneMesh | Lines | Points | Arrows | Ellipsoids | Label
 
 
 def array(values: npt.ArrayLike, shape: tuple[int | None, ...], what: str) -> Array:
-    """float64 array of `shape` (None: any length). DataError: another shape, or numbers that are not finite."""
+    """Return a float64 array of `shape` (None: any length). DataError: another shape, or numbers that are not finite."""
     out = np.asarray(values, dtype=np.float64)
     fits = out.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, out.shape))
     if not fits:
@@ -119,7 +119,7 @@ def array(values: npt.ArrayLike, shape: tuple[int | None, ...], what: str) -> Ar
 
 
 def line_segments(lines: Lines) -> Array:
-    """(n, 2, 3) from either form of `Lines.points`."""
+    """Return (n, 2, 3) from either form of `Lines.points`."""
     if np.ndim(lines.points) == 3:
         return array(lines.points, (None, 2, 3), "Segments")
     path = array(lines.points, (None, 3), "Line points")
@@ -127,7 +127,7 @@ def line_segments(lines: Lines) -> Array:
 
 
 def mesh_arrays(mesh: SceneMesh) -> tuple[Array, npt.NDArray[np.int64]]:
-    """(vertices, faces), checked. DataError: a face names a vertex that does not exist."""
+    """Return (vertices, faces), checked. DataError: a face names a vertex that does not exist."""
     vertices = array(mesh.vertices, (None, 3), "SceneMesh vertices")
     faces = array(mesh.faces, (None, 3), "SceneMesh faces").astype(np.int64)
     if faces.size and not (faces.min() >= 0 and faces.max() < len(vertices)):
@@ -138,7 +138,7 @@ def mesh_arrays(mesh: SceneMesh) -> tuple[Array, npt.NDArray[np.int64]]:
 
 
 def face_values(mesh: SceneMesh) -> Array | None:
-    """Scalar per face (f,); values at vertices are averaged. NaN is allowed: "not evaluated"."""
+    """Return the scalar per face (f,); values at vertices are averaged. NaN is allowed: "not evaluated"."""
     if mesh.values is None:
         return None
     values, (vertices, faces) = np.asarray(mesh.values, dtype=np.float64), mesh_arrays(mesh)

@@ -11,7 +11,7 @@ CREASE = float(np.cos(np.radians(30.0)))
 
 
 def weld(vertices: Array) -> Ints:
-    """For each vertex the first vertex at the same place (to 1e-7 of the size)."""
+    """Return for each vertex the first vertex at the same place (to 1e-7 of the size)."""
     if not len(vertices):
         return np.zeros(0, dtype=np.int64)
     grain = 1e-7 * max(float(np.ptp(vertices, axis=0).max()), 1e-300)
@@ -20,7 +20,7 @@ def weld(vertices: Array) -> Ints:
 
 
 def edge_faces(faces: Ints) -> tuple[Ints, Ints]:
-    """Undirected edges (e, 2) and the two faces at each (e, 2); -1 where there is no second, or more than two."""
+    """Return the undirected edges (e, 2) and the two faces at each (e, 2); -1 where there is no second, or more than two."""
     sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     owner = np.tile(np.arange(len(faces)), 3)
     edge, inverse, count = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -31,7 +31,7 @@ def edge_faces(faces: Ints) -> tuple[Ints, Ints]:
 
 
 def normals(vertices: Array, faces: Ints) -> Array:
-    """Unit normals (f, 3); zero for a face without area."""
+    """Return the unit normals (f, 3); zero for a face without area."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     n = np.cross(b - a, c - a)
     length = np.linalg.norm(n, axis=1, keepdims=True)
@@ -39,7 +39,7 @@ def normals(vertices: Array, faces: Ints) -> Array:
 
 
 def creases(vertices: Array, faces: Ints) -> Array:
-    """Segments (n, 2, 3): borders, and edges between faces that turn by more than 30 degrees."""
+    """Return the segments (n, 2, 3): borders, and edges between faces that turn by more than 30 degrees."""
     if not len(faces):
         return np.zeros((0, 2, 3))
     welded = weld(vertices)[faces]

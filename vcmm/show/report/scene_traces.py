@@ -46,7 +46,7 @@ SOFT = {"ambient": 0.62, "diffuse": 0.5, "specular": 0.08, "roughness": 0.8, "fr
 
 
 def traces_of(items: Sequence[Item], scale: Bands | None, size: float) -> list[Trace]:
-    """Traces of all items in their order. scale: colours of meshes that carry values. size: mm, of the whole scene."""
+    """Return the traces of all items in their order. scale: colours of meshes that carry values. size: mm, of the whole scene."""
     out: list[Trace] = []
     for item in items:
         if isinstance(item, SceneBox):
@@ -67,7 +67,7 @@ def traces_of(items: Sequence[Item], scale: Bands | None, size: float) -> list[T
 
 
 def reach(items: Sequence[Item]) -> tuple[Array, Array]:
-    """Corners of the box around everything, mm."""
+    """Return the corners of the box around everything, mm."""
     spots = np.vstack([_spots(i) for i in items])
     return spots.min(axis=0), spots.max(axis=0)
 
@@ -91,13 +91,13 @@ def _spots(item: Item) -> Array:
 
 
 def arrow_ends(item: Arrows) -> tuple[Array, Array]:
-    """Origins and tips (n, 3) as they are drawn."""
+    """Return origins and tips (n, 3) of the magnified arrows."""
     origin = array(item.origin, (None, 3), "Arrow origins")
     return origin, origin + item.scale * array(item.vector, (None, 3), "Arrow vectors")
 
 
 def ellipsoid_arrays(item: Ellipsoids) -> tuple[Array, Array]:
-    """Centres (n, 3) and covariances (n, 3, 3). DataError: other numbers of them, no covariance."""
+    """Return the centres (n, 3) and covariances (n, 3, 3). DataError: other numbers of them, no covariance."""
     centres = array(item.centres, (None, 3), "Ellipsoid centres")
     covariances = array(item.covariances, (None, 3, 3), "Ellipsoid covariances")
     if len(centres) != len(covariances):
@@ -148,7 +148,7 @@ def _mesh(item: SceneMesh, scale: Bands | None) -> list[Trace]:
 
 
 def _corner_values(item: SceneMesh, values: Array, count: int, faces: Any) -> Array:
-    """Value at every vertex: as given, or the mean of its faces."""
+    """Return the value at every vertex: as given, or the mean of its faces."""
     given = np.asarray(item.values, float)
     if given.shape == (count,):
         return given
@@ -168,7 +168,7 @@ def _solid(vertices: Array, faces: Any, colour: str, opacity: float, name: str) 
 
 
 def _edge_colour(item: SceneBox | SceneMesh) -> str:
-    """Edges of opaque solids are a darker tone of the solid; of glass and wire frames the colour itself."""
+    """Return the edges of opaque solids are a darker tone of the solid; of glass and wire frames the colour itself."""
     if item.opacity < 0.6:
         return item.colour
     return "#" + "".join(f"{round(0.55 * c):02x}" for c in rgb_of(item.colour))
@@ -226,14 +226,14 @@ def _arrows(item: Arrows, size: float) -> list[Trace]:
 
 
 def _lengths(item: Arrows, at: Array, drawn: Array) -> list[str]:
-    """What an arrow says by itself: how long it really is, and where it stands."""
+    """Return the text of an arrow: its true length, and its place."""
     return [
         f"{1e3 * d / item.scale:.3g} µm at {p[0]:.4g}, {p[1]:.4g}, {p[2]:.4g} mm" for p, d in zip(at, drawn)
     ]
 
 
 def _ellipsoids(item: Ellipsoids) -> list[Trace]:
-    """All ellipsoids as one mesh, and their centres.
+    """Return all ellipsoids as one mesh, and their centres.
 
     The mesh is one ball; `meta` has the centres and, row by row, the roots of the covariances that make ellipsoids of it in
     `scene.js`: a tenth of the numbers. A text of `hovertext` belongs to a whole ellipsoid.
@@ -265,7 +265,7 @@ def _label(item: Label) -> Trace:
 
 
 def _hover_texts(texts: Sequence[str] | None, count: int, what: str) -> list[str]:
-    """Hover texts, one each; newlines break lines."""
+    """Return the hover texts, one each; newlines break lines."""
     if texts is None:
         return []
     if len(texts) != count:
@@ -274,7 +274,7 @@ def _hover_texts(texts: Sequence[str] | None, count: int, what: str) -> list[str
 
 
 def _plain(text: str) -> str:
-    """A text as plotly shows it: it knows a few tags, which a name from a file must not become."""
+    """Return a text as plotly shows it: it knows a few tags, which a name from a file must not become."""
     escaped = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return escaped.replace("\n", "<br>")
 
@@ -289,7 +289,7 @@ def _role(colour: str) -> str:
 
 
 def _xyz(points: Array) -> list[list[float | None]]:
-    """Columns with few digits; NaN is None, a gap."""
+    """Return columns with few digits; NaN is None, a gap."""
     return [[None if v != v else float(f"{v:.{DIGITS}g}") for v in points[:, k].tolist()] for k in range(3)]
 
 

@@ -30,7 +30,7 @@ class Raw:
 
 
 def content(cell: object) -> str:
-    """HTML of a cell: text escaped, floats with 4 significant digits, missing values as an en dash."""
+    """Return HTML of a cell: text escaped, floats with 4 significant digits, missing values as an en dash."""
     if isinstance(cell, Raw):
         return cell.html
     if isinstance(cell, Cell):
@@ -50,7 +50,7 @@ def table(
     emphasise: Collection[int] = (),
     foot: Sequence[Sequence[object]] = (),
 ) -> str:
-    """A table; the first cell of a row is its header.
+    """Return a table; the first cell of a row is its header.
 
     `numeric`: columns set to the right in tabular figures. `emphasise`: rows that matter. `foot`: closing rows
     (totals). DataError: a row with more or fewer cells than there are columns.
@@ -76,7 +76,7 @@ def _check(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
 
 
 def _head(name: str, align: str) -> str:
-    """A column's name; a corner without one is no header."""
+    """Return a column's name; a corner without one is no header."""
     return f'<th scope="col"{align}>{escape(name)}</th>' if name else "<td></td>"
 
 

@@ -1,4 +1,4 @@
-"""Words and numbers for a report: escaping, rounding, and how wide a text will be.
+"""Words and numbers for a report: escaping, rounding, and the width of texts.
 
 A number that does not exist (NaN, infinity, None) is shown as an en dash, never as "nan".
 """
@@ -13,7 +13,7 @@ from decimal import ROUND_HALF_UP, Decimal
 
 from vcmm.core.errors import UsageError
 
-DASH = "–"  # stands for "not available"
+DASH = "–"  # means "not available"
 MINUS = "−"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -30,7 +30,7 @@ _MARGIN = 1.2  # the reader's font is unknown; the widest common one (DejaVu) is
 
 
 def escape(text: object) -> str:
-    """Text made safe for HTML and SVG, in content and in attributes."""
+    """Return the text made safe for HTML and SVG, in content and in attributes."""
     return html.escape(str(text), quote=True)
 
 
@@ -38,17 +38,17 @@ _MICRO = re.compile(r"(?<=[\d)\]]) u(m|rad)\b")
 
 
 def micro(text: str) -> str:
-    """0.76 um -> 0.76 µm, as people write it; what stands in quotation marks is as files have it, and is left."""
+    """Convert 0.76 um -> 0.76 µm, as people write it; text in quotation marks is quoted from files, and does not change."""
     return '"'.join(_MICRO.sub(r" µ\1", t) if k % 2 == 0 else t for k, t in enumerate(text.split('"')))
 
 
 def unit_word(unit: str) -> str:
-    """um/m -> µm/m, as people write it; documents and files keep um/m."""
+    """Convert um/m -> µm/m, as people write it; documents and files keep um/m."""
     return re.sub(r"\bu(m|rad)\b", r"µ\1", unit)
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """`value` with `digits` significant digits, a true minus sign, no loss of integer digits.
+    """Return `value` with `digits` significant digits, a true minus sign, no loss of integer digits.
 
     0.01234 -> "0.0123", 12345.6 -> "12346", 1.2e-7 -> "1.20 × 10⁻⁷"; not finite -> en dash.
     UsageError: digits < 1.
@@ -67,7 +67,7 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def align_decimals(values: Iterable[float | None], digits: int = 3) -> list[str]:
-    """Numbers of one column with common decimals: the largest shows `digits` significant digits.
+    """Return the numbers of one column with common decimals: the largest shows `digits` significant digits.
 
     What would round to zero keeps its one significant digit.
     """
@@ -88,20 +88,20 @@ def _in_column(value: float, decimals: int) -> str:
 
 
 def plain(value: float | None) -> str:
-    """A given number (a limit, a nominal value) as it was written: up to 10 significant digits, no padding."""
+    """Return a given number (a limit, a nominal value) as it was written: up to 10 significant digits, no padding."""
     if value is None or not math.isfinite(value):
         return DASH
     return f"{value + 0.0:.10g}".replace("-", MINUS)
 
 
 def _place(u: float) -> Decimal:
-    """The decimal place of the second significant digit of u after rounding (0.0996 -> 0.01)."""
+    """Return the decimal place of the second significant digit of u after rounding (0.0996 -> 0.01)."""
     exponent = int(f"{u:.1e}".split("e")[1])
     return Decimal(1).scaleb(exponent - 1)
 
 
 def with_uncertainty(value: float | None, u: float | None) -> str:
-    """ "110.0004 ± 0.0011": u to two significant digits, the value to the same place.
+    """Return "110.0004 ± 0.0011": u to two significant digits, the value to the same place.
 
     Ordinary rounding of two digits lowers u by less than 5 %, which EA-4/02 (6.3) allows.
     A zero u prints the value as it is; a missing value or u prints an en dash. UsageError: u < 0.
@@ -123,13 +123,13 @@ def _quantise(value: Decimal, place: Decimal) -> str:
 
 
 def text_width(text: str, size: float) -> float:
-    """Estimated width of `text` in pixels at font size `size` (pixels), on the safe side."""
+    """Return the estimated width of `text` in pixels at font size `size` (pixels), on the safe side."""
     units = sum(_WIDTHS[ord(c) - 32] if 32 <= ord(c) <= 126 else 600 for c in text)
     return units * size / 1000 * _MARGIN
 
 
 def shorten(text: str, size: float, width: float) -> str:
-    """`text` with an ellipsis in its middle so that it fits into `width` pixels: long names often differ in their last word only.
+    """Return `text` with an ellipsis in its middle so that it fits into `width` pixels: long names often differ in their last word only.
 
     Whole words are left out, first those before the last; only what no two words fit into is cut in a word.
     """

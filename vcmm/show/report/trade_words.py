@@ -1,4 +1,4 @@
-"""A line of a budget in words of the trade: what it is, and what makes it smaller. The words stand in the declaration of the effect."""
+"""Describe a line of a budget in words of the trade: its cause, and what reduces it. The declaration of the effect holds the words."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ CALIBRATE = "calibrate the machine for it, or move the part where it shows less 
 
 
 def contributor(line: Any) -> str:
-    """What an operator calls a BudgetLine: "repeatability of the probe", "temperature of the part"."""
+    """Return the operator's name of a BudgetLine: "repeatability of the probe", "temperature of the part"."""
     if line.redraw == "pass":
         return "repeatability of the machine from pass to pass"
     if line.input.startswith("environment.room"):
@@ -42,7 +42,7 @@ def contributor(line: Any) -> str:
 
 
 def what_to_change(line: Any) -> str:
-    """What makes this line smaller, in one clause."""
+    """Return what reduces this line, in one clause."""
     if line.redraw == "pass":
         return BY_REDRAW["pass"]
     if line.input.startswith("environment.room"):
@@ -71,7 +71,7 @@ def _effect(line: Any) -> str:
 
 
 def _kind_of(line: Any) -> type[Effect] | None:
-    """The effect of a line; the list of effects is loaded here, since documents without a budget need none."""
+    """Return the effect of a line; the list of effects is loaded here, since documents without a budget need none."""
     from vcmm.physics import BY_NAME
 
     return BY_NAME.get(_effect(line))
@@ -83,7 +83,7 @@ def _trade(line: Any) -> Trade | None:
 
 
 def _fill_in_place(words: str, line: Any) -> str:
-    """The words with the place in them; without one its gap is closed."""
+    """Return the words with the place in them; without one its gap is closed."""
     return " ".join(words.format(where=_where(line)).split()).removesuffix(",")
 
 
@@ -93,7 +93,7 @@ def _where(line: Any) -> str:
 
 
 def _cause(line: Any) -> str:
-    """What of it, where one input has several causes: ", sphere diameter"."""
+    """Return the cause of a line, where one input has several causes: ", sphere diameter"."""
     _, by, cause = str(line.what).rpartition(", by the ")
     return f", {cause}" if by else ""
 

@@ -2,7 +2,7 @@
 
     python -m vcmm.show.report.window scene.pickle [picture.png]
 
-The parent writes the items, waits, and says what the child could not do; nothing else of it is lost.
+The parent writes the items, waits, and reports errors of the child; it does not end with it.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def keys_of(items: Sequence[Item]) -> list[list[str]]:
 
 
 def main(words: Sequence[str]) -> None:
-    """What the child does."""
+    """Run the child process."""
     import pyvista as pv
 
     from vcmm.show.report.scene import magnification

@@ -1,1 +1,1 @@
-"""Every table of results: columns declared once for terminal, page, CSV and documents."""
+"""All tables of results: columns declared once for terminal, page, CSV and documents."""

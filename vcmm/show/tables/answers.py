@@ -63,7 +63,7 @@ def place_answers(placed: PlacementResult) -> list[AnswerLine]:
 
 
 def goal_words(placed: PlacementResult) -> str:
-    """U/T of bore diameter, bore to front: equal weights are not written out."""
+    """Return the goal in words, such as "U/T of bore diameter, bore to front"; equal weights are not written out."""
     goal = placed.objective.goal
     if len({round(w, 9) for w in goal.weights.values() if w}) > 1:
         return goal_text(goal)
@@ -77,7 +77,7 @@ SMALL_GAIN = (
 
 
 def worth_moving(placed: PlacementResult) -> bool:
-    """Whether the gain is confirmed and is seen in U as it is stated; a present pose that cannot be used is left."""
+    """Return whether the gain is confirmed and is visible in U as stated; a present pose that cannot be used is left."""
     sure, gain = placed.confirmation, placed.gain
     if gain is None:
         return True
@@ -95,7 +95,7 @@ def _with_name(line: AnswerLine, name: str) -> AnswerLine:
 
 
 def _largest_change(placed: PlacementResult) -> str:
-    """The influence whose variance changes most between the poses."""
+    """Return the influence whose variance changes most between the poses."""
     lines = [
         (abs(new**2 - old**2), name, of)
         for of, _, all_of_them, _ in changes(placed)
@@ -111,7 +111,7 @@ def _largest_change(placed: PlacementResult) -> str:
 
 
 def placed_cut_answers(placed: PlacedCut) -> list[AnswerLine]:
-    """What moving part and work offset is worth; then the characteristics of the part cut at the pose found."""
+    """Return the gain of moving part and work offset; then the characteristics of the part cut at the best pose."""
     moving = placed.gain >= SMALL_GAIN
     first = AnswerLine(
         "Where to put the part",
@@ -131,7 +131,7 @@ def placed_cut_answers(placed: PlacedCut) -> list[AnswerLine]:
 
 
 def field_answers(machine: Machine, error_map: ErrorField) -> list[AnswerLine]:
-    """The largest tip error with its place and U."""
+    """Return the largest tip error with its place and U."""
     worst = int(error_map.size.argmax())
     at = ", ".join(f"{a} {error_map.run.q(a)[worst]:.4g} mm" for a in machine.chain.letters if a in "XYZ")
     parts = error_map.tip_error[worst] * 1e3
@@ -160,7 +160,7 @@ def field_answers(machine: Machine, error_map: ErrorField) -> list[AnswerLine]:
 
 
 def compare_answers(rows: Sequence[Comparison], names: Sequence[str]) -> list[AnswerLine]:
-    """The machine files by what they leave, the best first."""
+    """Return the machine files by their residuals, the best first."""
     unit, scale = ("µrad", 1e6) if rows[0].angle else ("µm", 1e3)
     best = min(c.rms for c in rows)
     out = []
@@ -182,7 +182,7 @@ def compare_answers(rows: Sequence[Comparison], names: Sequence[str]) -> list[An
 
 
 def routes_answers(compared: RoutesResult) -> list[AnswerLine]:
-    """Every characteristic by its first route, and whether all routes agree."""
+    """Return every characteristic by its first route, and whether all routes agree."""
     out = []
     for c in compared.characteristics:
         first = c.routes[0]
@@ -211,7 +211,7 @@ def routes_answers(compared: RoutesResult) -> list[AnswerLine]:
 
 
 def plan_answers(result: PlanResult, units: dict[str, str]) -> list[AnswerLine]:
-    """U of the chosen plan and of the present one, and what they cost."""
+    """Return U of the chosen plan and of the present one, and their measuring times."""
     out = []
     for name, expanded in result.chosen.expanded.items():
         scale, word = SMALL_SCALE[units[name]], {"mm": "µm", "rad": "µrad"}[units[name]]

@@ -1,4 +1,4 @@
-"""The answer of jobs on machines and programs in the lines that are shown first: calibration, diagnosis, compensation, NC programs."""
+"""The answers of jobs on machines and programs, in the lines that are shown first: calibration, diagnosis, compensation, NC programs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_FIGURES = 3  # errors named beside an axis
 
 
 def calibration_answers(calibration: Calibration, figures: Sequence[Figure] = ()) -> list[AnswerLine]:
-    """Per axis A, R, E, M of ISO 230-2 where they are known, and its largest errors by name; then what is not identified."""
+    """Return A, R, E, M of ISO 230-2 per axis where they are known, and its largest errors by name; then the errors that are not identified."""
     rows = {str(f["error"]): f for f in calibration.figures()}
     by_name = {f.name: f for f in figures}
     out = []
@@ -68,7 +68,7 @@ def _axis_line(
 
 
 def _positioning_text(name: str, rows: Mapping[str, Mapping[str, Any]]) -> str:
-    """Where A, R, E and M are not known, the error itself."""
+    """Return the error itself where A, R, E and M are not known."""
     return f"{words_of(name)} {_error_text(rows[name])}" if name in rows else "positioning is not identified"
 
 
@@ -77,7 +77,7 @@ def _size(row: Mapping[str, Any]) -> float:
 
 
 def _error_text(row: Mapping[str, Any]) -> str:
-    """-1.2 to 3.4 ± 0.5 µm."""
+    """Return the text of an error: -1.2 to 3.4 ± 0.5 µm."""
     unit = "µrad" if row["unit"] == "urad" else "µm"
     expanded = K * float(row["u"])
     if "value" in row:
@@ -115,7 +115,7 @@ def _identified_line(calibration: Calibration) -> AnswerLine:
 
 
 def compensation_answers(result: CompensatedProgram, proof: CutProof | None = None) -> list[AnswerLine]:
-    """Met or not: by the cut where one was made, else of the path; and what departs now and before."""
+    """Return whether the tolerance is met: by the cut where one was made, else of the path; and the departures now and before."""
     allowed, after, before = result.used, result.after, result.before
     path = AnswerLine(
         "Path of the tool",
@@ -160,7 +160,7 @@ def compensation_answers(result: CompensatedProgram, proof: CutProof | None = No
 def program_answers(
     program: Program, total: ProgramSummary, path: Toolpath | None = None
 ) -> list[AnswerLine]:
-    """Time and extents first, then what was assumed and what nothing uses."""
+    """Return time and extents first, then assumptions and unused words."""
     seconds = total.cutting_time + total.dwell_time if path is None else path.seconds
     how = (
         "cutting at the programmed feed and dwells; rapids are not in it"
@@ -206,7 +206,7 @@ def program_answers(
 
 
 def _unused_words(program: Program) -> AnswerLine:
-    """How many words of a program move nothing and state nothing, with the first of them."""
+    """Return how many words of a program move nothing and state nothing, with the first of them."""
     words = list(dict.fromkeys(u.word for u in program.unused))
     return AnswerLine(
         "Words that nothing uses",
@@ -221,7 +221,7 @@ def _unused_words(program: Program) -> AnswerLine:
 
 
 def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
-    """What is missing from the machine model, ranked by the variance of each; or that nothing is, or has no name."""
+    """Return the effects missing from the machine model, ranked by the variance of each; or that none is missing, or has no name."""
     from vcmm.show.tables.diagnosis import micro_text  # a program that is rewritten loads no diagnosis
 
     ranked = sorted(d.found, key=lambda a: -a.share)
@@ -247,7 +247,7 @@ def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
         coverage=f"noise {micro(fit.noise)}",
         verdict=d.verdict,
         kind=kind,  # type: ignore[arg-type]
-        because="" if lines else "nothing stands out of the noise",
+        because="" if lines else "no departure exceeds the noise",
         link="Residual before and after",
         numbers={"verdict": d.verdict, "rms_before": fit.before, "rms_after": fit.after},
     )
@@ -255,12 +255,12 @@ def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
 
 
 def _unit(name: str) -> str:
-    """um/m -> µm/m, as people write it; nothing for a pure number."""
+    """Convert um/m -> µm/m, as people write it; nothing for a pure number."""
     return "" if name == "1" else f"µ{name[1:]}" if name[:2] in ("um", "ur") else name
 
 
 def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
-    """One answer; where its family is more probable than the name that stands for it, the family first, and which members are open."""
+    """Return one answer; where its family is more probable than the name itself, the family first, and which members are open."""
     # a program that is rewritten loads no diagnosis
     from vcmm.learn.diagnosis.plain_words import cause_and_cure
     from vcmm.show.tables.diagnosis import open_members
@@ -299,7 +299,7 @@ def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
 
 
 def loop_answers(loop: LoopRecord) -> list[AnswerLine]:
-    """Whether the next part is within what is allowed; what was missing from the machine model."""
+    """Return whether the next part is within the allowed departure; and the effects missing from the machine model."""
     now, proof = np.abs(loop.cut.off) * 1e3, loop.proof
     was = f"this part {now.max():.2f} µm ({len(now)} measured points)"
     allowed = f"at most {proof.allowed * 1e3:.2f} µm"

@@ -1,4 +1,4 @@
-"""The answer of several parts, of a part beside its prediction, of the loop to the next part, of a certificate, of machines compared."""
+"""The answers of several parts, of a part beside its prediction, of the loop to the next part, of a certificate, of machines compared."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MOST_E_N = 1.0  # ISO/IEC 17043: |E_n| above it is a departure beyond both uncer
 
 
 def parts_answers(parts: Sequence[EvaluatedPart]) -> list[AnswerLine]:
-    """One part: a line per characteristic. Several: per characteristic how many conform, and the worst part."""
+    """Return a line per characteristic for one part. Several: per characteristic how many conform, and the worst part."""
     if len(parts) == 1:
         return [answer_of(e.result) for e in parts[0].characteristics]
     names = dict.fromkeys(e.name for p in parts for e in p.characteristics)
@@ -60,7 +60,8 @@ def _of_all(results: Sequence[tuple[str, CharacteristicResult]]) -> AnswerLine:
 
 
 def _badness(c: CharacteristicResult) -> tuple[int, float, float]:
-    """Least for the worst: by decision, the probability of conformity, and how far it lies within its limits; without them from nominal."""
+    """Return a key that is least for the worst part: by decision, the probability of conformity, and how far it lies within its limits;
+    without them from nominal."""
     if c.decision is None or c.tolerance is None:
         return len(ORDER), 0.0, -abs(c.value - c.nominal)
     low, high = c.tolerance
@@ -69,7 +70,7 @@ def _badness(c: CharacteristicResult) -> tuple[int, float, float]:
 
 
 def measured_answers(m: Measurement) -> list[AnswerLine]:
-    """One virtual measurement: values without U, and how to get it."""
+    """Return one virtual measurement: values without U, and how to get it."""
     return [_measured_line(v) for v in m.values]
 
 
@@ -90,7 +91,7 @@ def _measured_line(v: MeasuredValue) -> AnswerLine:
 
 
 def cut_answers(cut: MeasuredCut) -> list[AnswerLine]:
-    """A part that came back: what departs from the prediction, and with what it goes."""
+    """Return, for a measured part, the departure from the prediction, and its covariate."""
     worst = sorted(cut.compared, key=lambda r: -abs(r.e_n) if np.isfinite(r.e_n) else 0.0)
     first = cut.mismatch[0] if cut.mismatch else None
     points = AnswerLine(
@@ -122,7 +123,7 @@ def _beside(r: BesidePrediction) -> AnswerLine:
 
 
 def certificate_answers(w: CertificateWorth, least: float) -> list[AnswerLine]:
-    """U by the certificate as stated, what a further fact makes of it, and whether machines at the limit are held."""
+    """Return U by the certificate as stated, U with a further fact, and whether machines at the limit are covered."""
     out = []
     for name in dict.fromkeys(u.characteristic for u in w.by_fact):
         of_characteristic = [u for u in w.by_fact if u.characteristic == name]
@@ -151,7 +152,7 @@ def certificate_answers(w: CertificateWorth, least: float) -> list[AnswerLine]:
 
 
 def machine_answers(order: Sequence[str], rows: Mapping[str, Mapping[str, Any]]) -> list[AnswerLine]:
-    """Which machine suits the part, and by how much it is ahead of the next."""
+    """Return which machine suits the part, and by how much it is ahead of the next."""
     best = rows[order[0]]
     pose, amount = best["words"]
     ahead = ""

@@ -1,4 +1,4 @@
-"""The answer of what is done often: recordings of a folder, a machine over time, acceptance tests, audits, thermal models, plans."""
+"""The answers of frequent jobs: recordings of a folder, a machine over time, acceptance tests, audits, thermal models, plans."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NOTHING = "nothing missing"  # verdict of a diagnosis
 
 
 def folder_answers(records: Sequence[Mapping[str, Any]], changes: Sequence[Change]) -> list[AnswerLine]:
-    """Of a folder of recordings: per machine what changed and when; then what could not be diagnosed."""
+    """Return, for a folder of recordings, the changes per machine with their dates; then recordings that could not be diagnosed."""
 
     good = [r for r in records if not r["problem"]]
     lines = [_machine_line(m, good, changes) for m in dict.fromkeys(r["machine"] for r in good)]
@@ -81,7 +81,7 @@ def _machine_line(
 
 
 def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLine]:
-    """Whether the last recording is as it was predicted; the numbers that moved most, as of the day; which check next."""
+    """Return whether the last recording agrees with its prediction; the numbers that moved most, as of the day; which check next."""
     last = track.checks[-1]
     suspect = next(iter(last.suspects), None) if last.alarm else None
     earlier = [c for c in track.checks[:-1] if c.alarm]
@@ -114,7 +114,7 @@ def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLi
 
 
 def _number_line(c: NumberOverTime, day: str) -> AnswerLine:
-    """A number on the day for which the machine is written. day: that day where it is later than the last recording."""
+    """Return a number on the day for which the machine is written. day: that day where it is later than the last recording."""
     unit = "" if c.unit == "1" else unit_word(c.unit)
     value, u = c.of_day
     return AnswerLine(
@@ -144,7 +144,7 @@ def _next_line(track: Track, planned: Planned) -> AnswerLine:
 
 
 def acceptance_answers(figures: Sequence[Figure], recorded: bool = False) -> list[AnswerLine]:
-    """Figures that have a limit, worst first; without limits the first of those over both directions, as the standard has them.
+    """Return figures that have a limit, worst first; without limits the first of those over both directions, as in the standard.
 
     recorded: from readings, whose u is that of the instrument alone; where it brings none there is no U to state.
     """
@@ -176,7 +176,7 @@ def _figure_line(f: Figure, recorded: bool) -> AnswerLine:
 
 
 def audit_answers(rows: Sequence[AuditResult]) -> list[AnswerLine]:
-    """Per characteristic the count that lies furthest below its band."""
+    """Return, per characteristic, the count that lies furthest below its band."""
     return [
         _audit_line(min((r for r in rows if r.name == name), key=lambda r: r.attained - r.least))
         for name in dict.fromkeys(r.name for r in rows)
@@ -203,7 +203,7 @@ def _audit_line(a: AuditResult) -> AnswerLine:
 
 
 def thermal_answers(model: ThermalModel, terms: int) -> list[AnswerLine]:
-    """Whether temperatures explain what the readings do, by what was held out."""
+    """Return whether temperatures explain the readings, by held-out rows."""
     before, after = (1e3 * rms for rms in model.held_out)
     helps = after < before
     return [
@@ -223,7 +223,8 @@ def thermal_answers(model: ThermalModel, terms: int) -> list[AnswerLine]:
 def design_answers(
     everything: Proposal, best: Proposal | None, cheapest: Proposal | None
 ) -> list[AnswerLine]:
-    """Which set-ups to make: the cheapest that leave nothing open, else what all of them leave open; and the best within a budget."""
+    """Return which set-ups to make: the cheapest that identify everything, else the errors that all of them leave open; and the best
+    within a budget."""
     left = [c.text for c in everything.identified.combinations]
     proposal = cheapest or everything
     lines = [

@@ -1,4 +1,4 @@
-"""A calibrated arm as tables: its links by the numbers of the trade, joints that yield or run out, what is left of poses."""
+"""A calibrated arm as tables: its links by the numbers of the trade, joints that yield or run out, residuals of poses."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ POSE_TESTS: tuple[Column[PoseTest], ...] = (
 
 
 def link_rows(fit: ArmFit) -> list[LinkRow]:
-    """Every number of every link, nominal and found; u from the covariance of what was fitted, by central differences."""
+    """Return every number of every link, nominal and found; u from the covariance of the fit, by central differences."""
     ideal, fitted = link_numbers(fit.nominal, fit.nominal), link_numbers(fit.machine, fit.nominal)
     slopes = []
     for k in range(len(fit.theta)):
@@ -129,7 +129,7 @@ def _link_row(ideal: LinkNumber, fitted: LinkNumber, u: float) -> LinkRow:
 
 
 def term_rows(fit: ArmFit) -> list[ArmNumber]:
-    """The numbers of the machine file."""
+    """Return the numbers of the machine file."""
     rows = []
     for term in fit.terms:
         values, u = fit.values(term)
@@ -144,29 +144,29 @@ def term_rows(fit: ArmFit) -> list[ArmNumber]:
 
 
 def further_rows(fit: ArmFit) -> list[ArmNumber]:
-    """Those beside the geometry."""
+    """Return the numbers beside the geometry."""
     return [r for r in term_rows(fit) if r.effect != RotaryLocation.name]
 
 
 def links_table(rows: Sequence[LinkRow]) -> ResultTable[LinkRow]:
-    """The links."""
+    """Return the links."""
     return ResultTable(
         "Links from joint to joint (Denavit-Hartenberg; Hayati where axes are parallel)", LINKS, rows
     )
 
 
 def further_table(rows: Sequence[ArmNumber]) -> ResultTable[ArmNumber]:
-    """Joints that yield under weight, and once-per-turn errors."""
+    """Return the joints that yield under weight, and once-per-turn errors."""
     return ResultTable("Joints that yield under weight or err once per turn", TERMS, rows)
 
 
 def pose_tests(rows: Sequence[PoseTest]) -> ResultTable[PoseTest]:
-    """What the written file leaves of other poses, per coordinate."""
+    """Return the residuals of other poses under the written file, per coordinate."""
     return ResultTable("Other poses, rms of a coordinate", POSE_TESTS, rows)
 
 
 def arm_answers(fit: ArmFit, before: float, tests: Sequence[PoseTest]) -> list[AnswerLine]:
-    """What is left of the poses, and of each of them predicted from the others; then of the tests."""
+    """Return the residuals of the poses, and of each of them predicted from the others; then of the tests."""
     position, turn = fit.rms
     n = sum(r.n for r in fit.recordings)
     turned = f", {turn * 1e6:.0f} µrad" if turn else ""
@@ -203,7 +203,7 @@ def arm_answers(fit: ArmFit, before: float, tests: Sequence[PoseTest]) -> list[A
 
 
 def _further_words(fit: ArmFit) -> str:
-    """Elastic and cyclic terms, with their largest amplitude."""
+    """Return the elastic and cyclic terms, with their largest amplitude."""
     words = []
     for term in fit.terms:
         if term.size == 2:

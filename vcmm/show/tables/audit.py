@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def verdict(a: AuditResult) -> str:
-    """Inside its band, outside it by no more than such a count errs, outside, or not claimed."""
+    """Return the verdict: inside its band, outside it by no more than such a count errs, outside, or not claimed."""
     if not a.claimed:
         return "not claimed"
     if a.outside:
@@ -23,7 +23,7 @@ def verdict(a: AuditResult) -> str:
 
 
 def _in_words(a: AuditResult) -> str:
-    """The verdict, with the probability of the exact binomial test where the count lies outside."""
+    """Return the verdict, with the probability of the exact binomial test where the count lies outside."""
     return verdict(a) if a.p_value == 1.0 or not a.claimed else f"{verdict(a)} (p = {a.p_value:.2g})"
 
 
@@ -57,12 +57,12 @@ def audit_table(rows: Sequence[AuditResult]) -> ResultTable[AuditResult]:
 
 
 def missing_claims(rows: Sequence[AuditResult]) -> list[str]:
-    """A sentence per characteristic that claims nothing."""
+    """Return a sentence per characteristic that claims nothing."""
     return list(dict.fromkeys(f"{a.name} is not claimed: {a.why}" for a in rows if a.why))
 
 
 def audit_json(rows: Sequence[AuditResult]) -> dict[str, Any]:
-    """The body of the JSON document."""
+    """Return the body of the JSON document."""
     return {"audit": records(AUDIT, rows)}
 
 
@@ -97,7 +97,7 @@ def tasks_table(rows: Sequence[OfTask]) -> ResultTable[OfTask]:
 def tasks_json(
     rows: Sequence[OfTask], files: Sequence[str], refused: Mapping[str, str]
 ) -> list[dict[str, Any]]:
-    """Per task its audit, or why there is none."""
+    """Return, per task, its audit, or why there is none."""
     return [
         {
             "file": f,

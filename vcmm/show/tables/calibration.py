@@ -1,4 +1,4 @@
-"""A calibration as tables: its errors, what is left of every recording, set-ups of a plan, figures of acceptance tests."""
+"""A calibration as tables: its errors, residuals of every recording, set-ups of a plan, figures of acceptance tests."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COUNT_OR_NONE = fixed(0)
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """What is left of one recording: residual (m,) mm or rad, and the noise that the fit took it for."""
+    """Residuals of one recording: residual (m,) mm or rad, and the noise that the fit assumed."""
 
     part: Readings
     residual: Array
@@ -38,7 +38,7 @@ class Residuals:
 
     @property
     def scale(self) -> float:
-        """To um or urad."""
+        """Factor to um or urad."""
         return 1e6 if self.unit == "rad" else 1e3
 
     @property
@@ -109,7 +109,7 @@ PROPOSALS: tuple[Column[Proposal], ...] = (
 
 
 def errors(calibration: Calibration) -> ResultTable[Sequence[str]]:
-    """Size and u of every identified error."""
+    """Return the size and u of every identified error."""
     rows = []
     for f in calibration.figures():
         size = f"{f['value']:+.3f}" if "value" in f else f"{f['low']:+.3f} to {f['high']:+.3f}"
@@ -118,14 +118,14 @@ def errors(calibration: Calibration) -> ResultTable[Sequence[str]]:
 
 
 def errors_by_name(calibration: Calibration) -> ResultTable[Sequence[str]]:
-    """The same with the words of ISO 230-1: positioning of X, EXX."""
+    """Return the same with the words of ISO 230-1: positioning of X, EXX."""
     rows = [(words_of(name), name, size, u) for name, size, u in errors(calibration).rows]
     heads = ("error", "name", "from ... to", "u (rms over the travel)")
     return listing("Errors by name", heads, rows, words=(0, 1))
 
 
 def positioning(figures: Sequence[Figure]) -> ResultTable[Sequence[str]]:
-    """A, R, E and M by axis, with U (k = 2); what the recordings do not tell is a dash."""
+    """Return A, R, E and M by axis, with U (k = 2); figures that the recordings do not determine are a dash."""
     values = {f.name: f for f in figures}
     axes = list(dict.fromkeys(name.split(" ")[1] for name in values if " " in name))
 
@@ -147,14 +147,14 @@ def positioning(figures: Sequence[Figure]) -> ResultTable[Sequence[str]]:
 
 
 def residuals(calibration: Calibration) -> ResultTable[Residuals]:
-    """rms of what is left per recording, against its noise."""
+    """Return the rms of the residuals per recording, against its noise."""
     post = calibration.posterior
     rows = [Residuals(*reading) for reading in zip(calibration.readings, post.residual, post.noise)]
     return ResultTable("Residuals", RESIDUALS, rows)
 
 
 def figures(iso: str, acceptance_figures: Sequence[Figure]) -> ResultTable[Figure]:
-    """Figures of an acceptance test, iso such as "230-2"."""
+    """Return the figures of an acceptance test, iso such as "230-2"."""
     return ResultTable(f"ISO {iso}", figure_columns(iso), acceptance_figures)
 
 
@@ -163,17 +163,17 @@ def figure_columns(iso: str) -> tuple[Column[Figure], ...]:
 
 
 def interpolations(predicted: Sequence[PredictedPositions]) -> ResultTable[PredictedPositions]:
-    """How each interpolation predicts readings that it was not given."""
+    """Return how each interpolation predicts readings that it was not given."""
     return ResultTable("Positions held out", HELD_OUT, predicted)
 
 
 def independent_tests(tests: Sequence[IndependentTest]) -> ResultTable[IndependentTest]:
-    """What the machine file predicts of recordings that it was not made from."""
+    """Return the predictions of the machine file for recordings that it was not made from."""
     return ResultTable("Independent tests", TESTS, tests)
 
 
 def setups(choices: Sequence[tuple[str, Proposal]]) -> ResultTable[Sequence[str]]:
-    """Choices of set-ups by what they are called."""
+    """Return choices of set-ups by their names."""
     rows = [
         (
             what,

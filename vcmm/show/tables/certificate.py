@@ -1,4 +1,4 @@
-"""What a certificate is worth, as tables."""
+"""Value of a certificate, as tables."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COVERAGE_COLUMNS: tuple[Column[CoveredMachines], ...] = (
 
 
 def worth_tables(w: CertificateWorth) -> tuple[ResultTable[Any], ...]:
-    """U by prior, U by fact, coverage of machines at the limit, figures of the test."""
+    """Return U by prior, U by fact, coverage of machines at the limit, figures of the test."""
     u = "half the 95 % interval"
     figures: ResultTable[Figure] = ResultTable(
         "a machine drawn so takes the test once more", FIGURES, w.figures,
@@ -46,7 +46,7 @@ def worth_tables(w: CertificateWorth) -> tuple[ResultTable[Any], ...]:
 
 
 def worth_json(w: CertificateWorth) -> dict[str, Any]:
-    """The body of the JSON document."""
+    """Return the body of the JSON document."""
     return {
         "stated": w.stated, "by_prior": records(U_KNOWN, w.by_prior), "by_fact": records(U_KNOWN, w.by_fact),
         "at_limit": records(COVERAGE_COLUMNS, w.covered), "figures": records(FIGURES, w.figures),

@@ -17,7 +17,7 @@ CAPTION = (
 
 
 def short_names(paths: Sequence[str]) -> list[str]:
-    """Each path by as few of its last parts as tell it from the others; of "a, b", the files of several recordings, each."""
+    """Return each path by as few of its last parts as tell it from the others; of "a, b", the files of several recordings, each."""
     every = [name.replace("\\", "/") for path in paths for name in path.split(", ")]
     return [", ".join(_short(name.replace("\\", "/"), every) for name in path.split(", ")) for path in paths]
 
@@ -30,7 +30,7 @@ def _short(path: str, others: Sequence[str]) -> str:
 
 
 def tables(rows: Sequence[Comparison]) -> list[ResultTable[Sequence[str]]]:
-    """The figures, the folds, and on what the residuals depend."""
+    """Return the figures, the folds, and the covariates of the residuals."""
     unit, scale = ("µrad", 1e6) if rows[0].angle else ("µm", 1e3)
     files = short_names([c.file for c in rows])
     figures = [

@@ -1,4 +1,4 @@
-"""A rewritten program as tables: what departs before and after, the shift of the work offsets, corrected points."""
+"""A rewritten program as tables: departures before and after, the shift of the work offsets, corrected points."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def pointings(proof: OrientationProof) -> ResultTable[NamedDeparture]:
 
 
 def pointing_json(departure: Departure) -> dict[str, Any]:
-    """The same of one program."""
+    """Return the same of one program."""
     return records(POINTINGS, [("", departure)])[0]
 
 
@@ -79,7 +79,7 @@ def shifts(result: RewritingSummary) -> ResultTable[Shift]:
 
 
 def before_and_after(result: CompensatedProgram) -> list[NamedDeparture]:
-    """The program as it is, with shifted offsets, and rewritten; then with what rewriting does not correct."""
+    """Return the program as it is, with shifted offsets, and rewritten; then with what rewriting does not correct."""
     rows = [
         ("as programmed", result.before),
         ("work offsets shifted", result.offset_only),
@@ -104,7 +104,7 @@ def _component(what: str, axis: int, corrected_points: CorrectedPoints, row: int
 
 
 def points_csv(corrected: CorrectedPoints) -> str:
-    """Corrected and indicated points, mm, and the errors that were taken off, um."""
+    """Return corrected and indicated points, mm, and the subtracted errors, um."""
     columns: list[Column[int]] = []
     for what, heading, file in (
         ("corrected", "corrected_{}_mm", in_file(6)),

@@ -1,4 +1,4 @@
-"""A virtual cut as tables: the finished part, main uncertainty contributors, what a batch shares, the surface point by point."""
+"""A virtual cut as tables: the finished part, main uncertainty contributors, shares within a batch, the surface point by point."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ PART: tuple[Column[CharacteristicResult], ...] = (
 
 
 def finished_part(result: CutResult) -> ResultTable[CharacteristicResult]:
-    """What to expect of each characteristic, and whether it will conform; beside it what the own machine would read."""
+    """Return the expected value of each characteristic, and its conformity; beside it the reading of the own machine."""
     p = result.characteristics[0].p
     caption = (
         f"Deviation to expect, of it by the known errors of the machine, and coverage interval for p = {p:.0%}; lengths "
@@ -63,13 +63,13 @@ def finished_part(result: CutResult) -> ResultTable[CharacteristicResult]:
 
 
 def _own_reading(result: CutResult, c: CharacteristicResult) -> float:
-    """Deviation from nominal that the machine that cut the part reads of it."""
+    """Return the deviation from nominal that the machine that cut the part reads on it."""
     assert result.own_reading is not None
     return expected_deviation(next(r for r in result.own_reading.characteristics if r.name == c.name))
 
 
 def _own_readings(result: CutResult) -> list[dict[str, Any]]:
-    """Per characteristic what the own machine would read, from nominal; nothing where another measures."""
+    """Return, per characteristic, the reading of the own machine, from nominal; nothing where another measures."""
     if result.own_reading is None:
         return [{} for _ in result.characteristics]
     return [
@@ -117,7 +117,7 @@ def _share(name: str, row: OwnedShares) -> float:
 
 
 def owners(result: CutResult) -> ResultTable[OwnedShares]:
-    """Whose uncertainty it is; on the page also what of it a batch shares."""
+    """Return the owners of the uncertainty; on the page also the share within a batch."""
     rows = shares_by_owner(result)
     u: Column[OwnedShares] = Column("u", lambda o: o.of.u, SIZE, on="page")
     shares: list[Column[OwnedShares]] = [
@@ -145,7 +145,7 @@ def batch(result: CutResult) -> ResultTable[OwnedShares]:
 
 
 def surface(result: CutResult) -> ResultTable[Any]:
-    """What the nets over all features say of the surface, for the page."""
+    """Return the statements of the nets over all features about the surface, for the page."""
     s = result.surface
     minutes, seconds = divmod(result.seconds, 60)
     rows = [
@@ -153,8 +153,8 @@ def surface(result: CutResult) -> ResultTable[Any]:
         ["rms departure", "–" if s.rms_um is None else f"{s.rms_um:.2f} µm"],
         ["points looked at, on nets over all features", f"{s.points:,}"],
         *([["features without a net, not in it", ", ".join(s.without)]] if s.without and s.points else []),
-        ["of these left uncut", f"{s.uncut:,}"],
-        [f"of these gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
+        ["left uncut", f"{s.uncut:,}"],
+        [f"gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
         ["contacts against displaced tools", f"{result.recut.largest * 1e3:.3f} µm" if result.recut else "–"],
         ["cycle time", f"{minutes:.0f} min {seconds:.1f} s"],
     ]
@@ -162,7 +162,7 @@ def surface(result: CutResult) -> ResultTable[Any]:
 
 
 def threads(result: CutResult) -> ResultTable[Any]:
-    """Pitch and diameter of every thread, U for k = 2."""
+    """Return the pitch and diameter of every thread, U for k = 2."""
     rows = [
         [
             f"{t.line}", f"{t.lead_mm:.4g} mm", f"{t.length_mm:.4g} mm", f"{t.pitch_um:+.2f} ± {t.pitch_U_um:.2f} µm",
@@ -175,7 +175,7 @@ def threads(result: CutResult) -> ResultTable[Any]:
 
 
 def grooves(result: CutResult) -> ResultTable[Any]:
-    """Width, place and floor of every groove, U for k = 2."""
+    """Return the width, place and floor of every groove, U for k = 2."""
     rows = [
         [
             " and ".join(f"{n}" for n in dict.fromkeys(g.lines)), f"{g.width_mm:.4g} mm", f"{g.middle_mm:.5g} mm",
@@ -189,7 +189,7 @@ def grooves(result: CutResult) -> ResultTable[Any]:
 
 
 def cut_json(result: CutResult) -> dict[str, Any]:
-    """The body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
+    """Return the body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
     s = result.surface
     added = records(CUTTING_COLUMNS, shares_by_owner(result))
     return {
@@ -247,16 +247,16 @@ SURFACE: tuple[Column[SurfacePoint], ...] = (
 
 
 def surface_csv(result: CutResult) -> str:
-    """Every point of the maps: drawing frame, mm; departure in um, empty where nothing was cut."""
+    """Return every point of the maps: drawing frame, mm; departure in um, empty where nothing was cut."""
     return csv_text(ResultTable("", SURFACE, list(_surface_points(result))))
 
 
 def surface_text(s: SurfaceExtremes) -> str:
-    """One line for the terminal."""
+    """Return one line for the terminal."""
     if s.max_um is None:
         return f"surface: no figure; {s.reason}"
     without = f"; not in it, since they have no net: {', '.join(s.without)}" if s.without else ""
     return (
         f"surface: largest departure {s.max_um:.2f} µm, rms {s.rms_um:.2f} µm over {s.points} points of the nets on all "
-        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} µm){without}"
+        f"features; {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} µm){without}"
     )

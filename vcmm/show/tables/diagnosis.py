@@ -1,4 +1,4 @@
-"""A diagnosis as tables: what was found, how the prediction improves, what to measure next, what would have shown."""
+"""A diagnosis as tables: findings, improvement of the prediction, next measurement, detectable effects."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ PARAMETER_WORDS = {"1/Kv": "departure of 1/Kv"}  # parameters whose name would m
 
 
 def values_text(a: Answer) -> str:
-    """Every parameter with its 95 % coverage interval, to the digits that its standard uncertainty supports."""
+    """Return every parameter with its 95 % coverage interval, to the digits that its standard uncertainty supports."""
     out = [f"{PARAMETER_WORDS.get(n, n)} = {with_interval(e)}" for n, e in a.parameters.items()]
     lobes = getattr(a.fitted, "lobes", 0)
     return ", ".join([*([f"{lobes} lobes"] if lobes else []), *out]) or "no free parameter"
 
 
 def with_interval(e: Estimate) -> str:
-    """1.50 µm (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
+    """Return 1.50 µm (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
     low, high = e.interval95
     if not (np.isfinite([e.value, e.u, low, high]).all() and e.u > 0):
         return f"{plain(e.value)} {e.unit if e.unit != '1' else ''}".strip()
@@ -56,7 +56,7 @@ def micro_text(d: Diagnosis, value: float) -> str:
 
 
 def open_members(a: Answer) -> tuple[Member, ...]:
-    """The shapes of its family that are open, the most probable first; none where the name is as probable as its family."""
+    """Return the shapes of its family that are open, the most probable first; none where the name is as probable as its family."""
     if a.kin is None or len(a.kin.members) < 2 or a.family_probability <= a.probability:
         return ()
     return tuple(sorted(a.kin.members, key=lambda m: -m.probability))
@@ -71,7 +71,7 @@ def _join_words(words: Sequence[str]) -> str:
 
 
 def rivals_text(a: Answer) -> str:
-    """Its rivals, and the family where it is certain and its shape is open: 'lost_motion (play 1.000)'."""
+    """Return its rivals, and the family where it is certain and its shape is open: 'lost_motion (play 1.000)'."""
     open_shape = a.kin is not None and len(a.kin.members) > 1
     return _join_words(a.cannot_be_told_from) + (
         f" ({a.family} {a.family_probability:.3f})" if open_shape else ""
@@ -90,7 +90,7 @@ ANSWERS: tuple[Column[Answer], ...] = (
 
 
 def answers(d: Diagnosis) -> list[ResultTable[Answer]]:
-    """What was found, and what is only a candidate; parts without an answer are left away."""
+    """Return the findings, and the candidates; parts without an answer are omitted."""
     parts = [(FOUND_PHYSICS, d.found), (CANDIDATES, d.candidates)]
     return [ResultTable(title, ANSWERS, rows) for title, rows in parts if rows]
 
@@ -116,7 +116,7 @@ FOLDS: tuple[Column[FoldRow], ...] = (
 
 
 def folds(d: Diagnosis) -> ResultTable[FoldRow]:
-    """All rows, fitted; then each part of them as the others predict it."""
+    """Return all rows, fitted; then each part of them as the others predict it."""
     fit = d.fit
     noise = f"noise {micro_text(d, fit.noise)}"
     rows = [FoldRow("all rows, fitted", micro_text(d, fit.before), micro_text(d, fit.after), noise, "–")]
@@ -148,7 +148,7 @@ def next_steps(d: Diagnosis) -> ResultTable[NextStep]:
 
 
 def transfers(d: Diagnosis) -> ResultTable[Transfer]:
-    """What the file from one recording leaves of the others."""
+    """Return the residuals of the other recordings under the file from one recording."""
     columns: list[Column[Transfer]] = [
         Column("recording", lambda t: t.recording),
         Column("rms before", lambda t: micro_text(d, t.before), NUMBER_TEXT),
@@ -171,7 +171,7 @@ def places(d: Diagnosis) -> ResultTable[Place]:
 
 
 def detectable_table(d: Diagnosis) -> ResultTable[Detectable]:
-    """The smallest rms per effect that this recording would have shown, at the place where it shows best."""
+    """Return the smallest rms per effect that this recording would have shown, at the place where it shows best."""
     columns: list[Column[Detectable]] = [
         Column("effect", lambda x: x.effect),
         Column("where", lambda x: _join_words(list(x.where.values())), WORDS),

@@ -1,4 +1,4 @@
-"""How well the ends of an interval are known, where that matters."""
+"""Uncertainty of the ends of an interval, where that matters."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WORTH = 0.03  # of the length: an end that is known better is not spoken of
 
 
 def how_well_known(results: Iterable[CharacteristicResult]) -> list[str]:
-    """One sentence per interval of which an end is known to no better than WORTH of the length, because it rests on drawn parts."""
+    """Return one sentence per interval of which an end is known to no better than WORTH of the length, because it comes from sampled parts."""
     out = []
     for c in results:
         u, ends = (c.true_value.interval_u, c.true_value.interval) if c.true_value else (None, (0.0, 0.0))

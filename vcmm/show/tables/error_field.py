@@ -41,7 +41,7 @@ def engine_text(error_map: ErrorField) -> str:
 
 
 def maxima(machine: Machine, error_map: ErrorField) -> ResultTable[Any]:
-    """Largest and mean tip error with the place of the largest, and the body diagonals: all on one screen."""
+    """Return the largest and mean tip error with the place of the largest, and the body diagonals: all on one screen."""
     size, worst = error_map.size, int(error_map.size.argmax())
     place = ", ".join(
         f"{a} {_display_position(a, error_map.run.q(a)[worst]):.4g} {_unit(a)}" for a in machine.chain.letters
@@ -62,7 +62,7 @@ def maxima(machine: Machine, error_map: ErrorField) -> ResultTable[Any]:
 
 
 def summary(error_map: ErrorField) -> ResultTable[Any]:
-    """The same for the page, which has the diagonals apart."""
+    """Return the same for the page, which has the diagonals apart."""
     size = error_map.size * 1e3
     rows = [
         ["largest tip error", f"{size.max():.3f} µm"],
@@ -84,7 +84,7 @@ def _spread_rows(error_map: ErrorField) -> list[list[str]]:
 
 
 def _largest(error_map: ErrorField) -> Array:
-    """(3,) um."""
+    """Return the largest tip error (3,) um."""
     return np.asarray(np.abs(error_map.tip_error).max(axis=0) * 1e3)
 
 
@@ -93,12 +93,12 @@ def _unit(axis: str) -> str:
 
 
 def _display_position(axis: str, position: float) -> float:
-    """Axis positions are shown in mm and deg."""
+    """Return axis positions in mm and deg for display."""
     return math.degrees(position) if is_rotary(axis) else float(position)
 
 
 def field_json(error_map: ErrorField) -> dict[str, Any]:
-    """The body of the JSON document."""
+    """Return the body of the JSON document."""
     size = error_map.size
     return {
         "engine": "exact" if error_map.exact else "first-order",
@@ -118,7 +118,7 @@ def field_json(error_map: ErrorField) -> dict[str, Any]:
 
 
 def field_csv(machine: Machine, error_map: ErrorField) -> str:
-    """Axis positions in mm and deg, tip errors in um, nine significant digits."""
+    """Return the axis positions in mm and deg, tip errors in um, nine significant digits."""
 
     def position(axis: str, row: int) -> float:
         return _display_position(axis, error_map.run.q(axis)[row])
@@ -141,7 +141,7 @@ def field_csv(machine: Machine, error_map: ErrorField) -> str:
 
 
 def _um_of(u: Array, component: int, row: int) -> float:
-    """U of k = 2."""
+    """Return U of k = 2."""
     return float(2e3 * u[row, component])
 
 

@@ -1,4 +1,4 @@
-"""Measured data evaluated, as tables: what was measured, the interval of the true value, the decision."""
+"""Evaluated measured data as tables: measured values, the interval of the true value, the decision."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def _of_result(column: Column[Any]) -> Column[EvaluatedCharacteristic]:
-    """A column of the uncertainty document, of the result within."""
+    """Return a column of the uncertainty document, of the result within."""
 
     def cell(e: EvaluatedCharacteristic) -> Any:
         return column.cell(e.result)
@@ -34,7 +34,7 @@ def _of_result(column: Column[Any]) -> Column[EvaluatedCharacteristic]:
 
 
 def _true_value(e: EvaluatedCharacteristic) -> dict[str, Any] | None:
-    """Of points every characteristic has one: their residuals say what a value alone does not."""
+    """Return the true value; of points every characteristic has one: their residuals say more than a value alone."""
     return true_value_by_points(e.result) if e.by_points else TRUE_VALUE.cell(e.result)
 
 
@@ -58,7 +58,7 @@ PART_COLUMNS: tuple[Column[EvaluatedCharacteristic], ...] = (
 
 
 def _columns(parts: Sequence[EvaluatedPart]) -> tuple[tuple[Column[EvaluatedCharacteristic], ...], str, str]:
-    """Columns, what the interval is called, caption: no true value is spoken of where a known bias is left in."""
+    """Return columns, name of the interval, caption: true values are not mentioned where a known bias is left in."""
     evaluated = [e for p in parts for e in p.characteristics]
     told = LEFT_IN * any(_bias_left_in(e) for e in evaluated) + SPREAD * any(
         _spread_alone(e) for e in evaluated
@@ -75,17 +75,19 @@ def _bias_left_in(e: EvaluatedCharacteristic) -> bool:
 
 
 def _spread_alone(e: EvaluatedCharacteristic) -> bool:
-    """Whether the interval of an extreme value is how the indicated one scatters: no parts can be drawn (on a mesh)."""
+    """Return whether the interval of an extreme value is the scatter of the indicated one: no parts can be sampled (on a mesh)."""
     return e.result.extreme and isinstance(e.result.truth, Additive)
 
 
-SPREAD = " Of a surface of a mesh the interval is how the indicated value scatters; nothing is known of the true one."
+SPREAD = (
+    " Of a surface of a mesh the interval is the scatter of the indicated value; the true value is unknown."
+)
 LEFT_IN = " Where a known bias is not corrected (see the notes) the interval holds it too: U + |bias| about the indicated value."
 CAPTION = "Departures from nominal. p: probability that the true value is within its limits."
 
 
 def part_table(part: EvaluatedPart) -> ResultTable[EvaluatedCharacteristic]:
-    """characteristic | nominal | measured | deviation | bias | true value | tolerance | decision | p."""
+    """Return the table characteristic | nominal | measured | deviation | bias | true value | tolerance | decision | p."""
     first = part.characteristics[0].result
     name = f'part "{part.part}": ' if part.part else ""
     columns, interval, caption = _columns([part])
@@ -111,7 +113,7 @@ def _of_part(column: Column[Any]) -> Column[OfPart]:
 
 
 def batch(parts: Sequence[EvaluatedPart]) -> ResultTable[OfPart]:
-    """Several parts in one table: part | characteristic | measured | deviation | ... ."""
+    """Return several parts in one table: part | characteristic | measured | deviation | ..."""
     rows = [OfPart(p.part, e) for p in parts for e in p.characteristics]
     of_one, interval, caption = _columns(parts)
     columns = (Column("part", lambda r: r.part), *(_of_part(c) for c in of_one if c.head != "nominal"))
@@ -120,7 +122,7 @@ def batch(parts: Sequence[EvaluatedPart]) -> ResultTable[OfPart]:
 
 
 def wholes(parts: Sequence[EvaluatedPart]) -> list[str]:
-    """All tolerances of every part together, in a sentence per decision."""
+    """Return all tolerances of every part together, in a sentence per decision."""
     judged: dict[str, list[str]] = {}
     for part in parts:
         if part.joint is not None:
@@ -132,7 +134,7 @@ def wholes(parts: Sequence[EvaluatedPart]) -> list[str]:
 
 
 def evaluate_json(parts: Sequence[EvaluatedPart]) -> dict[str, Any]:
-    """The body of the JSON document: as of `uncertainty` for one part, a list of parts for several."""
+    """Return the body of the JSON document: as of `uncertainty` for one part, a list of parts for several."""
     trials = parts[0].uncertainty.trials
     if len(parts) == 1 and not parts[0].part:
         return {
@@ -148,7 +150,7 @@ def evaluate_json(parts: Sequence[EvaluatedPart]) -> dict[str, Any]:
 
 
 def joint_json(joint: JointJudgement | None) -> dict[str, Any]:
-    """The key `joint`: null with fewer than two tolerances."""
+    """Return the key `joint`: null with fewer than two tolerances."""
     if joint is None:
         return {"joint": None}
     is_known = not joint.reason
@@ -165,7 +167,7 @@ def joint_json(joint: JointJudgement | None) -> dict[str, Any]:
 
 
 def joint_words(joint: JointJudgement | None) -> list[str]:
-    """The part as a whole in one sentence; none with fewer than two tolerances."""
+    """Return the part as a whole in one sentence; none with fewer than two tolerances."""
     if joint is None:
         return []
     if joint.reason:
@@ -179,13 +181,13 @@ def joint_words(joint: JointJudgement | None) -> list[str]:
 
 
 def values_csv(parts: Sequence[EvaluatedPart]) -> str:
-    """One row per part and characteristic."""
+    """Return one row per part and characteristic."""
     rows = [(p.part, e) for p in parts for e in p.characteristics]
     return csv_text(ResultTable("", FILE, rows))
 
 
 def _true_end(e: EvaluatedCharacteristic, end: int) -> str:
-    """An end of the interval of the true value, mm or rad; empty where the interval is of the indicated value."""
+    """Return an end of the interval of the true value, mm or rad; empty where the interval is of the indicated value."""
     return "" if _spread_alone(e) else f"{e.result.interval[end]:.9f}"
 
 
@@ -202,12 +204,12 @@ FILE: tuple[Column[Any], ...] = (
 
 
 def warnings_of_parts(parts: Sequence[EvaluatedPart]) -> list[str]:
-    """What all parts say once; before what only some say stand their names."""
+    """Return the warnings common to all parts once; names precede those of some parts only."""
     return told_once([(p.part, p.warnings) for p in parts])
 
 
 def told_once(of_parts: Sequence[tuple[str, Iterable[str]]]) -> list[str]:
-    """Sentences by part, each one once: with the names of the parts that it is about, unless it is about all."""
+    """Return sentences by part, each one once: with the names of the parts that it is about, unless it is about all."""
     names_of: dict[str, list[str]] = {}
     for name, sentences in of_parts:
         for text in dict.fromkeys(sentences):

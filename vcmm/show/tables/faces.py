@@ -16,7 +16,7 @@ SIZES = {"mm": (1e3, "µm", "um"), "rad": (1e6, "µrad", "urad")}
 
 
 def figures(face: FaceMap) -> ResultTable[Any]:
-    """Every figure with its standard uncertainty."""
+    """Return every figure with its standard uncertainty."""
     rows = [(f.name, _text(f.value, f.unit), _text(f.u, f.unit)) for f in face.figures]
     return listing(f"face {face.scan.name}", ("figure", "value", "u"), rows)
 
@@ -27,7 +27,7 @@ def _text(value: float, unit: str) -> str:
 
 
 def profile_csv(face: FaceMap) -> str:
-    """Profile of a turned face: radius, height, u, and the odd part of the slide's error."""
+    """Return the profile of a turned face: radius, height, u, and the odd part of the slide's error."""
     assert face.r is not None
     assert face.profile is not None
     heads, columns = ["r_mm", "height_um", "u_um"], [face.r, face.profile * 1e3, face.u_profile * 1e3]
@@ -38,7 +38,7 @@ def profile_csv(face: FaceMap) -> str:
 
 
 def map_csv(face: FaceMap) -> str:
-    """Cells of the map that hold readings."""
+    """Return the cells of the map that hold readings."""
     rows = [
         [f"{face.x[j]:.6g}", f"{face.y[i]:.6g}", f"{face.height[i, j] * 1e3:.6g}", f"{face.u[i, j] * 1e3:.6g}"]
         for i, j in zip(*np.nonzero(np.isfinite(face.height)))
@@ -47,7 +47,7 @@ def map_csv(face: FaceMap) -> str:
 
 
 def face_json(face: FaceMap) -> dict[str, Any]:
-    """The body of vcmm.face/1."""
+    """Return the body of vcmm.face/1."""
     body: dict[str, Any] = {
         "name": face.scan.name,
         "kind": "spiral" if face.scan.spiral else "raster",
@@ -71,5 +71,5 @@ def _figure(f: FaceFigure) -> dict[str, Any]:
 
 
 def _cells(values: Any) -> list[list[float | None]]:
-    """Rows along y; null where no reading lies."""
+    """Return rows along y; null where no reading lies."""
     return [[float(v) * 1e3 if np.isfinite(v) else None for v in row] for row in values]

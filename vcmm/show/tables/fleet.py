@@ -1,4 +1,4 @@
-"""A folder of recordings as tables: what each holds, every number that was found, and what changed on a machine."""
+"""A folder of recordings as tables: findings of each, every number that was found, and changes of a machine."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _values(answer: Mapping[str, Any]) -> str:
 
 
 def _rms(record: Record, which: str) -> float | None:
-    """um, or urad of angles."""
+    """Return the rms in um, or urad of angles."""
     return None if record["problem"] else record["fit"][f"rms_{which}_um"]
 
 
@@ -71,7 +71,7 @@ def recordings(folder: str, records: Sequence[Record]) -> ResultTable[Record]:
 
 @dataclass(frozen=True)
 class NumberRow:
-    """A number of a name in a recording; without a name one line tells the verdict, or the problem."""
+    """A number of a name in a recording; without a name one line states the verdict, or the problem."""
 
     record: Record
     answer: Mapping[str, Any] | None = None
@@ -104,7 +104,7 @@ NUMBERS: tuple[Column[NumberRow], ...] = (
 
 
 def numbers(records: Sequence[Record]) -> ResultTable[NumberRow]:
-    """One line for every number that was found, for a spreadsheet; one for a recording without any."""
+    """Return one line for every number that was found, for a spreadsheet; one for a recording without any."""
     rows: list[NumberRow] = []
     for record in records:
         number_rows = [NumberRow(record, a, p) for a in _found_answers(record) for p in a["parameters"]]
@@ -145,7 +145,7 @@ CHANGES: tuple[Column[Change], ...] = (
 
 
 def trend_text(c: Change) -> str:
-    """'drifts by +1.62 ± 0.05 um', 'appears between 2026-07-15 and 2026-08-15; steady'."""
+    """Return a trend as 'drifts by +1.62 ± 0.05 um', 'appears between 2026-07-15 and 2026-08-15; steady'."""
     phrases = [c.there[0] + _between(c, *c.there[1:])] if c.there[0] != ALWAYS else []
     went = WORDS[c.went.kind]
     if c.went.amount is not None and c.went.u is not None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class LoopRecord(Protocol):
-    """What the command hands over."""
+    """Result of the command."""
 
     @property
     def cut(self) -> MeasuredCut: ...
@@ -49,7 +49,7 @@ class LoopRecord(Protocol):
 
 
 def loop_json(loop: LoopRecord) -> dict[str, Any]:
-    """The body of vcmm.loop/1."""
+    """Return the body of vcmm.loop/1."""
     d, proof = loop.diagnosis, loop.proof
     crisp = {id(a) for a in answers_to_write(d.answer)}
     answers = [
@@ -75,7 +75,7 @@ def loop_json(loop: LoopRecord) -> dict[str, Any]:
 
 
 def loop_text(loop: LoopRecord, notes: Sequence[str]) -> Iterator[str]:
-    """Lines for the terminal: what the next part will be, then what was found (notes), then the characteristics."""
+    """Yield lines for the terminal: the next part first, then the findings (notes), then the characteristics."""
     now, proof = loop.cut.off * 1e3, loop.proof
     was = f"this part departs by {np.abs(now).max():.2f} µm at most and {np.abs(now).mean():.2f} µm in the mean ({len(now)} measured points)"
     if loop.refused:
@@ -128,7 +128,7 @@ def _values(measurement: Measurement | None) -> list[dict[str, Any]]:
 
 
 def _held_out(proof: HeldOutProof | None) -> dict[str, Any] | None:
-    """How what was found does in passes that it was not fitted to; null where nothing was to be written."""
+    """Return how the findings predict passes that they were not fitted to; null where nothing was to be written."""
     if proof is None:
         return None
     return {
@@ -138,7 +138,7 @@ def _held_out(proof: HeldOutProof | None) -> dict[str, Any] | None:
 
 
 def _scatter(cut: MeasuredCut) -> dict[str, Any]:
-    """Standard deviations along one direction as the part shows them, and what the machine file states."""
+    """Return standard deviations along one direction as the part shows them, and those of the machine file."""
     size = cut.sizes
     if size is None:
         return {"point": cut.scatter * 1e3}

@@ -1,4 +1,4 @@
-"""A measured part against its prediction as tables: characteristics side by side, and what the difference goes with."""
+"""A measured part against its prediction as tables: characteristics side by side, and covariates of the difference."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def mismatch(cut: MeasuredCut) -> ResultTable[MismatchEntry]:
 
 
 def measured_json(cut: MeasuredCut) -> dict[str, Any]:
-    """Keys of the document: measured, mismatch, scatter_um."""
+    """Return keys of the document: measured, mismatch, scatter_um."""
     return {
         "measured": records(PREDICTION_COLUMNS, list(cut.compared)),
         "mismatch": records(MISMATCH, list(cut.mismatch)),

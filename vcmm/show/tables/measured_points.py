@@ -35,7 +35,7 @@ class MeasuredPoint:
 
 
 def _axes(heading: str, of: Callable[[Any], Array]) -> tuple[Column[Any], ...]:
-    """Three columns of a file, for x, y and z."""
+    """Return three columns of a file, for x, y and z."""
     return tuple(
         Column(None, partial(_component, of, i), csv=heading.format(c), file=in_file(9))
         for i, c in enumerate("xyz")
@@ -71,7 +71,7 @@ def points(measurement: Measurement) -> list[MeasuredPoint]:
 
 
 def measure_json(measurement: Measurement) -> dict[str, Any]:
-    """The body of the JSON document: characteristics with value only, and points."""
+    """Return the body of the JSON document: characteristics with value only, and points."""
     return {
         "characteristics": records(VALUES, measurement.values),
         "points": records(POINTS, points(measurement)),

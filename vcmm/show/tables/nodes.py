@@ -25,7 +25,7 @@ class NodeRow:
     number: int
 
     def three(self, name: str) -> list[float]:
-        """x, y, z of a quantity of the node, um."""
+        """Return x, y, z of a quantity of the node, um."""
         return [float(v) * 1e3 for v in getattr(self.scatter, name)[self.number]]
 
 
@@ -56,13 +56,13 @@ NODE_COLUMNS: tuple[Column[NodeRow], ...] = (
 
 
 def nodes_table(scatter: NodeScatter) -> ResultTable[NodeRow]:
-    """One line per node."""
+    """Return one line per node."""
     rows = [NodeRow(scatter, k) for k in range(len(scatter.place))]
     return ResultTable("Nodes: where the machine stops when it comes from many sides", NODE_COLUMNS, rows)
 
 
 def sentences(scatter: NodeScatter) -> list[str]:
-    """What the lengths say as a whole."""
+    """Return statements from the lengths as a whole."""
     located = scatter.located
     d, instrument, single = (
         np.quantile(v, [0, 0.5, 1]) * 1e3 for v in (scatter.d, scatter.instrument, scatter.single)
@@ -80,7 +80,7 @@ def sentences(scatter: NodeScatter) -> list[str]:
 
 
 def process_json(fit: ProcessFit, dof: int) -> dict[str, Any]:
-    """The process of the field in a document: its numbers and central 95 % of what the likelihood leaves."""
+    """Return the process of the field in a document: its numbers and central 95 % of what the likelihood leaves."""
     return {
         "margins": "t",
         "dof": dof,
@@ -95,7 +95,7 @@ def process_json(fit: ProcessFit, dof: int) -> dict[str, Any]:
 
 
 def process_sentences(fit: ProcessFit) -> list[str]:
-    """What the nodes say of the field between them."""
+    """Return statements from the nodes about the field between them."""
     low, high = fit.lengths_range
     lengths = ", ".join(
         f"{a} {v:.0f} ({b:.0f} to {c:.0f})" for a, v, b, c in zip("xyz", fit.lengths, low, high)

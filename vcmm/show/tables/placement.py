@@ -1,4 +1,4 @@
-"""A placement as tables: poses compared, why, how sure; of a measured part, of a cut part, and of the choice of a machine."""
+"""A placement as tables: poses compared, reasons, certainty; of a measured part, of a cut part, and of the choice of a machine."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _against(decimals: int, on: Literal["both", "terminal"] = "both") -> Column[
 
 
 def compared_poses(placed: PlacementResult) -> ResultTable[ComparedPose]:
-    """One row per pose: best of those tried, convenient, present, median, worst."""
+    """Return one row per pose: best of those tried, convenient, present, median, worst."""
     flat = placed.region
     tried = [("found", placed.best.pose, placed.best.value)]
     if flat.convenient is not None:
@@ -65,14 +65,14 @@ def compared_poses(placed: PlacementResult) -> ResultTable[ComparedPose]:
     caption = "Median and worst: of even draws over the fixture. Convenient: rounded, and within 2 % of the pose found."
     in_its_unit = Writing(lambda value, unit: amount(value, placed))
     columns = [NAME, SHIFT, TURN, _value(in_its_unit)]
-    if placed.confirmation is None:  # else the gain is the one that was confirmed, and is said once, above
+    if placed.confirmation is None:  # else the gain is the confirmed one, and is stated once, above
         columns.append(_against(2))
     return ResultTable(title, columns, rows, page_caption=caption)
 
 
 @dataclass(frozen=True)
 class InfluenceChange:
-    """What one influence contributes to u at two poses, in the words of its unit; change: share of the present u²."""
+    """Contribution of one influence to u at two poses, in the words of its unit; change: share of the present u²."""
 
     characteristic: str
     influence: str
@@ -91,7 +91,7 @@ WHY: tuple[Column[InfluenceChange], ...] = (
 
 
 def why(placed: PlacementResult, most: int = 4) -> ResultTable[InfluenceChange]:
-    """Contributions at the present and the best pose, the largest changes of each characteristic first."""
+    """Return the contributions at the present and the best pose, the largest changes of each characteristic first."""
     rows = []
     for name, kind, lines, total in changes(placed):
         word, scale = UNITS[kind]
@@ -111,7 +111,7 @@ OTHER_DRAWS = (
 
 
 def how_sure(placed: PlacementResult) -> ResultTable[Any]:
-    """Certificate and flatness, and the gain out of sample where it was confirmed."""
+    """Return the certificate and flatness, and the gain out of sample where it was confirmed."""
     rows = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
     sure = placed.confirmation
     if sure is not None:
@@ -127,7 +127,7 @@ def how_sure(placed: PlacementResult) -> ResultTable[Any]:
 
 
 def compared_cut_poses(placed: PlacedCut) -> ResultTable[ComparedPose]:
-    """The pose found, the present one, median and worst of the scan."""
+    """Return the best pose, the present one, median and worst of the scan."""
     named = (("found", placed.best), ("present", placed.present), ("median of the scan", placed.median), ("worst of the scan", placed.worst))  # fmt: skip
     present = placed.present.value
     rows = [
@@ -163,7 +163,7 @@ GAINS: tuple[Column[Gain], ...] = (
 
 
 def gains(placed: PlacedCut) -> ResultTable[Gain]:
-    """What each characteristic gains."""
+    """Return the gain of each characteristic."""
     before: Sequence[CharacteristicResult] = placed.before.characteristics
     rows = [
         Gain(c.name, unit(c), float(here), float(there), p_conform(b), p_conform(a))
@@ -209,7 +209,7 @@ RANKING: tuple[Column[RankedMachine], ...] = (
 
 
 def ranking(order: Sequence[str], results: Mapping[str, Mapping[str, Any]]) -> ResultTable[RankedMachine]:
-    """The machines in their order, then those that cannot take the part. results: per file name, value, pose and amount."""
+    """Return the machines in their order, then those that cannot take the part. results: per file name, value, pose and amount."""
     first = results[order[0]]["value"]
     rows = []
     for m in order:

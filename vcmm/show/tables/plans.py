@@ -27,7 +27,7 @@ class CurvePoint:
 def curve(
     scenario: Scenario, result: PlanResult, plans: Sequence[PlanPoint] | None = None
 ) -> ResultTable[CurvePoint]:
-    """The present plan, then those of the curve (or `plans`); the chosen one is marked."""
+    """Return the present plan, then those of the curve (or `plans`); the chosen one is marked."""
     units = {c.name: unit(c) for c in scenario.part.characteristics}
     shown = (result.present, *(result.pareto if plans is None else plans))
     rows = [
@@ -52,7 +52,7 @@ def _plan_uncertainty(name: str, row: CurvePoint) -> float:
 
 
 def _of_unit(unit: str) -> Writing:
-    """A column of its own unit: its characteristic is a length or an angle in every row."""
+    """Return a column of its own unit: its characteristic is a length or an angle in every row."""
     return Writing(
         lambda value, _: deviation_text(value, unit, signed=False), lambda value, _: small(value, unit)
     )

@@ -1,4 +1,4 @@
-"""An NC program as tables: its moves, how many of each kind, where it goes, its time, and remarks."""
+"""An NC program as tables: its moves, their number by kind, its extents, its time, and remarks."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def moves(name: str, program: Program) -> ResultTable[Move]:
 
 
 def move_json(m: Move, axes: str = "ABC") -> dict[str, Any]:
-    """One move; rotary axes, tool axes and the time of a dwell only where there are any.
+    """Return one move; rotary axes, tool axes and the time of a dwell only where there are any.
 
     led: the points are those of the tip in the workpiece as it lies with the rotary axes at zero. axes: those of the machine.
     """
@@ -77,13 +77,13 @@ def move_json(m: Move, axes: str = "ABC") -> dict[str, Any]:
 
 
 def _angles(angles: Sequence[float], axis: Sequence[float] | None, axes: str) -> dict[str, float] | None:
-    """By axis; None where the tool points away from Z by angles that only the machine knows (it is not in the set-up)."""
+    """Return angles by axis; None where the tool points away from Z by angles that only the machine knows (it is not in the set-up)."""
     unknown = axis is not None and axis[2] < UPRIGHT and not any(angles)
     return None if unknown else {a: angle for a, angle in zip("ABC", angles) if a in axes or angle}
 
 
 def kinds(name: str, program: Program, total: ProgramSummary) -> ResultTable[Any]:
-    """How many moves of each kind, and how long their path is."""
+    """Return how many moves of each kind, and how long their path is."""
     rows = [[kind, str(n), f"{total.lengths[kind]:.3f} mm"] for kind, n in total.counts.items()]
     title = f"{name}: {len(program.moves)} moves, dialect {program.dialect}"
     return listing(title, ["move", "number", "path"], rows)
@@ -94,14 +94,14 @@ def extents(program: Program, total: ProgramSummary) -> ResultTable[Any]:
 
 
 def remarks(name: str, program: Program) -> ResultTable[Any]:
-    """What `unused_table` does not say."""
+    """Return the remarks that `unused_table` does not hold."""
     texts = {u.text for u in program.unused}
     rows = [[f"{name}:{w.line}:{w.column}", w.text] for w in program.warnings if w.text not in texts]
     return listing("remarks", ["where", "what"], rows, words=(0, 1))
 
 
 def unused_table(name: str, program: Program) -> ResultTable[Any]:
-    """Words that nothing uses, one row for each letter: where first, as written there, and how many lines have one."""
+    """Return words that nothing uses, one row for each letter: first place, as written there, and number of lines."""
     rows: dict[str, list[Any]] = {}
     for u in program.unused:
         row = rows.setdefault(u.text, [f"{name}:{u.line}:{u.column}", u.word, 0])
@@ -111,13 +111,13 @@ def unused_table(name: str, program: Program) -> ResultTable[Any]:
 
 
 def assumption_table(name: str, program: Program) -> ResultTable[Any]:
-    """What the program lacks and was taken for granted."""
+    """Return the data that the program lacks and that were assumed."""
     rows = [[f"{name}:{a.line}", a.what, a.value] for a in program.assumed]
     return listing("assumed", ["where", "what", "taken"], rows, words=(0, 1, 2))
 
 
 def travels(program: Program, machine: Machine) -> ResultTable[Any]:
-    """How far the axes go, and how far they can."""
+    """Return the ranges of the axes, used and available."""
     rows = []
     for letter, axis in machine.axes.items():
         turning = letter in "ABC"
@@ -140,7 +140,7 @@ def travels(program: Program, machine: Machine) -> ResultTable[Any]:
 
 @dataclass(frozen=True)
 class FolderRow:
-    """What became of one program of a folder: exit 0 or 2; reason: why it was refused."""
+    """Result of one program of a folder: exit 0 or 2; reason: why it was refused."""
 
     file: str
     dialect: str
@@ -174,7 +174,7 @@ def outcome(row: FolderRow) -> str:
 
 
 def folder_counts(rows: Sequence[FolderRow]) -> ResultTable[Any]:
-    """How many programs of each dialect were read, read with assumptions, refused."""
+    """Return how many programs of each dialect were read, read with assumptions, refused."""
     kinds = ("read", "read with assumptions", "no motion", "refused")
     counted = Counter((row.dialect or "not known", outcome(row)) for row in rows)
     dialects = sorted({d for d, _ in counted})
@@ -184,14 +184,14 @@ def folder_counts(rows: Sequence[FolderRow]) -> ResultTable[Any]:
 
 
 def reason_kind(reason: str) -> str:
-    """A reason without place and numbers, so that equal ones count together."""
+    """Return a reason without place and numbers, so that equal ones count together."""
     plain = re.sub(r"^.*?:\d+:\d+: ", "", reason)
     plain = re.sub(r'"[^"]*"|#?<[^>]*>|[-+]?\d+(?:\.\d+)?', "…", plain)
     return re.split(r"[;(]|\. |, as in", plain)[0].strip()[:110]
 
 
 def folder_reasons(rows: Sequence[FolderRow]) -> ResultTable[Any]:
-    """Reasons of refusals, the most frequent first, with one program of each."""
+    """Return the reasons of refusals, the most frequent first, with one program of each."""
     reasons: dict[str, list[FolderRow]] = {}
     for row in rows:
         if row.reason:
@@ -213,7 +213,7 @@ TIMES: tuple[Column[tuple[str, float, str]], ...] = (
 
 
 def times(path: Toolpath) -> ResultTable[tuple[str, float, str]]:
-    """The cycle time and its parts by mode and by tool, s."""
+    """Return the cycle time and its parts by mode and by tool, s."""
     from vcmm.shop.motion.toolpath import clock  # the time law is loaded where a time is shown
 
     rows = [("cycle time", path.seconds, clock(path.seconds))]

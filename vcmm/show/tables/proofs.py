@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def proof_json(proof: CutProof) -> dict[str, Any]:
-    """The key `proof`, and `reason` where it is null."""
+    """Return the key `proof`, and `reason` where it is null."""
     if proof.after is None:
         return {"proof": None, "reason": proof.reason}
     body = {"by": "cut", **_figures(proof.after), "met": proof.met, "allowed_um": proof.allowed * 1e3}
@@ -29,7 +29,7 @@ def _figures(cut: InspectedCut) -> dict[str, Any]:
 
 
 def proof_text(proof: CutProof) -> str:
-    """The answer in two lines."""
+    """Return the answer in two lines."""
     if proof.after is None:
         return f"proof by a cut: nothing was inspected; {proof.reason}"
     after, before = proof.after, proof.before

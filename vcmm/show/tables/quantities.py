@@ -1,4 +1,4 @@
-"""How quantities are written: in the terminal with their unit; on pages mm and µm bare, angles with theirs.
+"""Write quantities: in the terminal with their unit; on pages mm and µm bare, angles with theirs.
 
 A number that does not exist (NaN, infinity, None) is a dash, never "nan".
 """
@@ -21,19 +21,19 @@ def _missing(value: float | None) -> bool:
 
 
 def length_text(value: float, unit: Unit) -> str:
-    """A value: 30.00012 mm, or an angle 90.00001 deg."""
+    """Return a value: 30.00012 mm, or an angle 90.00001 deg."""
     if _missing(value):
         return DASH
     return f"{value:.5f} mm" if unit == "mm" else f"{math.degrees(value):.6f} deg"
 
 
 def large(value: float, unit: Unit) -> str:
-    """A length in mm with 5 decimals, an angle in deg with 6."""
+    """Return a length in mm with 5 decimals, an angle in deg with 6."""
     return f"{value:.5f}" if unit == "mm" else f"{math.degrees(value):.6f}°"
 
 
 def deviation_text(value: float, unit: Unit, signed: bool = True) -> str:
-    """A small difference: +0.12 µm or +3.4 µrad."""
+    """Return a small difference: +0.12 µm or +3.4 µrad."""
     if _missing(value):
         return DASH
     rounded = round(value * SMALL_SCALE[unit], 2) + 0.0  # no minus before a zero
@@ -42,7 +42,7 @@ def deviation_text(value: float, unit: Unit, signed: bool = True) -> str:
 
 
 def small(value: float, unit: Unit) -> str:
-    """A small difference in µm (a plain number) or µrad, three significant digits."""
+    """Return a small difference in µm (a plain number) or µrad, three significant digits."""
     from vcmm.show.report.text import number
 
     if _missing(value):
@@ -51,7 +51,7 @@ def small(value: float, unit: Unit) -> str:
 
 
 def _clean(value: float) -> float:
-    """What is below half a nanometre (nanoradian) is nothing that is measured: zero."""
+    """Return zero for a value below half a nanometre (nanoradian)."""
     return 0.0 if abs(value) < LEAST_SMALL else value
 
 
@@ -60,7 +60,7 @@ def percent_text(share: float | None) -> str:
 
 
 def fine_text(value: float, unit: Unit) -> str:
-    """A very small difference: 0.12 nm or 0.003 µrad; "not checked" when unknown."""
+    """Return a very small difference: 0.12 nm or 0.003 µrad; "not checked" when unknown."""
     if not math.isfinite(value):
         return "not checked"
     return f"{value * 1e6:.2g} nm" if unit == "mm" else f"{value * 1e6:.2g} µrad"
@@ -75,7 +75,7 @@ def _fine_on_page(value: float, unit: Unit) -> str:
 
 
 def span_text(ends: Sequence[float] | None, unit: Unit) -> str:
-    """Two ends of an interval as departures: [-0.12, +0.31] µm; a dash where there is none, as of a tolerance not stated."""
+    """Return two ends of an interval as departures: [-0.12, +0.31] µm; a dash where there is none, as of a tolerance not stated."""
     if ends is None:
         return DASH
     word = "µm" if unit == "mm" else "µrad"
@@ -84,7 +84,7 @@ def span_text(ends: Sequence[float] | None, unit: Unit) -> str:
 
 
 def span(ends: Sequence[float] | None, unit: Unit) -> str:
-    """Two ends as departures, µm or µrad."""
+    """Return two ends as departures, µm or µrad."""
     from vcmm.show.report.text import number
 
     return DASH if ends is None else " … ".join(number(_clean(x * SMALL_SCALE[unit]), 3) for x in ends)
@@ -105,7 +105,8 @@ SHARE = Writing(
 
 
 def fixed(decimals: int, unit: str = "", scale: float = 1.0, signed: bool = False) -> Writing:
-    """A number with so many decimals, times `scale`, with the word of its unit: fixed(2, "um", 1e3). What rounds to nothing has no minus."""
+    """Return a number with so many decimals, times `scale`, with the word of its unit: fixed(2, "um", 1e3). A value that rounds to zero
+    has no minus."""
     sign, word = "+" if signed else "", f" {unit}" if unit else ""
     word = word.replace(" um", " µm").replace(" urad", " µrad")
 
@@ -116,16 +117,16 @@ def fixed(decimals: int, unit: str = "", scale: float = 1.0, signed: bool = Fals
 
 
 def percent(decimals: int, signed: bool = False) -> Writing:
-    """A share: 0.247 as 24.7%."""
+    """Return a share: 0.247 as 24.7%."""
     sign = "+" if signed else ""
     return Writing(lambda value, unit: DASH if _missing(value) else f"{value:{sign}z.{decimals}%}")
 
 
 def in_file(decimals: int, scale: float = 1.0) -> Any:
-    """For CSV files: a number with so many decimals, empty where there is none."""
+    """Return, for CSV files, a number with so many decimals, empty where there is none."""
     return lambda value, unit: "" if _missing(value) else f"{value * scale:z.{decimals}f}"
 
 
 def small_in_file(value: float | None, unit: Unit) -> str:
-    """For CSV files: µm or µrad, six significant digits."""
+    """Return, for CSV files, µm or µrad, six significant digits."""
     return written_out(None if value is None else value * SMALL_SCALE[unit], unit)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def reversals(results: Sequence[ReversalResult]) -> ResultTable[Sequence[str]]:
-    """Every error that was separated, with its u and the artefact beside it."""
+    """Return every error that was separated, with its u and the artefact beside it."""
     rows = []
     for result in results:
         for row in result.rows():
@@ -30,7 +30,7 @@ def reversals(results: Sequence[ReversalResult]) -> ResultTable[Sequence[str]]:
 
 
 def _nm(value: float | None, unit: str) -> str:
-    """A figure given in um, as nm, or in urad with three digits."""
+    """Return a figure given in um, as nm, or in urad with three digits."""
     if value is None:
         return DASH
     return f"{value:.3g} µrad" if unit else f"{value * 1e3:.3g} nm"
@@ -50,5 +50,5 @@ SPINDLE: tuple[Column[Figure], ...] = (
 
 
 def spindle_figures(figures: Sequence[Figure]) -> ResultTable[Figure]:
-    """ISO 230-7 values of a turning axis, nm and urad."""
+    """Return ISO 230-7 values of a turning axis, nm and urad."""
     return ResultTable("ISO 230-7", SPINDLE, figures)

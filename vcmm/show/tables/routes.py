@@ -1,4 +1,4 @@
-"""Routes to one result as tables: what each says, how far it is from the truth where that is known, and E_n between them."""
+"""Routes to one result as tables: the result of each, its distance from the truth where that is known, and E_n between them."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def contributions_table(compared: RoutesResult) -> ResultTable[ContributionRow]:
 
 
 def routes_json(compared: RoutesResult) -> dict[str, Any]:
-    """The body of the JSON document."""
+    """Return the body of the JSON document."""
     return {
         "simulated": compared.simulated, "agree": compared.agree,
         "characteristics": records(CHARACTERISTICS, compared.characteristics),

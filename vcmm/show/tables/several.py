@@ -1,4 +1,4 @@
-"""Several recordings diagnosed together as tables: the size of every name in each, and what each says by itself."""
+"""Several recordings diagnosed together as tables: the size of every name in each, and the result of each alone."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _name(a: Answer) -> str:
 
 
 def _size(s: Size) -> str:
-    """0.98 ± 0.03, times the size that the name has in all."""
+    """Return 0.98 ± 0.03, times the size that the name has in all."""
     return (
         NOT_SEEN_TEXT if s.times is None or s.u is None else f"{s.times:.2f} ± {plain(float(f'{s.u:.1g}'))}"
     )

@@ -1,4 +1,4 @@
-"""What U and the interval of a result are, in words: one sentence for pages, sheets and the terminal."""
+"""Explain U and the interval of a result in words: one sentence for pages, sheets and the terminal."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ UPPER = "upper"  # as `interval_kind`: the interval begins at 0, which is no lim
 
 
 def kind_of_interval(c: CharacteristicResult) -> str:
-    """symmetric or shortest as asked for; "upper" for what cannot be below 0 and may well be 0."""
+    """Return symmetric or shortest as requested; "upper" for values that cannot be below 0 and may well be 0."""
     return UPPER if c.one_sided and c.interval[0] <= 0.0 else c.interval_kind
 
 
 def meaning_of_U(results: Iterable[CharacteristicResult]) -> str:
-    """Which half of what U is, of all kinds of result that there are."""
+    """Return of which interval U is half, for all kinds of result."""
     every = list(results)
     p = every[0].p
     sentences = []

@@ -1,4 +1,4 @@
-"""A table whose columns are declared once: what a cell is, how people read it, its key in documents and its CSV heading.
+"""A table whose columns are declared once: value of a cell, its text for people, its key in documents and its CSV heading.
 
 A cell is computed from the object of its row in the units of the inside (mm, rad). What has no number is None or not
 finite, and shown as a dash. A row with an attribute `unit` ("rad") is written in the units of that kind; else in mm.
@@ -21,7 +21,7 @@ LARGE, SMALL = {"mm": "mm", "rad": "deg"}, {"mm": "µm", "rad": "µrad"}
 
 @dataclass(frozen=True)
 class Writing:
-    """How values of one kind are written for people: in the terminal with their unit, on a page where a heading says it.
+    """Text of values of one kind for people: in the terminal with their unit, on a page where a heading states it.
 
     Both take the value and the unit of its row. page: None for the same words. words: set to the left.
     """
@@ -32,7 +32,7 @@ class Writing:
 
 
 def written_out(value: Any, unit: Unit) -> str:
-    """A cell of a CSV file: six significant digits of a float, empty where there is no finite number."""
+    """Return a cell of a CSV file: six significant digits of a float, empty where there is no finite number."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return ""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
@@ -66,7 +66,7 @@ class Column(Generic[R]):
 
 @dataclass(frozen=True)
 class ResultTable(Generic[R]):
-    """Columns, the objects of the rows, and what stands around them."""
+    """Columns, the objects of the rows, and the texts around them."""
 
     title: str
     columns: Sequence[Column[R]]
@@ -94,14 +94,14 @@ def _fill_units(text: str, row: object) -> str:
 
 
 def in_terminal(table: ResultTable[R]) -> Cells:
-    """Headings and cells as text with units."""
+    """Return the headings and cells as text with units."""
     columns = [c for c in table.columns if c.is_shown("terminal")]
     rows = [[c.writing.terminal(c.cell(row), unit_of(row)) for c in columns] for row in table.rows]
     return Cells([_head(c.head, table) for c in columns], rows, _words(columns))
 
 
 def on_page(table: ResultTable[R]) -> Cells:
-    """Headings and cells as a page has them: text, floats or the cells of `vcmm.show.report`."""
+    """Return the headings and cells as a page has them: text, floats or the cells of `vcmm.show.report`."""
     columns = [c for c in table.columns if c.is_shown("page")]
     rows = [
         [(c.writing.page or c.writing.terminal)(c.cell(row), unit_of(row)) for c in columns]
@@ -125,7 +125,7 @@ def html(
     more: Sequence[Sequence[object]] = (),
     foot: Sequence[Sequence[object]] = (),
 ) -> str:
-    """The table of a report. emphasise: rows that matter; more: further rows, as cells; foot: closing rows."""
+    """Return the table of a report. emphasise: rows that matter; more: further rows, as cells; foot: closing rows."""
     from vcmm.show.report.table import table as html_table
 
     cells = on_page(table)
@@ -141,14 +141,14 @@ def html(
 
 
 def titled_html(table: ResultTable[R]) -> list[str]:
-    """Heading and table of a report."""
+    """Return the heading and table of a report."""
     from vcmm.show.report.page import heading
 
     return [heading(table.title), html(table)]
 
 
 def text(table: ResultTable[R]) -> str:
-    """Lines of fixed width, as the documentation shows them."""
+    """Return the lines of fixed width, as the documentation shows them."""
     shown = in_terminal(table)
     cells = [shown.heads, *shown.rows]
     widths = [max(len(row[i]) for row in cells) for i in range(len(shown.heads))]
@@ -161,20 +161,20 @@ def text(table: ResultTable[R]) -> str:
 
 
 def csv_text(table: ResultTable[R]) -> str:
-    """The columns that have a CSV heading, one line per row."""
+    """Return the columns that have a CSV heading, one line per row."""
     columns = [c for c in table.columns if c.csv]
     rows = ([c.file(c.cell(row), unit_of(row)) for c in columns] for row in table.rows)
     return csv_of([[c.csv for c in columns], *rows])
 
 
 def records(columns: Sequence[Column[R]], rows: Iterable[R]) -> list[dict[str, Any]]:
-    """The rows of a JSON document: every column that has a key, as its value."""
+    """Return the rows of a JSON document: every column that has a key, as its value."""
     named = [c for c in columns if c.key]
     return [{_fill_units(c.key, row): c.cell(row) for c in named} for row in rows]
 
 
 def entry(key: str, cell: Callable[[R], Any]) -> Column[R]:
-    """A column that only JSON documents have."""
+    """Return a column that only JSON documents have."""
     return Column(None, cell, key=key)
 
 
@@ -185,7 +185,7 @@ def listing(
     words: Sequence[int] = (0,),
     caption: str = "",
 ) -> ResultTable[Sequence[str]]:
-    """A table of ready text, row by row. words: columns set to the left."""
+    """Return a table of ready text, row by row. words: columns set to the left."""
     columns = [
         Column(head, partial(_item, i), WORDS if i in words else NUMBER_TEXT) for i, head in enumerate(heads)
     ]

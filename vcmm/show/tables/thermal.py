@@ -1,4 +1,4 @@
-"""A thermal model as a table: its terms with amounts, lags and how well they are known."""
+"""A thermal model as a table: its terms with amounts, lags and their uncertainties."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class TermRow:
 
 
 def term_rows(model: ThermalModel, written: WrittenTerms) -> list[TermRow]:
-    """Every amount and lag that is written, with the u that is written; lags that have none besides."""
+    """Return every amount and lag that is written, with its u; also lags without u."""
     numbers = {(e.id, name): k for e, name, k in written.numbers}
     rows = []
     for effect in written.effects:
@@ -61,5 +61,5 @@ TERMS: tuple[Column[TermRow], ...] = (
 
 
 def terms(rows: Sequence[TermRow]) -> ResultTable[TermRow]:
-    """The numbers of a thermal model."""
+    """Return the numbers of a thermal model."""
     return ResultTable("What temperatures do", TERMS, rows)

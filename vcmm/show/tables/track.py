@@ -80,7 +80,7 @@ def _shift(s: CharacteristicShift) -> str:
 
 
 def doubtful(parts: Sequence[DoubtfulParts]) -> ResultTable[DoubtfulParts]:
-    """Parts that were measured or cut while nobody knew of a change."""
+    """Return parts that were measured or cut while a change was not yet known."""
     columns: Sequence[Column[DoubtfulParts]] = (
         Column("after", lambda d: d.since or "the date of the machine file"),
         Column("until", lambda d: d.alarm),
@@ -152,7 +152,7 @@ def next_checks(planned: Planned, track: Track) -> ResultTable[NextCheck]:
 
 
 def beyond_checks(limits: Sequence[TaskLimit]) -> list[TaskLimit]:
-    """Limits that no check of the machine can keep: what else is uncertain is above them by itself."""
+    """Return limits that no check of the machine can keep: the other uncertainties exceed them alone."""
     return [x for x in limits if 2.0 * x.rest >= x.limit]
 
 
@@ -168,7 +168,7 @@ def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
     kept = (
         "keeps every limit"
         if schedule.kept
-        else "does NOT keep the limits: no order of these checks that was searched does"
+        else "does NOT keep the limits: no searched order of the checks does"
     )
     fixed = (
         f"; at a fixed interval: {schedule.fixed[0]} every {schedule.fixed[1]} d, cost {schedule.fixed[2]:g}"
@@ -180,7 +180,7 @@ def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
 
 
 def plan_document(planned: Planned, track: Track) -> dict[str, object]:
-    """next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
+    """Return next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
     limits, each, schedule = planned
     return {
         "limits": [{"name": x.name, "limit": x.limit, "u_rest": x.rest, "unit": x.unit} for x in limits],

@@ -1,4 +1,4 @@
-"""An uncertainty evaluation as tables: results, budget, how it was computed; the characteristics of JSON and budget.csv."""
+"""An uncertainty evaluation as tables: results, budget, method; the characteristics of JSON and budget.csv."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def stated_with(results: Iterable[CharacteristicResult]) -> list[str]:
 
 
 def undecided_because(results: Iterable[CharacteristicResult]) -> list[str]:
-    """Why nothing is decided, one sentence per characteristic that is undecided."""
+    """Return why nothing is decided, one sentence per characteristic that is undecided."""
     out = []
     for c in results:
         if c.decision is not None and c.decision.text == UNDECIDED:
@@ -86,7 +86,7 @@ def undecided_because(results: Iterable[CharacteristicResult]) -> list[str]:
 
 
 def not_added_up(results: Iterable[CharacteristicResult]) -> list[str]:
-    """One sentence where shares of budgets do not add to 100 %: of which characteristics, to how much, and why."""
+    """Return one sentence where shares of budgets do not add to 100 %: which characteristics, their sum, and why."""
     told = [f"{c.name} {1.0 - rest:.1%}" for c in results if (rest := budget_interaction(c))]
     if not told:
         return []
@@ -101,12 +101,12 @@ def p_conform(c: CharacteristicResult) -> float | None:
 
 
 def from_nominal(ends: tuple[float, float] | None, c: CharacteristicResult) -> list[float] | None:
-    """Two ends as departures from nominal, mm or rad."""
+    """Return two ends as departures from nominal, mm or rad."""
     return None if ends is None else [x - c.nominal for x in ends]
 
 
 def _causes(c: CharacteristicResult) -> list[dict[str, Any]]:
-    """Physical causes that several lines of the budget have in common, with their share together."""
+    """Return the physical causes that several lines of the budget have in common, with their share together."""
     causes = common_causes(c.budget)
     return [{"cause": k, "share": share, "inputs": list(names)} for k, (share, names) in causes.items()]
 
@@ -116,7 +116,7 @@ def _ends(limits: tuple[float, float] | None) -> list[float | None] | None:
 
 
 def _global_risk(c: CharacteristicResult) -> dict[str, float] | None:
-    """Shares of the stated production: out and accepted, in and rejected."""
+    """Return the shares of the stated production: out and accepted, in and rejected."""
     risk = production_risk(c)
     if risk is None:
         return None
@@ -126,7 +126,7 @@ def _global_risk(c: CharacteristicResult) -> dict[str, float] | None:
 
 
 def _true_value(c: CharacteristicResult) -> dict[str, Any] | None:
-    """The true value beside the indicated one, of form, orientation and location."""
+    """Return the true value beside the indicated one, of form, orientation and location."""
     t = c.true_value
     if t is None:
         return None
@@ -143,7 +143,7 @@ def _true_value(c: CharacteristicResult) -> dict[str, Any] | None:
 
 
 def true_value_by_points(c: CharacteristicResult) -> dict[str, Any] | None:
-    """The true value of any characteristic of measured points; of a size, distance or angle that of its interval."""
+    """Return the true value of any characteristic of measured points; of a size, distance or angle that of its interval."""
     if c.true_value is not None:
         return _true_value(c)
     return {
@@ -157,7 +157,7 @@ def true_value_by_points(c: CharacteristicResult) -> dict[str, Any] | None:
 
 
 def not_covered(results: Iterable[CharacteristicResult]) -> list[str]:
-    """What the claims do not hold for, one sentence per characteristic of which coverage is claimed."""
+    """Return limits of the claims, one sentence per characteristic of which coverage is claimed."""
     return [
         f"{c.name}: not covered: {'; '.join(c.not_covered)}"
         for c in results
@@ -204,7 +204,7 @@ RESULTS: tuple[Column[CharacteristicResult], ...] = (
 
 
 def results(result: UncertaintyResult) -> ResultTable[CharacteristicResult]:
-    """characteristic | nominal | y | bias | U | k | interval | tolerance | decision."""
+    """Return the table characteristic | nominal | y | bias | U | k | interval | tolerance | decision."""
     first = result.characteristics[0]
     corrected = " (bias corrected)" if first.corrected else ""
     title = f"measured value y{corrected}, U and coverage interval for p = {first.p:.0%}"
@@ -248,7 +248,7 @@ def _number_on_page(value: float | None, unit: Unit) -> str:
 
 
 def _quantity_in_words(row: BudgetRow) -> object:
-    """What varies, in words over its name and evidence."""
+    """Return the quantity that varies, in words over its name and evidence."""
     from vcmm.show.report.table import Raw
     from vcmm.show.report.text import escape
 
@@ -258,7 +258,7 @@ def _quantity_in_words(row: BudgetRow) -> object:
 
 
 def _in_its_unit(value: float | None, unit: str) -> str:
-    """A number in the unit of its parameter."""
+    """Return a number in the unit of its parameter."""
     from vcmm.show.report.text import number
 
     words = {"degC": "°C", "1": ""}
@@ -315,25 +315,25 @@ BUDGET: tuple[Column[BudgetRow], ...] = (
 
 
 def budget_rows(c: CharacteristicResult) -> list[BudgetRow]:
-    """The lines, the largest first."""
+    """Return the lines, the largest first."""
     lines = sorted(c.budget, key=lambda line: -line.u)
     return [BudgetRow(c, line, i == 0) for i, line in enumerate(lines)]
 
 
 def more_than_rounding(row: BudgetRow) -> bool:
-    """The first line, and all whose share is not printed as 0.0 %."""
+    """Return whether a line is the first, or has a share that is not printed as 0.0 %."""
     return row.first or row.line.share >= ROUNDING
 
 
 def largest(characteristics: Iterable[CharacteristicResult], most: int = 5) -> ResultTable[BudgetRow]:
-    """Of every characteristic its largest lines that are more than rounding."""
+    """Return the largest lines of every characteristic that are more than rounding."""
     rows = [b for c in characteristics for b in budget_rows(c)[:most] if more_than_rounding(b)]
     words = {5: "five"}.get(most, str(most))
     return ResultTable(f"budget (up to {words} largest lines each)", BUDGET, rows)
 
 
 def budget_total(c: CharacteristicResult) -> BudgetLine:
-    """The closing line of a budget: k, U, p, y and bias in words, u in numbers."""
+    """Return the closing line of a budget: k, U, p, y and bias in words, u in numbers."""
     scale = SMALL_SCALE[c.unit]
     expanded, k = c.stated
     text = (
@@ -352,7 +352,7 @@ def budget_total(c: CharacteristicResult) -> BudgetLine:
 
 
 def budget_csv(result: UncertaintyResult) -> str:
-    """The budget as an assessor reads it, one row per input, then the combined row of each characteristic."""
+    """Return the budget as an assessor reads it, one row per input, then the combined row of each characteristic."""
     rows = [b for c in result.characteristics for b in (*budget_rows(c), BudgetRow(c, budget_total(c)))]
     return csv_text(ResultTable("", BUDGET, rows))
 
@@ -372,7 +372,7 @@ COMPUTATION_COLUMNS: tuple[Column[CharacteristicResult], ...] = (
 
 
 def computation_table(result: UncertaintyResult) -> ResultTable[CharacteristicResult]:
-    """Which method answered, how many trials, and the certified error of the linear model."""
+    """Return the method, the number of trials, and the certified error of the linear model."""
     caption = "The linear model is compared with multiplied transforms, contact and iterated fits on the same draws."
     return ResultTable(
         "how it was computed", COMPUTATION_COLUMNS, result.characteristics, page_caption=caption
@@ -380,10 +380,10 @@ def computation_table(result: UncertaintyResult) -> ResultTable[CharacteristicRe
 
 
 def uncertainty_json(result: UncertaintyResult) -> dict[str, Any]:
-    """The body of the JSON document; angles use _rad keys."""
+    """Return the body of the JSON document; angles use _rad keys."""
     return {"trials": result.trials, "characteristics": records(RESULTS, result.characteristics)}
 
 
 def characteristic_json(c: CharacteristicResult) -> dict[str, Any]:
-    """One characteristic; estimate, u_input and sensitivity of a budget line refer to its `unit`."""
+    """Return one characteristic; estimate, u_input and sensitivity of a budget line refer to its `unit`."""
     return records(RESULTS, [c])[0]

@@ -1,4 +1,4 @@
-"""A number with its standard uncertainty as text. Apart from the tables of other jobs, so that one job does not wait for the modules of another."""
+"""A number with its standard uncertainty as text. Separate from the tables of other jobs, so that one job does not import the modules of another."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from vcmm.core.units import plain
 
 
 def value_text(value: tuple[float, float] | None, unit: str) -> str:
-    """1.50 ± 0.12 um: standard uncertainty to two digits."""
+    """Return 1.50 ± 0.12 um: standard uncertainty to two digits."""
     if value is None:
         return "not found"
     if value[1] is None or not value[1] > 0:
