@@ -137,7 +137,8 @@ def test_rots_turns_by_solid_angles():
 def test_what_couples_axes_is_named_as_what_it_is(text, what):
     # each was told as a missing subprogram ("a hole in the path")
     told = {a.what for a in read(text + "M30\n", "sinumerik").assumed}
-    assert what in told and not any("subprogram" in t for t in told)
+    assert what in told
+    assert not any("subprogram" in t for t in told)
     with pytest.raises(DataError, match=what.split()[0]):
         read(text + "M30\n", "sinumerik", strict=True)
 
@@ -155,3 +156,15 @@ def test_an_arc_by_its_radius_that_ends_where_it_starts_says_what_the_control_do
         read("G21 G90 G0 X10. F100.\nG2 X10. R5.\nM30\n", "fanuc")
     with pytest.raises(DataError, match="must end elsewhere than it starts"):
         read("G21 G90 G0 X10. F100.\nG2 X10. R5.\nM30\n", "haas")
+
+
+def test_g58_leaves_what_g59_has_set_and_the_other_way_round():
+    # Siemens, "G58, G59": TRANS X10 and G59 X5: 15; G58 X1: 1 + 5 = 6; G59 X2: 1 + 2 = 3; ATRANS X4: 1 + 2 + 4 = 7; G59 X0: 1; TRANS: 0
+    text = "G90 G0 X0 Y0 Z0\nTRANS X10\nG59 X5\nX0\nG58 X1\nX0\nG59 X2\nX0\nATRANS X4\nX0\nG59 X0\nX0\nTRANS\nX0\nM30\n"
+    assert [e[0] for e in ends(text, "sinumerik")] == [0, 15, 6, 3, 7, 1, 0]
+
+
+def test_mod_of_macro_b_has_the_sign_of_its_dividend():
+    # FANUC B-64304EN, MOD: negative where the dividend is; -5 = -1 x 3 - 2. LinuxCNC: never negative
+    assert ends("G21 G90 G0 X[-5 MOD 3]\nM30\n", "fanuc") == [(-2, 0, 0)]
+    assert ends("G21 G90 G0 X[-5 MOD 3]\nM2\n", "linuxcnc") == [(1, 0, 0)]

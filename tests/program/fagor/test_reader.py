@@ -125,7 +125,8 @@ def test_the_number_behind_the_point_of_t_is_the_tool_offset():
     setup = Setup(strict=True, tools=tools)
     text = "%00229\nN10 G90 G71 G17\nN20 T1.1\nN30 G43\nN40 G0 X0 Y0 Z50\nN50 T2.12\nN60 G0 Y-5\nN70 G1 G41 X10 Y0 F100\nN80 Y30\nN90 G0 G40 X0\nN100 M30\n"
     made = tips(text, setup)
-    assert made[0] == (1, 0, 50) and made[1] == (2, 0, 70)
+    assert made[0] == (1, 0, 50)
+    assert made[1] == (2, 0, 70)
     assert made[3] == (2, 8, 70)
     without = interpret(text, "fagor", Setup(strict=False, tools={1: tools[1], 2: tools[2]}))
     assert any("12" in a.what for a in without.assumed) or any("12" in w.text for w in without.warnings)

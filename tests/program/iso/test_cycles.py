@@ -75,7 +75,8 @@ def test_the_number_of_repeats_is_no_length():
         told = [
             w.text for w in interpret(text.format(count), "fanuc").warnings
         ]  # the clearance of the pecks, and nothing of K or L
-        assert len(told) == 1 and "parameter 5115" in told[0]
+        assert len(told) == 1
+        assert "parameter 5115" in told[0]
     assert "Z-5" in interpret(text.format("K3").replace("Z-5.", "Z-5"), "fanuc").warnings[0].text
 
 

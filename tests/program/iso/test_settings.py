@@ -69,7 +69,8 @@ def test_clearance_of_pecks_is_told_where_the_control_sets_it():
     assert "how far the tool comes back after a peck of G73 (Haas setting 22)" in told(
         text.format(73, "3."), "haas"
     )
-    assert not told(text.format(83, "20."), "fanuc") and not told(text.format(83, "3."), "linuxcnc")
+    assert not told(text.format(83, "20."), "fanuc")
+    assert not told(text.format(83, "3."), "linuxcnc")
 
 
 def test_j_of_g84_on_a_haas_is_the_speed_of_the_way_out():
