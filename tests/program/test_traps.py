@@ -168,3 +168,22 @@ def test_mod_of_macro_b_has_the_sign_of_its_dividend():
     # FANUC B-64304EN, MOD: negative where the dividend is; -5 = -1 x 3 - 2. LinuxCNC: never negative
     assert ends("G21 G90 G0 X[-5 MOD 3]\nM30\n", "fanuc") == [(-2, 0, 0)]
     assert ends("G21 G90 G0 X[-5 MOD 3]\nM2\n", "linuxcnc") == [(1, 0, 0)]
+
+
+def test_axes_beside_a_dwell_move_nothing():
+    # FANUC: X is the time; the block moved to X2 Y3 in silence
+    text = "G21 G90 G0 X1.\nG4 X2. Y3.\nG66 P10 A1.\nG67 X5.\nX2.\nM30\nO10\nM99\n"
+    assert ends(text, "fanuc", strict=False) == [(1, 0, 0), (1, 0, 0), (2, 0, 0)]
+    assert [u.word for u in read(text, "fanuc").unused] == ["Y3.", "X5."]
+    with pytest.raises(DataError, match='2:8: nothing in this block uses the word "Y"'):
+        read(text, "fanuc", strict=True)
+
+
+def test_a_scale_without_a_factor_is_a_setting_of_the_control():
+    # FANUC B-64304EN, scaling: where P is left out, parameter 5411 is the factor
+    text = "G21 G90 G51 X5. Y0.\nG0 X10.\nG50\nM30\n"
+    assert "the factor of G51 without P or I J K (FANUC parameter 5411, by axis 5421)" in {
+        a.what for a in read(text, "fanuc").assumed
+    }
+    with pytest.raises(DataError, match="Haas setting 71"):
+        read(text, "haas", strict=True)

@@ -109,3 +109,12 @@ def test_cycles_of_a_lathe_that_mean_something_else_are_holes(code: str):
     assert lathe_ends(text) == [(20, 5)]
     with pytest.raises(DataError, match=code):
         interpret(text, "okuma", Setup(strict=True))
+
+
+@pytest.mark.parametrize("code", ["G54", "G98", "G52", "G12.1"])
+def test_codes_that_an_osp_control_has_not_are_told(code: str):
+    """G54 of an OSP mill is the length of the tool along X, not a work offset; G98 and G52 it has not."""
+    text = f"G90 G15 H1\nG0 X0 Y0\n{code} G0 X10 Y5\nM2\n"
+    assert any(a.what.startswith(code) for a in interpret(text, "okuma", Setup(strict=False)).assumed)
+    with pytest.raises(DataError, match=code):
+        interpret(text, "okuma", Setup(strict=True))

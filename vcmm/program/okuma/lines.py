@@ -31,6 +31,14 @@ MILL_CODES = {
     "30": ("G30 of Okuma", HOLE), "11": ("G11 (the coordinates are shifted and turned, until G10)", "passed over: what follows lies where it lay"),
     "62": ("G62 (mirrored axes)", "passed over: what follows is not mirrored"),
 }  # fmt: skip
+MILL_HAS = {  # codes of OSP-P200M and P300M that mean what they mean in the family, or are brought into its words here
+    *range(5), 9, 10, 11, 15, 16, *range(17, 24), 30, 31, 40, 41, 42, 50, 51, 53, 56, 60, 61, 62, 64, 71, 73, 74, 76, *range(80, 88), *range(89, 93), *range(94, 98), 116,
+}  # fmt: skip
+ALONG = {"54": "X", "55": "Y", "57": "the fourth axis", "58": "the fifth axis", "59": "the sixth axis"}
+LATHE_HAS = {
+    *range(5), 9, 13, 14, *range(17, 36), 40, 41, 42, 50, 61, 62, 64, 65, *range(71, 79), *range(80, 89), 90, 91, *range(94, 98), *range(100, 200),
+}  # fmt: skip
+_NUMBER = re.compile(r"(?<![A-Z])G0*(\d+)(\.\d)?")
 _G = r"(?<![A-Z])G"  # of a code, also right behind a number: N10G71
 CYCLES = {"1": "G71", "2": "G72"}
 
@@ -191,7 +199,9 @@ class OkumaLines:
 
     def _lathe(self, line: int, code: str) -> str:
         """G50 S, G4 F, T010203, L as radius of an arc; G20 HP is the home position."""
-        code = re.sub(rf"{_G}50(?!\d)(?=.*S)", "G92", code.upper())
+        code = code.upper()
+        self._tell_others(line, code, LATHE_HAS)
+        code = re.sub(rf"{_G}50(?!\d)(?=.*S)", "G92", code)
         code = re.sub(r"(?<![A-Z])T(\d\d)(\d\d\d\d)(?!\d)", r"T\2", code)
         if re.search(rf"{_G}0?[23](?!\d)", code):
             code = re.sub(r"(?<![A-Z])L(?=[-+.\d\[])", "R", code)
@@ -211,6 +221,13 @@ class OkumaLines:
             self.tell(line, f"the cycle {match[1]}", HOLE)
             return ""
         return _dwell(code)
+
+    def _tell_others(self, line: int, code: str, codes: set[int]) -> None:
+        """Codes of the family that an OSP control has not, or that mean something else on it."""
+        for number, point in _NUMBER.findall(code):
+            if int(number) not in codes or point:
+                what = f"G{number}{point} (no code of an OSP control in that sense)"
+                self.tell(line, what, "read as on a FANUC")
 
     def _corner(self, line: int, code: str, is_round: bool) -> str:
         """G75 G1 X20 L2 and G76 G1 Z-10 L2: the corner at the end of the block is cut, rounded; the sign of L is the way of the next block."""
@@ -242,6 +259,11 @@ class OkumaLines:
     def _mill(self, line: int, code: str) -> str:
         """G15 H (work offset), G56 H (length of the tool), G53 (no length), G71 and M52 to M54 (where cycles return to)."""
         code = code.upper()
+        for number, axis in ALONG.items():
+            if re.search(rf"{_G}{number}(?!\d)", code):
+                self.tell(line, f"G{number} of Okuma (the length of the tool along {axis})", "passed over")
+                code = re.sub(rf"{_G}{number}(?!\d)", "", code)
+        self._tell_others(line, code, MILL_HAS)
         if match := re.search(r"(?<![A-Z])T(\d+)", code):
             self.tool = int(match[1])
         if re.search(rf"{_G}116(?!\d)", code):  # the tool change
