@@ -156,3 +156,34 @@ def test_an_arc_by_its_radius_that_ends_where_it_starts_says_what_the_control_do
         read("G21 G90 G0 X10. F100.\nG2 X10. R5.\nM30\n", "fanuc")
     with pytest.raises(DataError, match="must end elsewhere than it starts"):
         read("G21 G90 G0 X10. F100.\nG2 X10. R5.\nM30\n", "haas")
+
+
+def test_g58_leaves_what_g59_has_set_and_the_other_way_round():
+    # Siemens, "G58, G59": TRANS X10 and G59 X5: 15; G58 X1: 1 + 5 = 6; G59 X2: 1 + 2 = 3; ATRANS X4: 1 + 2 + 4 = 7; G59 X0: 1; TRANS: 0
+    text = "G90 G0 X0 Y0 Z0\nTRANS X10\nG59 X5\nX0\nG58 X1\nX0\nG59 X2\nX0\nATRANS X4\nX0\nG59 X0\nX0\nTRANS\nX0\nM30\n"
+    assert [e[0] for e in ends(text, "sinumerik")] == [0, 15, 6, 3, 7, 1, 0]
+
+
+def test_mod_of_macro_b_has_the_sign_of_its_dividend():
+    # FANUC B-64304EN, MOD: negative where the dividend is; -5 = -1 x 3 - 2. LinuxCNC: never negative
+    assert ends("G21 G90 G0 X[-5 MOD 3]\nM30\n", "fanuc") == [(-2, 0, 0)]
+    assert ends("G21 G90 G0 X[-5 MOD 3]\nM2\n", "linuxcnc") == [(1, 0, 0)]
+
+
+def test_axes_beside_a_dwell_move_nothing():
+    # FANUC: X is the time; the block moved to X2 Y3 in silence
+    text = "G21 G90 G0 X1.\nG4 X2. Y3.\nG66 P10 A1.\nG67 X5.\nX2.\nM30\nO10\nM99\n"
+    assert ends(text, "fanuc", strict=False) == [(1, 0, 0), (1, 0, 0), (2, 0, 0)]
+    assert [u.word for u in read(text, "fanuc").unused] == ["Y3.", "X5."]
+    with pytest.raises(DataError, match='2:8: nothing in this block uses the word "Y"'):
+        read(text, "fanuc", strict=True)
+
+
+def test_a_scale_without_a_factor_is_a_setting_of_the_control():
+    # FANUC B-64304EN, scaling: where P is left out, parameter 5411 is the factor
+    text = "G21 G90 G51 X5. Y0.\nG0 X10.\nG50\nM30\n"
+    assert "the factor of G51 without P or I J K (FANUC parameter 5411, by axis 5421)" in {
+        a.what for a in read(text, "fanuc").assumed
+    }
+    with pytest.raises(DataError, match="Haas setting 71"):
+        read(text, "haas", strict=True)

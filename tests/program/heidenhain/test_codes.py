@@ -10,6 +10,8 @@ import pytest
 from tests.program.heidenhain.klartext import SETUP, check, moves
 from vcmm.core.errors import DataError
 from vcmm.program.heidenhain.reader import read
+from vcmm.program.interpret import interpret
+from vcmm.program.setup import Setup, Tool
 
 SURVEY = replace(SETUP, strict=False, reference=(0.0, 0.0, 400.0))
 
@@ -54,3 +56,23 @@ def test_named_once_each_and_refused_in_strict_reading():
     assert "M128" in told("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\nL A+10 FMAX\nFUNCTION RESET TCPM")[0]
     with pytest.raises(DataError, match="M97 is not understood"):
         moves("L X+1 FMAX M97")
+
+
+def test_m143_deletes_the_basic_rotation():
+    """90 degrees in the set-up: X10 lies at (0, 10); behind M143 it lies at (10, 0). It was passed over in silence."""
+    setup = Setup(
+        strict=True,
+        offsets={"G54": (0.0, 0.0, 0.0)},
+        rotations={"G54": math.pi / 2},
+        tools={5: Tool(5, 0.0, 10.0)},
+    )
+    text = "BEGIN PGM A MM\nTOOL CALL 5 Z S100\nL X+10 Y+0 R0 F100\nM143\nL X+10 Y+0\nEND PGM A MM\n"
+    ends = [tuple(round(v, 9) for v in m.end[:2]) for m in interpret(text, "heidenhain", setup).moves]
+    assert ends == [(0, 10), (10, 0)]
+
+
+def test_m94_and_m138_name_axes_without_numbers():
+    text = "BEGIN PGM A MM\nTOOL CALL 5 Z S100\nL X+10 R0 F100\nM94 C\nM138 A C\nL X+20 M94\nEND PGM A MM\n"
+    made = interpret(text, "heidenhain", Setup(strict=False, tools={5: Tool(5, 0.0, 10.0)}))
+    assert [m.end[0] for m in made.moves] == [10, 20]
+    assert {a.what.split()[0] for a in made.assumed} >= {"M94", "M138"}

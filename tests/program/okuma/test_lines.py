@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from vcmm.core.errors import DataError
+from vcmm.program.interpret import interpret
 from vcmm.program.okuma.lines import OkumaLines
+from vcmm.program.setup import Setup
 
 
 def lathe(text: str) -> list[str]:
@@ -72,3 +75,46 @@ def test_turret_and_spindle_move_nothing_and_g116_changes_the_tool():
     assert [line.strip() for line in lathe("G13 G140")] == ["G15"]  # of the family: the first spindle
     assert mill("G116 T3")[0].split() == ["T3", "M6"]
     assert lathe("G141")[0].strip() == "G14"  # the second, which the moves carry
+
+
+def lathe_ends(text: str) -> list[tuple[float, float]]:
+    """X (radius) and Z of the ends of a lathe program."""
+    return [(m.end[0], m.end[2]) for m in interpret(text, "okuma", Setup(strict=False)).moves]
+
+
+def test_corners_of_a_lathe_are_no_grooves():
+    """G75 G1 X20 L-2: the corner (10, 0) is cut, 2 mm before it and 2 mm behind; G76 rounds. G75 grooved, in silence, and G76 asked for a thread."""
+    made = lathe_ends("G0 X40 Z0\nG95 F0.2\nG75 G1 X20 L-2\nG1 Z-20\nM2\n")
+    assert made == [(20, 0), (12, 0), (10, -2), (10, -20)]
+    made = lathe_ends("G0 X20 Z0\nG95 F0.2\nN10G76G1Z-10L2\nG1 X40\nM2\n")
+    assert made == [(10, 0), (10, -8), (12, -10), (20, -10)]
+
+
+def test_g33_of_a_lathe_is_a_whole_pass():
+    """OSP-P200L, "fixed thread cutting cycle": down to X29, along, out, back; the lead is F/J = 3/2: 500 x 1.5 = 750 mm/min."""
+    made = interpret(
+        "G0 X40 Z5\nG97 S500 M3\nG33 X29 Z-20 F3 J2\nX28\nM2\n", "okuma", Setup(strict=False)
+    ).moves
+    one = [(14.5, 5), (14.5, -20), (20, -20), (20, 5)]
+    assert [(m.end[0], m.end[2]) for m in made[1:]] == [
+        *one,
+        *((x - 0.5 if x < 20 else x, z) for x, z in one),
+    ]
+    assert [m.feed for m in made if m.kind == "thread"] == [750, 750]
+
+
+@pytest.mark.parametrize("code", ["G32", "G35", "G73", "G77", "G78", "G88"])
+def test_cycles_of_a_lathe_that_mean_something_else_are_holes(code: str):
+    text = f"G0 X40 Z5\nN2{code} X29 Z-20 F3\nM2\n"
+    assert lathe_ends(text) == [(20, 5)]
+    with pytest.raises(DataError, match=code):
+        interpret(text, "okuma", Setup(strict=True))
+
+
+@pytest.mark.parametrize("code", ["G54", "G98", "G52", "G12.1"])
+def test_codes_that_an_osp_control_has_not_are_told(code: str):
+    """G54 of an OSP mill is the length of the tool along X, not a work offset; G98 and G52 it has not."""
+    text = f"G90 G15 H1\nG0 X0 Y0\n{code} G0 X10 Y5\nM2\n"
+    assert any(a.what.startswith(code) for a in interpret(text, "okuma", Setup(strict=False)).assumed)
+    with pytest.raises(DataError, match=code):
+        interpret(text, "okuma", Setup(strict=True))

@@ -177,6 +177,9 @@ class FagorLines:
         """Codes that have a block of their own: a dwell, mirrors, a turn of the pattern."""
         number = [w for w in out if w[0] == "N"]
         if code == "4":
+            if set(values) & set("XYZ"):
+                self.tell(line, "G4 of Fagor beside X, Y or Z")
+                return []
             if not values.get("K"):
                 return number  # blocks are not prepared ahead
             return [*number, ("G", "4"), ("P", _text(float(values["K"]) * (1000.0 if self.old else 10.0)))]

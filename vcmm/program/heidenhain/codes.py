@@ -10,10 +10,19 @@ from collections.abc import Mapping
 from vcmm.program.recorder import Recorder
 
 READ = (2, 30, 89, 91, 99)  # where they stand
-SHORTEST, LONGEST, TURN_FEED, MINUTE_FEED, TIP, TIP_OFF, RETRACT = 126, 127, 136, 137, 128, 129, 140
+SHORTEST, LONGEST, TURN_FEED, MINUTE_FEED, TIP, TIP_OFF, RETRACT, NO_ROTATION = (
+    126,
+    127,
+    136,
+    137,
+    128,
+    129,
+    140,
+    143,
+)
 IDLE_M = frozenset(
     (0, 1, 6, 7, 8, 9, 10, 11, 19, 25, 26, 27, 40, 41, 42, 43)  # stops, coolant, tool change, clamps, gears
-    + (101, 102, 107, 108, 141, 143, 148, 149, 150)  # displays, messages, supervision
+    + (101, 102, 107, 108, 141, 148, 149, 150)  # displays, messages, supervision
 )
 REST: Mapping[int, tuple[str, str]] = {  # what they do, and how they are read
     90: ("M90 (constant speed at corners)", "passed over: the corners are those of the tolerance"),

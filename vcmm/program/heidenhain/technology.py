@@ -61,6 +61,10 @@ class KlartextTechnology:
                 self.r.feed_mode = "G95" if self.per_turn else "G94"
             elif m in (codes.TIP, codes.TIP_OFF):
                 self.tip(m == codes.TIP, words.columns[f"M{m}"])
+            elif m == codes.NO_ROTATION:
+                self.r.free("the basic rotation is deleted")
+                self.r.rotations[self.r.offset] = 0.0
+                self.r.refresh()
             elif m not in (5, *codes.READ, codes.RETRACT, *codes.IDLE_M):
                 codes.strange(self.r, m, words.columns[f"M{m}"])
         return words.rapid

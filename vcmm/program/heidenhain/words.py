@@ -9,6 +9,7 @@ from vcmm.program.heidenhain.codes import PARAMETERS
 from vcmm.program.heidenhain.text import KlartextReader
 
 AXES, ROTARY, BESIDE = "XYZ", "ABC", "UVW"  # BESIDE: axes that no machine here has
+NAMING = (94, 138)  # M functions with names of axes behind them
 SIDES = {"R0": None, "RL": "left", "RR": "right"}
 
 
@@ -105,6 +106,8 @@ def _modal(reader: KlartextReader, words: KlartextWords, name: str) -> bool:
 
 def _parameters(reader: KlartextReader, words: KlartextWords, m: int) -> None:
     """Words that belong to an M function: M128 F1000 is no feed of the contour, M118 X1 no coordinate."""
+    while m in NAMING and reader.upper() in (*AXES, *ROTARY):
+        reader.at += 1  # M94 C, M138 A C: names without numbers
     while reader.upper() in PARAMETERS.get(m, ()) or (m in (128, 140) and reader.upper() == "FMAX"):
         name = reader.upper()
         reader.at += 1

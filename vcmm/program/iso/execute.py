@@ -18,7 +18,7 @@ from vcmm.program.iso.control import AXES, IsoControl, PolarWords
 from vcmm.program.iso.cycles import DRILLING, drill, lathe_cycle, rigid_tap
 from vcmm.program.iso.grooving import SINGLE, single_cut
 from vcmm.program.iso.groups import PROBING
-from vcmm.program.iso.lengths import length, waiting
+from vcmm.program.iso.lengths import length, pass_over_axes, waiting
 from vcmm.program.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
 from vcmm.program.iso.motion import CENTRE_WORDS, arc, line, probe, thread
 from vcmm.program.iso.offsets import (
@@ -61,15 +61,20 @@ def scaling(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
             number = w.take(axis)
             if number is not None:
                 centre[i] = length(c, w, axis, number)
-        c.scale = (_point(centre), _factors(w))
+        c.scale = (_point(centre), _factors(c, w, code, column))
     if 0.0 in c.scale[1]:
         raise BlockFault(column, f"{code}: a scale of zero; correct its factor")
     c.rebuild()
 
 
-def _factors(w: IsoWords) -> Point:
+def _factors(c: IsoControl, w: IsoWords, code: str, column: int) -> Point:
     common, own = _factor(w, "P"), [_factor(w, k) for k in CENTRE_WORDS]
     if common is None and own == [None, None, None]:
+        setting = "Haas setting 71" if c.language.haas else "FANUC parameter 5411, by axis 5421"
+        c.assume(
+            f"the factor of {code} without P or I J K ({setting})", "1: nothing is scaled",
+            f"{code} without P or I J K scales by a setting of the control ({setting}), which is not known; write the factor", column=column,
+        )  # fmt: skip
         return 1.0, 1.0, 1.0
     return _point([(1.0 if f is None else f) if common is None else common for f in own])
 
@@ -179,6 +184,7 @@ def _dwell(c: IsoControl, w: IsoWords) -> None:
                 seconds = w.take(letter) or 0.0
                 if c.language.decimal_point == "increment" and not w.words[letter].has_point:
                     seconds *= 0.001
+        pass_over_axes(c, w)
     c.column = column
     c.dwell(seconds)
 

@@ -65,6 +65,9 @@ _TOWARDS_ZERO: dict[str, tuple[int, Callable[..., float]]] = {
     "BCD": (1, lambda x: float(int(str(whole(x, "the argument of BCD")), 16))),
     "BIN": (1, lambda x: float(f"{whole(x, 'the argument of BIN'):x}")),
 }  # fmt: skip
+_LIKE_DIVIDEND = {
+    "MOD": math.fmod
+}  # FANUC B-64304EN, "arithmetic and logic operation": negative where the dividend is
 _SIGNS: dict[str, tuple[int, Callable[[float], float]]] = {
     "-": (TIGHT, lambda x: -1.0 * x), "+": (TIGHT, lambda x: 1.0 * x),
 }  # fmt: skip
@@ -74,7 +77,7 @@ def _grammar(words: str) -> Grammar:
     """FIX and FUP go towards minus and plus infinity in O-words, towards and away from zero in macro B."""
     macro = words == "macro"
     return Grammar(
-        levels=_LEVELS[words], operations=_ARITHMETIC | (_BITWISE if macro else {}), prefixes=_SIGNS,
+        levels=_LEVELS[words], operations=_ARITHMETIC | (_BITWISE | _LIKE_DIVIDEND if macro else {}), prefixes=_SIGNS,
         functions=_FUNCTIONS | (_TOWARDS_ZERO if macro else {"EXISTS": (1, float)}), dividing=("/", "MOD"), brackets="[]",
         call="{name}[{arguments}]", equal={"EQ": True, "NE": False},
     )  # fmt: skip

@@ -9,6 +9,7 @@ from vcmm.program.cycle_tables import Cycle, CycleParameter, Values
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
+from vcmm.program.levels import pass_over
 from vcmm.program.moves import Point
 from vcmm.program.sensible import lacking
 
@@ -84,6 +85,14 @@ def waiting(c: IsoControl, w: IsoWords, number: float) -> float:
             column=word.first, matters=False,
         )  # fmt: skip
     return number
+
+
+def pass_over_axes(c: IsoControl, w: IsoWords) -> None:
+    """Axes beside a code that has a block of its own (G4, G67) move nothing."""
+    for letter in "XYZABCUVW":
+        if w.has(letter) and letter not in w.used:
+            w.used.add(letter)
+            pass_over(c, f"{letter}{w.words[letter].text}", w.column(letter))
 
 
 def need_axis(c: IsoControl, w: IsoWords, axis: str) -> None:

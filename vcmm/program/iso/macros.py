@@ -9,6 +9,7 @@ from vcmm.program.faults import BlockFault
 from vcmm.program.iso.blocks import IsoFlow
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.flow import ActiveCall, IsoRunner
+from vcmm.program.iso.lengths import pass_over_axes
 from vcmm.program.iso.probing_macros import measuring_macro
 from vcmm.program.iso.texts import Text
 
@@ -152,6 +153,7 @@ def macro_call(r: IsoRunner, w: IsoWords, here: int) -> None:
     code, column = w.g["macro"], w.g_columns["macro"]
     if code == "G67":
         r.modal_macro = None
+        pass_over_axes(r.c, w)
         return
     number = w.whole("P", column)
     times = w.whole("L", column)

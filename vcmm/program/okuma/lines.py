@@ -27,6 +27,19 @@ _G85 = re.compile(r"G8([567])\s*N(\w+)\s*(.*)", re.IGNORECASE)
 _IDLE = ("DRAW", "CLEAR", "DEF", "PS", "PT", "CO", "END", "PRINT", "PUT", "WRITE", "READ", "TITLE")
 LEFT_OUT = ("MODIN", "MODOUT", "NCYL", "OMIT", "RESTART")
 HOLE = "a hole in the path: its moves are missing"
+MILL_CODES = {
+    "30": ("G30 of Okuma", HOLE), "11": ("G11 (the coordinates are shifted and turned, until G10)", "passed over: what follows lies where it lay"),
+    "62": ("G62 (mirrored axes)", "passed over: what follows is not mirrored"),
+}  # fmt: skip
+MILL_HAS = {  # codes of OSP-P200M and P300M that mean what they mean in the family, or are brought into its words here
+    *range(5), 9, 10, 11, 15, 16, *range(17, 24), 30, 31, 40, 41, 42, 50, 51, 53, 56, 60, 61, 62, 64, 71, 73, 74, 76, *range(80, 88), *range(89, 93), *range(94, 98), 116,
+}  # fmt: skip
+ALONG = {"54": "X", "55": "Y", "57": "the fourth axis", "58": "the fifth axis", "59": "the sixth axis"}
+LATHE_HAS = {
+    *range(5), 9, 13, 14, *range(17, 36), 40, 41, 42, 50, 61, 62, 64, 65, *range(71, 79), *range(80, 89), 90, 91, *range(94, 98), *range(100, 200),
+}  # fmt: skip
+_NUMBER = re.compile(r"(?<![A-Z])G0*(\d+)(\.\d)?")
+_G = r"(?<![A-Z])G"  # of a code, also right behind a number: N10G71
 CYCLES = {"1": "G71", "2": "G72"}
 
 
@@ -72,7 +85,7 @@ class OkumaLines:
             head = re.match(r"\s*N([A-Z0-9]+)\s+(?:G83\s+)?G8([12])\b\s*\Z", code)
             if head:
                 start = (k, head[1], head[2])
-            elif start is not None and re.search(r"\bG80\b", code):
+            elif start is not None and re.search(rf"{_G}80(?!\d)", code):
                 first, last = (self.names.label(f"{start[1]}.{n}") for n in ("A", "B"))
                 self.contours[start[1]] = (first, last, CYCLES[start[2]])
                 number = self.names.label(start[1])
@@ -85,7 +98,7 @@ class OkumaLines:
         notes = "".join(_COMMENT.findall(line))
         code = _COMMENT.sub(" ", line)
         mark = self.marks.get(k, "")
-        if mark and ("GOTO" in mark or re.search(r"\bG80\b", code.upper())):
+        if mark and ("GOTO" in mark or re.search(rf"{_G}80(?!\d)", code.upper())):
             return mark + notes
         if mark:
             code = f"{mark} {_NAME.sub('', code)}"
@@ -186,40 +199,87 @@ class OkumaLines:
 
     def _lathe(self, line: int, code: str) -> str:
         """G50 S, G4 F, T010203, L as radius of an arc; G20 HP is the home position."""
-        code = re.sub(r"\bG50\b(?=.*S)", "G92", code, flags=re.IGNORECASE)
-        code = re.sub(r"\bT(\d\d)(\d\d\d\d)\b", r"T\2", code, flags=re.IGNORECASE)
-        if re.search(r"\bG0?[23]\b", code):
-            code = re.sub(r"\bL(?=[-+.\d\[])", "R", code)
-        if match := re.search(r"\bG20\b.*HP|\bG13\d", code, re.IGNORECASE):
+        code = code.upper()
+        self._tell_others(line, code, LATHE_HAS)
+        code = re.sub(rf"{_G}50(?!\d)(?=.*S)", "G92", code)
+        code = re.sub(r"(?<![A-Z])T(\d\d)(\d\d\d\d)(?!\d)", r"T\2", code)
+        if re.search(rf"{_G}0?[23](?!\d)", code):
+            code = re.sub(r"(?<![A-Z])L(?=[-+.\d\[])", "R", code)
+        if match := re.search(rf"{_G}20(?!\d).*HP|{_G}13\d", code):
             self.tell(line, match[0].split()[0], HOLE)
             return ""
+        if match := re.search(rf"{_G}7([56])(?!\d)", code):
+            return self._corner(line, code, match[1] == "6")
+        if match := re.search(rf"{_G}3([1235])(?!\d)", code):
+            return self._thread(line, code, match[1])
         spindle = re.search(
-            r"\bG14([01])\b", code
+            rf"{_G}14([01])(?!\d)", code
         )  # which holds the part: of the family G15 the first, G14 the second
-        code = re.sub(r"\bG(?:1[34]|14[01])\b", "", code)  # which turret and which spindle
+        code = re.sub(rf"{_G}(?:1[34]|14[01])(?!\d)", "", code)  # which turret and which spindle
         code += "" if spindle is None else " G14" if spindle[1] == "1" else " G15"
-        if match := re.search(r"\b(G7[1-4]|G8[3-6]|G1[78]\d)\b", code):
+        if match := re.search(r"(?<![A-Z])(G7[1-478]|G8[3-68]|G1[78]\d)(?!\d)", code):
             self.tell(line, f"the cycle {match[1]}", HOLE)
             return ""
         return _dwell(code)
 
+    def _tell_others(self, line: int, code: str, codes: set[int]) -> None:
+        """Codes of the family that an OSP control has not, or that mean something else on it."""
+        for number, point in _NUMBER.findall(code):
+            if int(number) not in codes or point:
+                what = f"G{number}{point} (no code of an OSP control in that sense)"
+                self.tell(line, what, "read as on a FANUC")
+
+    def _corner(self, line: int, code: str, is_round: bool) -> str:
+        """G75 G1 X20 L2 and G76 G1 Z-10 L2: the corner at the end of the block is cut, rounded; the sign of L is the way of the next block."""
+        code = re.sub(rf"{_G}7[56](?!\d)", "", code)
+        size = re.search(r"(?<![A-Z])L\s*([-+]?[\d.]+)", code)
+        if size is None or re.search(r"(?<![A-Z])[AIK]\s*[-+.\d\[]", code):
+            self.tell(line, f"G7{6 if is_round else 5} without L, or at an angle", HOLE)
+            return ""
+        word = f",{'R' if is_round else 'C'}{abs(float(size[1])):g}"
+        return code.replace(size[0], word + ("" if "." in word else "."))
+
+    def _thread(self, line: int, code: str, number: str) -> str:
+        """G31 and G33: a whole pass of a longitudinal thread, there and back, as G78 of the family; F/J is the lead. Source: OSP-P200L
+        Programming Manual, "Fixed thread cutting cycle: longitudinal"."""
+        if number in "25" or re.search(r"(?<![A-Z])[AEIK]\s*[-+.\d\[]", code):
+            self.tell(line, f"G3{number} of Okuma" + (" with A, E, I or K" if number in "13" else ""), HOLE)
+            return ""
+        code = re.sub(rf"{_G}3[13](?!\d)", "G78", code)
+        starts, lead = (re.search(rf"(?<![A-Z]){c}\s*([\d.]+)", code) for c in "JF")
+        if starts and lead:
+            code = code.replace(starts[0], "").replace(lead[0], f"F{float(lead[1]) / float(starts[1]):g}")
+        for letter, what in (("L", "the pull-out L of a thread"), ("C", "the phase C of a thread")):
+            word = re.search(rf"(?<![A-Z]){letter}\s*[-+]?[\d.]+", code)
+            if word:
+                self.tell(line, f"{what} of Okuma", "passed over", False)
+                code = code.replace(word[0], "")
+        return code
+
     def _mill(self, line: int, code: str) -> str:
         """G15 H (work offset), G56 H (length of the tool), G53 (no length), G71 and M52 to M54 (where cycles return to)."""
-        if match := re.search(r"\bT(\d+)", code):
+        code = code.upper()
+        for number, axis in ALONG.items():
+            if re.search(rf"{_G}{number}(?!\d)", code):
+                self.tell(line, f"G{number} of Okuma (the length of the tool along {axis})", "passed over")
+                code = re.sub(rf"{_G}{number}(?!\d)", "", code)
+        self._tell_others(line, code, MILL_HAS)
+        if match := re.search(r"(?<![A-Z])T(\d+)", code):
             self.tool = int(match[1])
-        if re.search(r"\bG116\b", code):  # the tool change
-            code = re.sub(r"\bG116\b", "", code) + " M6"
-        code = re.sub(r"\bG1([56])\s*H(\d+)", lambda m: self._offset(line, m[1] == "6", int(m[2])), code)
-        if re.search(r"\bG56\b", code):
-            code = re.sub(r"\bH[A-Z]\b", f"H{self.tool}", re.sub(r"\bG56\b", "G43", code))
-        code = re.sub(r"\bG53\b", "G49", code)
-        if re.search(r"\bG71\b", code) and not re.search(r"\bG8\d\b", code):
+        if re.search(rf"{_G}116(?!\d)", code):  # the tool change
+            code = re.sub(rf"{_G}116(?!\d)", "", code) + " M6"
+        code = re.sub(rf"{_G}1([56])\s*H(\d+)", lambda m: self._offset(line, m[1] == "6", int(m[2])), code)
+        if re.search(rf"{_G}56(?!\d)", code):
+            code = re.sub(r"(?<![A-Z])H[A-Z](?!\d)", f"H{self.tool}", re.sub(rf"{_G}56(?!\d)", "G43", code))
+        code = re.sub(rf"{_G}53(?!\d)", "G49", code)
+        if re.search(rf"{_G}71(?!\d)", code) and not re.search(rf"{_G}8\d(?!\d)", code):
             self.tell(line, "G71 (level to which cycles return)", "the level before the cycle")
             return ""
-        code = re.sub(r"\bM5[23]\b", "G98", re.sub(r"\bM54\b", "G99", code))
-        if match := re.search(r"\b(G30|G11|G62)\b", code):
-            self.tell(line, f"{match[1]} of Okuma", HOLE)
-            return ""
+        code = re.sub(r"(?<![A-Z])M5[23](?!\d)", "G98", re.sub(r"(?<![A-Z])M54(?!\d)", "G99", code))
+        for number, (what, value) in MILL_CODES.items():
+            if re.search(rf"{_G}{number}(?!\d)", code):
+                self.tell(line, what, value)
+                return ""
         return _dwell(code)
 
     def _offset(self, line: int, once: bool, number: int) -> str:

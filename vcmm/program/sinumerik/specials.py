@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vcmm.program.frames import AffineMap, plane_of_axes, rotation, stretch, translation
+from vcmm.program.frames import UNITY, AffineMap, plane_of_axes, rotation, stretch, translation
 from vcmm.program.leading import name_axes
 from vcmm.program.levels import SetupEntry
 from vcmm.program.moves import ORIGIN, PLANES
@@ -41,14 +41,18 @@ class SinumerikSpecials(SinumerikPaths):
             words.items.clear()  # limits of spindle and working area
         return False
 
-    def shift(self, words: SinumerikWords, fine: bool) -> None:
-        """G58, G59: the shift of the programmed frame in the axes that are named; G59 adds to what TRANS has set."""
-        m = self.modes.frame
+    def shift(self, words: SinumerikWords, is_fine: bool) -> None:
+        """G58, G59: the shift of the programmed frame in the axes that are named. G58 sets the part of TRANS and leaves that of G59 and
+        ATRANS, G59 the other way round (Siemens, Programming Manual Fundamentals, "Programmable work offset (G58, G59)")."""
+        m, fine = self.modes.frame, list(self.modes.fine)
         shift = list(m.shift)
         for k, name in enumerate(AXES):
             value = words.take(name)
             if value is not None:
-                shift[k] = value * self.r.unit + (m.shift[k] if fine else 0.0)
+                coarse = shift[k] - fine[k] if is_fine else value * self.r.unit
+                fine[k] = value * self.r.unit if is_fine else fine[k]
+                shift[k] = coarse + fine[k]
+        self.modes.fine = point_of(fine)
         self.frames(AffineMap(m.matrix, point_of(shift)))
 
     def dwell(self, words: SinumerikWords) -> None:
@@ -98,6 +102,10 @@ class SinumerikSpecials(SinumerikPaths):
             made = stretch(point_of([1.0 if v is None else v for v in values]))
         else:
             made = stretch(point_of([1.0 if v is None else -1.0 for v in values]))
+        if not name.startswith("A"):
+            self.modes.fine = ORIGIN
+        elif kind == "TRANS" and base.matrix == UNITY:
+            self.modes.fine = point_of([a + b for a, b in zip(self.modes.fine, made.shift)])
         self.frames(base.then(made))
 
     def turn_shift(self, words: SinumerikWords, name: str) -> None:

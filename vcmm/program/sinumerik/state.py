@@ -36,6 +36,7 @@ class SinumerikModes:
     rnd: float = 0.0  # RNDM
     swivel: AffineMap = UNMOVED  # of CYCLE800, outside the frame that the program programs
     frame: AffineMap = UNMOVED
+    fine: Point = ORIGIN  # the part of the shift of `frame` that G59 and ATRANS have added, mm
     turns: Point = ORIGIN  # shift of the rotary axes by TRANS, rad
     by_axes: bool = False  # PTP is on
     face: EndFace | None = None  # TRANSMIT is on
