@@ -16,12 +16,11 @@ from vcmm.learn.diagnosis.closeness import nearness, of_component
 from vcmm.learn.diagnosis.constants import OUTSIDE_OPEN, VERY_STRONG
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.field import Field, rival_field, weigh_against_field
+from vcmm.learn.diagnosis.field import Hypothesis, probability_left, rival_field
 from vcmm.learn.diagnosis.kernels import departure
 from vcmm.learn.diagnosis.null import Noise, clip_residuals, draws
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.refine import Refiner
-from vcmm.learn.diagnosis.result import Answer, Unknown
 from vcmm.learn.diagnosis.select import Setting, Term, joint, select
 
 UM = 1e-3
@@ -177,18 +176,18 @@ def test_a_curve_that_follows_a_swirl_loses_to_a_field():
     assert {"X", "Y", "tip_x", "tip_y"} >= set(field.unknown.covariates[:2])
 
 
-def test_what_a_field_leaves_to_the_names():
-    """A field as good as the names and its price: one half; 5 nats worse: 1 / (1 + e^-5) = 0.9933."""
-    unknown = Unknown(("X",), "a dependence", 0.0)
-    answer = Answer("clamping", {}, {}, 0.8, 1.0, (), 12.0, rival_probability=0.2)
-    (half,) = weigh_against_field((answer,), Field(0.0, unknown, (0,), np.zeros((3, 0))))
-    assert (half.probability, half.rival_probability) == pytest.approx((0.4, 0.1))
-    (most,) = weigh_against_field((answer,), Field(-VERY_STRONG, unknown, (0,), np.zeros((3, 0))))
-    assert most.probability == pytest.approx(0.8 * 0.99331, abs=1e-4)
-    assert weigh_against_field((answer,), None) == (answer,)
-    surest = Field(1e4, unknown, (0,), np.zeros((3, 0))).share
-    assert surest == pytest.approx(1e-6 / (1 + 1e-6), rel=1e-9)  # odds of a million and no more
-    assert weigh_against_field((answer, answer), Field(0.0, unknown, (1,), np.zeros((3, 0))))[0] == answer
+def test_what_fields_leave_to_names_is_their_share_of_one_list():
+    """exp of the scores: both names 1, a field beside one 2, a field alone 1: of 4 the first name has 3 and the second 1.
+    A field 5 nats behind leaves 1 / (1 + e^-5) = 0.9933; one 10 000 nats ahead odds of a million and no more.
+    """
+    both, first, none = frozenset({"play", "scale"}), frozenset({"play"}), frozenset[str]()
+    weighed = (Hypothesis(both, 0.0), Hypothesis(first, float(np.log(2.0))), Hypothesis(none, 0.0))
+    assert [probability_left(name, weighed) for name in ("play", "scale")] == pytest.approx([0.75, 0.25])
+    behind = (Hypothesis(first, 0.0), Hypothesis(none, -VERY_STRONG))
+    assert probability_left("play", behind) == pytest.approx(0.99331, abs=1e-5)
+    ahead = (Hypothesis(first, 0.0), Hypothesis(none, 1e4))
+    assert probability_left("play", ahead) == pytest.approx(1e-6 / (1 + 1e-6), rel=1e-9)
+    assert probability_left("play", (Hypothesis(first, 0.0),)) == 1.0
 
 
 @pytest.mark.thorough

@@ -35,7 +35,6 @@ from vcmm.learn.diagnosis.delivery import DeliveredTerms, fitted_noise, setting_
 from vcmm.learn.diagnosis.estimates import Estimate, estimates
 from vcmm.learn.diagnosis.evidence import Dictionary, best_mimic, visible
 from vcmm.learn.diagnosis.families import open_text
-from vcmm.learn.diagnosis.field import Field, weigh_against_field
 from vcmm.learn.diagnosis.improve import fitted_effect
 from vcmm.learn.diagnosis.log_mistakes import LOG, MISTAKE, Mistake
 from vcmm.learn.diagnosis.mistakes import generalises
@@ -130,13 +129,11 @@ class NamedTerms:
     stage: Stage
     selection: Selection
     places: Sequence[Standing]
-    field: Field | None = None
     searched: NamedTerms | None = None
 
     def probabilities(self) -> list[Answer]:
         """Every term as an answer without numbers: what of it is probable."""
-        bare = [self._bare(i) for i in range(len(self.places))]
-        return list(weigh_against_field(bare, self.field))
+        return [self._bare(i) for i in range(len(self.places))]
 
     def _bare(self, i: int) -> Answer:
         term, place = self.selection.terms[i], self.places[i]

@@ -143,7 +143,7 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
     stage, mistake, used, rest = one.stage, one.mistake, one.problem, one.rest
     sigma = _sigma(one.selection, stage)
     places = _with_other_rivals(one.places, used, stage, one.selection, one.tied)
-    named = add_contradictions(NamedTerms(used, stage, one.selection, places, one.field))
+    named = add_contradictions(NamedTerms(used, stage, one.selection, places))
     found = [i for i, a in enumerate(named.probabilities()) if not a.doubtful]
     screen = stage.screen or stage
     shown, hidden = power(screen.found, sigma / loss(len(screen.u), len(stage.u)))

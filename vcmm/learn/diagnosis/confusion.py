@@ -17,22 +17,19 @@ import numpy.typing as npt
 
 from vcmm.answer.evaluation.gaussian import thin_svd, without_span
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.candidates import Family
 from vcmm.learn.diagnosis.constants import (
     ALIAS,
     EXACT,
     MISMATCH,
-    MOST_SHAPES,
     NOTHING,
     RESOLUTION_DELTA,
     STRONG,
-    THIRD,
     UNSEEN,
 )
-from vcmm.learn.diagnosis.evidence import IMPOSSIBLE, Dictionary, Scorer, only, orthonormal, scorer
+from vcmm.learn.diagnosis.evidence import IMPOSSIBLE, Scorer, orthonormal, scorer
 from vcmm.learn.diagnosis.families import Kin, family_about
 from vcmm.learn.diagnosis.mistakes import generalises
-from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option
+from vcmm.learn.diagnosis.select import Selection, Setting, Term
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +67,8 @@ def lower_standing(place: Standing, share: float) -> Standing:
     )
 
 
-def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:
-    """Compare term i with every family, given the other terms; with `generic` also with physics that has no name."""
+def standing(selection: Selection, setting: Setting, i: int) -> Standing:
+    """Compare term i with every family, given the other terms; physics that has no name is weighed with all names at once (see field)."""
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
     given = scorer(setting.found, np.concatenate(others, axis=1) if others else None)
     options = given.options(selection.y[:, None])
@@ -81,13 +78,12 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     gap = separability(given, selection.signal(i))
     best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
     names, families = tuple(best), tuple(best.values())
-    unknown = _unknown(generic, given, selection, i, _AnswerFamily(setting, own, float(scores[own])))
     alias = _repeats(setting, gap, ranks(given), selection.terms[i], given.basis)
     exact = tuple(int(j) for j in np.argsort(-scores, kind="stable") if alias[j] and j != own)
     same = [j for j in exact if _name(setting, j) == _name(setting, own)]
     again = [j for j in same if _same_place(setting, j, own)]
     twins = tuple(j for j in same if j not in again)
-    total = _total(setting, scores, larger, unknown)
+    total = _total(setting, scores, larger)
     probable = np.exp(scores - total)
     of_name = [j for j, f in enumerate(setting.found.families) if f.name in {_name(setting, own), *names}]
     mine = float(probable[[own, *again]].sum())
@@ -133,64 +129,6 @@ def _elsewhere(setting: Setting, scores: Array, own: int, probable: Array) -> tu
         int(j) for j in order if families[j].name == families[own].name and scores[j] > scores[own] - STRONG
     ]
     return tuple((j, float(probable[j])) for j in near if j != own)
-
-
-def own_arguments(family: Family) -> set[str]:
-    """The covariate of a change of geometry or of a drift with a temperature: a freer curve over the same axis or the same
-    thermometer is the same physics, better fitted.
-    """
-    if "sensor" in family.where:
-        return {f"temp_{family.where['sensor']}"}
-    axis = str(family.where.get("component", ""))[2:]
-    free = any(o.effect is not None and o.effect.diagnosis.is_free_curve for o in family.options)
-    return {axis, f"{axis} (periodic)"} if free else set()
-
-
-@dataclass(frozen=True, eq=False)
-class _AnswerFamily:
-    """The family of an answer, its nats given the other terms, and what of it is left beside further columns."""
-
-    setting: Setting
-    family: int
-    nats: float
-
-    def beside(self, columns: Array, y: Array) -> float:
-        """Nats of the family given white columns (m, k)."""
-        found = only(self.setting.found, self.family)
-        return float(scorer(found, columns).scores(y[:, None])[0, 0])
-
-
-def _unknown(
-    generic: Dictionary | None, given: Scorer, selection: Selection, i: int, own: _AnswerFamily
-) -> float:
-    """Nats of all shapes without physics together, but those over the term's own axis; they share the prior of one name.
-
-    A shape beside which the name explains as much as before explains something else, and is no rival.
-    """
-    if generic is None or not generic.families:
-        return -np.inf
-    shapes = scorer(generic, given.basis)
-    options = shapes.options(selection.y[:, None])
-    scores = shapes.families(options)[:, 0]
-    mine = own_arguments(selection.terms[i].family)
-    foreign = [int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in mine]
-    near = [k for k in foreign if scores[k] > own.nats - STRONG][:MOST_SHAPES]
-    others = [t.white for j, t in enumerate(selection.terms) if j != i]
-    left = max(own.setting.threshold, THIRD * own.nats)
-    beside = {
-        k
-        for k in near
-        if own.beside(
-            np.concatenate([*others, generic.columns(best_option(generic, options[:, 0], k))], axis=1),
-            selection.y,
-        )
-        >= left
-    }
-    beyond = (
-        foreign[MOST_SHAPES:] if len(near) == MOST_SHAPES else []
-    )  # weaker shapes of the same kind as the first
-    rivals = [k for k in foreign if k not in beside and not (len(beside) == MOST_SHAPES and k in beyond)]
-    return float(np.logaddexp.reduce(np.array([-np.inf, *(scores[k] for k in rivals)])))
 
 
 def separability(given: Scorer, signal: Array) -> Array:
@@ -254,11 +192,11 @@ def _stop(setting: Setting, family: int) -> int:
     return int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
 
 
-def _total(setting: Setting, scores: Array, larger: set[str], unknown: float) -> float:
-    """ln of the weight of all names, the unknown (one more name) and nothing, which weighs as much as all names together.
+def _total(setting: Setting, scores: Array, larger: set[str]) -> float:
+    """ln of the weight of all names and of nothing, which weighs as much as all names together.
 
     Names that hold the answer as a special case do not count against it.
     """
     names = [f.name for f in setting.found.families]
     kept = np.array([s for s, name in zip(scores, names) if name not in larger])
-    return float(np.logaddexp.reduce(np.append(kept, [np.log(len(set(names))), unknown])))
+    return float(np.logaddexp.reduce(np.append(kept, np.log(len(set(names))))))

@@ -33,7 +33,6 @@ UNSTATED_RATIO = 3.0  # times the stated noise: eight ninths of the variance hav
 # templates: no shape, time constant or thermometer is quite right
 MISMATCH = 0.05  # of a signal that its template may leave: chosen on concealed mechanisms that are no formula (docs/exam.md)
 EXACT = 0.01  # of a signal, a fifth of MISMATCH: who leaves no more says the same in other words
-THIRD = 1 / 3  # of its evidence that a shape must leave a name, else the name was its shadow: chosen
 MOSTLY = 0.5  # of the energy: what is more than half of a thing gives it its name
 SECURE_DELTA = 7.0  # delta at which the right name stands first in 95 % of recordings (docs/exam.md)
 LEAST_SPREAD = 1.0  # nats: the gain of a fold in simulated recordings is not believed to be better known
@@ -42,7 +41,7 @@ FEW = 3  # numbers of a name, a vector; with more it is a shape of its own
 # sizes
 MOST_TERMS = 6  # names of one recording; more have never been asked for
 CLOSING = 2  # names of one number that may close the account of the noise: with more, any would
-MOST_SHAPES = 10  # shapes without a name that are looked at one by one beside an answer: chosen
+MOST_SHAPES = 10  # lines of a spectrum, kinds of mistakes that are looked at one by one: chosen
 FEWEST = 20  # observations of a fold: their scatter is known to 16 %
 BLOCKS = 10  # along an axis, every second one held out: each is a third of the far zone, so that they lie between rows
 VANISHING_SHARE = 1e-3  # of a signal that must survive nuisance and calibration: of 1 mm that is 1 um

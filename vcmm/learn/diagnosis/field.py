@@ -36,8 +36,7 @@ from vcmm.answer.evaluation.gaussian import SCALES, Ints, Whitener, evidence_fro
 from vcmm.core.effect import required
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.adequacy import described_shape
-from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.confusion import own_arguments
+from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.constants import SUREST, UNSEEN, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.learn.diagnosis.kernels import (
@@ -53,7 +52,7 @@ from vcmm.learn.diagnosis.kernels import (
 )
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import MOMENTS, scanned_names
-from vcmm.learn.diagnosis.result import Answer, Unknown
+from vcmm.learn.diagnosis.result import Unknown
 from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option, mismatch
 from vcmm.physics.structure.geometric_change import GeometricChange
 
@@ -67,14 +66,33 @@ WAVE = 2  # numbers of a wave: a cosine and a sine
 Subset = tuple[int, ...]
 
 
+@dataclass(frozen=True)
+class Hypothesis:
+    """Some names, by their ids, with a field or without. score: S, nats."""
+
+    names: frozenset[str]
+    score: float
+
+
+def probability_left(name: str, weighed: Sequence[Hypothesis]) -> float:
+    """Of a name: what was weighed with it, among all that was weighed."""
+    has = [np.array([h.score for h in weighed if (name in h.names) is with_it]) for with_it in (True, False)]
+    mine, others = (float(np.logaddexp.reduce(np.append(s, -np.inf))) for s in has)
+    return float(1.0 / (1.0 + np.exp(min(others - mine, SUREST))))
+
+
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A field instead of the terms with the numbers `refused`. lead: nats beyond theirs and the price."""
+    """A field instead of the terms with the numbers `refused`. lead: nats beyond theirs and the price; weighed: every set of names with
+    and without a field; shares: what this list leaves to each term.
+    """
 
     lead: float
     unknown: Unknown
     refused: Subset
     columns: Array  # (m, k) of the observation, mm or rad: covariance = columns @ columns.T
+    weighed: tuple[Hypothesis, ...] = ()
+    shares: tuple[float, ...] = ()
 
     @property
     def stands(self) -> bool:
@@ -87,9 +105,9 @@ class Field:
         return self.stands and bool(self.refused)
 
     @property
-    def share(self) -> float:
-        """Probability that is left to them."""
-        return float(1.0 / (1.0 + np.exp(min(self.lead, SUREST))))
+    def score(self) -> float:
+        """Nats of the best of what was weighed."""
+        return max(h.score for h in self.weighed)
 
 
 def rival_field(
@@ -98,48 +116,67 @@ def rival_field(
     setting: Setting,
     null: Array,
     generic: Dictionary | None = None,
-    firm: Subset = (),
 ) -> Field | None:
     """The best field, and which names it makes superfluous, perhaps none; None where nothing is seen of any. null (m, M):
-    white null recordings; generic: shapes that compete too; firm: names that win all rows held out.
+    white null recordings; generic: shapes that compete too.
     """
     white, threshold = setting.white, setting.threshold
-    own = selection.fit.log_evidence if selection.fit else 0.0
     every = tuple(range(len(selection.terms)))
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
-    price = own + VERY_STRONG + mismatch(selection)
+    own = (selection.fit.log_evidence if selection.fit else 0.0) - sum(pays)
+    price = VERY_STRONG + mismatch(selection)
+
+    def score(w: _Weighing, kept: Subset) -> float:
+        """S: a field beside all names is what they leave, and instead of some it is one more name."""
+        instead = threshold if kept != every else 0.0
+        return w.evidence(kept) - sum(pays[i] for i in kept) - instead - price
+
+    few = [(), *(_without(every, i) for i in every)]
+    fields = heapq.nlargest(
+        SHORT,
+        _smooth_fields(problem, selection, setting, null),
+        key=lambda w: max(score(w, kept) for kept in few),
+    )
+    shapes = [] if generic is None else _shapes(generic, selection)
+    choices = [*itertools.product([*fields, *shapes], _subsets(every))]
+    if not choices:
+        return None
+
+    scores = [score(w, kept) for w, kept in choices]
+    ids = [t.family.id for t in selection.terms]
+    weighed = (
+        Hypothesis(frozenset(ids), own),
+        *(Hypothesis(frozenset(ids[i] for i in kept), s) for (_, kept), s in zip(choices, scores)),
+    )
+    best = int(np.argmax(scores))
+    w, kept = choices[best]
+    refused = tuple(i for i in every if i not in kept)
+    says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
+    sigma = selection.fit.sigma if selection.fit else 1.0
+    return Field(
+        scores[best] - own,
+        w.describe(problem, selection, kept, white, says),
+        refused,
+        w.covariance(kept, sigma, setting),
+        weighed,
+        tuple(probability_left(i, weighed) for i in ids),
+    )
+
+
+def _smooth_fields(problem: Problem, selection: Selection, setting: Setting, null: Array) -> list[_Weighing]:
+    """The fields that the residual follows most, without what simple names hold of them."""
     of_place, of_both = (
         _columns(
             [t.option for t in selection.terms if is_simple(t) and not (timed and _is_of_time(t))], setting
         )
         for timed in (True, False)
     )
-    tried = _trial_kernels(problem, selection, white, null)
-    weighing = [
-        w
-        for a in tried
-        if (w := _Weighing.of(a, of_place if _is_course(a) else of_both, selection, white)) is not None
-    ]
-
-    def worth(choice: tuple[_Weighing, Subset]) -> float:
-        w, kept = choice
-        return w.evidence(kept) - sum(pays[i] for i in kept)
-
-    few = [(), *(_without(every, i) for i in every)]
-    weighing = heapq.nlargest(SHORT, weighing, key=lambda w: max(worth((w, kept)) for kept in few))
-    shapes = [] if generic is None else _shapes(generic, selection)
-    choices = [*itertools.product(weighing, _subsets(every))]
-    choices += [(w, s) for w in shapes for s in _subsets(every) if s != every and {*firm} <= {*s}]
-    if not choices:
-        return None
-
-    w, kept = max(choices, key=worth)
-    refused = tuple(i for i in every if i not in kept)
-    says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
-    sigma = selection.fit.sigma if selection.fit else 1.0
-    what = w.describe(problem, selection, kept, white, says)
-    chosen = sum(pays[i] for i in refused) - (threshold if refused else 0.0)
-    return Field(w.evidence(kept) + chosen - price, what, refused, w.covariance(kept, sigma, setting))
+    out = []
+    for asked in _trial_kernels(problem, selection, setting.white, null):
+        simple = of_place if _is_course(asked) else of_both
+        w = _Weighing.of(asked, simple, selection, setting.white)
+        out += [w] if w is not None else []
+    return out
 
 
 def is_simple(term: Term) -> bool:
@@ -309,16 +346,33 @@ def _trial_kernels(
     """
     others = [[t for t in selection.terms if t is not one] for one in selection.terms]
     given = [[], *(o for o in others if o)]  # all but one of one is none
-    found: list[KernelQuestion] = []
+    found: dict[tuple[object, ...], KernelQuestion] = {}
     curves = _curves(selection)
     for terms in given:
         basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in terms)], axis=1))
         rows = pull_back(white, basis, np.column_stack([selection.y, null[:, :NULLS]]))
         over = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
         groups = (g for g in over if not any({n for k in g for n in k.names} == {axis} for axis in curves))
-        found += heapq.nlargest(TRIAL_KERNELS, questions(groups, rows), key=lambda a: float(a.z[0]))
-        found += [] if terms else questions(of_time(problem), rows)
-    return found
+        clearest = heapq.nlargest(TRIAL_KERNELS, questions(groups, rows), key=lambda a: float(a.z[0]))
+        for asked in (*clearest, *([] if terms else questions(of_time(problem), rows))):
+            found.setdefault(_identity(asked), asked)
+    return list(found.values())
+
+
+def _identity(asked: KernelQuestion) -> tuple[object, ...]:
+    """Of kernels, whatever they were asked beside."""
+    return tuple((k.names, k.direction, k.component, k.what, k.bumps.tobytes()) for k in asked.kernels)
+
+
+def _own_arguments(family: Family) -> set[str]:
+    """The covariate of a change of geometry or of a drift with a temperature: a freer curve over the same axis or the same
+    thermometer is the same physics, better fitted.
+    """
+    if "sensor" in family.where:
+        return {f"temp_{family.where['sensor']}"}
+    axis = str(family.where.get("component", ""))[2:]
+    free = any(o.effect is not None and o.effect.diagnosis.is_free_curve for o in family.options)
+    return {axis, f"{axis} (periodic)"} if free else set()
 
 
 def _shapes(generic: Dictionary, selection: Selection) -> list[_Weighing]:
@@ -326,7 +380,7 @@ def _shapes(generic: Dictionary, selection: Selection) -> list[_Weighing]:
     if not generic.families:
         return []
     others = [[t for t in selection.terms if t is not one] for one in selection.terms]
-    own = set[str]().union(*(own_arguments(t.family) for t in selection.terms))
+    own = set[str]().union(*(_own_arguments(t.family) for t in selection.terms))
     found: dict[int, _Weighing] = {}
     for terms in [[], *(o for o in others if o)]:
         given = scorer(generic, np.concatenate([t.white for t in terms], axis=1) if terms else None)
@@ -342,10 +396,3 @@ def _shapes(generic: Dictionary, selection: Selection) -> list[_Weighing]:
 def kept_terms(selection: Selection, field: Field) -> list[Term]:
     """The terms that stand beside the field."""
     return [t for i, t in enumerate(selection.terms) if i not in field.refused]
-
-
-def weigh_against_field(answers: Sequence[Answer], field: Field | None) -> tuple[Answer, ...]:
-    """The answers, in the order of the terms, with the probability that the field leaves them."""
-    if field is None or not field.refused:
-        return tuple(answers)
-    return tuple(a.times(field.share) if i in field.refused else a for i, a in enumerate(answers))

@@ -41,22 +41,20 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.adequacy import describe_shape, unknown_rest
 from vcmm.learn.diagnosis.answers import of_the_machine
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, first_place
-from vcmm.learn.diagnosis.confusion import Standing, standing
+from vcmm.learn.diagnosis.confusion import Standing, lower_standing, standing
 from vcmm.learn.diagnosis.constants import (
     CHANCE,
-    EVEN_ODDS,
     FALSE_ALARM,
     FAR,
     FEW,
     LEAST_SPREAD,
     MISMATCH,
-    MOSTLY,
     UNSEEN,
 )
-from vcmm.learn.diagnosis.evidence import Dictionary, orthonormal
+from vcmm.learn.diagnosis.evidence import orthonormal
 from vcmm.learn.diagnosis.families import by_simplest
-from vcmm.learn.diagnosis.field import Field, is_simple, kept_terms, rival_field
-from vcmm.learn.diagnosis.holdout import Fold, folds, gate, is_free_curve, tells, wins_everywhere
+from vcmm.learn.diagnosis.field import Field, kept_terms, probability_left, rival_field
+from vcmm.learn.diagnosis.holdout import Fold, folds, gate, is_free_curve, tells
 from vcmm.learn.diagnosis.kernels import departure
 from vcmm.learn.diagnosis.locate import path_speed, short
 from vcmm.learn.diagnosis.log_mistakes import Mistake
@@ -64,7 +62,7 @@ from vcmm.learn.diagnosis.noise import Audit, chain_noise
 from vcmm.learn.diagnosis.problem import FIELD, Problem, generator
 from vcmm.learn.diagnosis.result import Unknown
 from vcmm.learn.diagnosis.search import SearchResult, Stage, build_stage, search, setting_of
-from vcmm.learn.diagnosis.select import Selection, Setting, Term, basis_of, joint, mismatch
+from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again, joint, mismatch
 
 CONDITIONS = (
     "time_s",
@@ -172,13 +170,14 @@ def judge_terms(chosen: SearchResult, stage: Stage, seed: int, in_field: bool = 
     shapes = None if in_field else stage.generic
     searched, selection = selection, selection if in_field else _gate_terms(used, parts, selection, setting)
     failed = len(selection.terms) < len(searched.terms)
-    selection = of_the_machine(selection, _standings(used, parts, selection, setting, shapes), setting)
-    places = _standings(used, parts, selection, setting, shapes)
+    selection = of_the_machine(selection, _standings(selection, setting), setting)
+    places = _standings(selection, setting)
     simple = by_simplest(selection, [p.kin for p in places if p.kin], setting)
     if simple is not selection:
-        selection, places = simple, _standings(used, parts, simple, setting, shapes)
-    firm = tuple(i for i in range(len(places)) if wins_everywhere(used, parts, selection, i))
-    field = rival_field(used, selection, setting, stage.sample, shapes, firm) if selection.terms else None
+        selection, places = simple, _standings(simple, setting)
+    field = rival_field(used, selection, setting, stage.sample, shapes) if selection.terms else None
+    if field is not None:
+        places = [lower_standing(p, share) for p, share in zip(places, field.shares, strict=True)]
     rest = _rest(used, stage, selection, setting, parts, seed, field)
     return Judgement(
         used,
@@ -210,11 +209,30 @@ def beside_field(
     beside = first.problem.with_statement(FIELD, field.columns)
     stage = build_stage(beside, _simple(known), generics, first.stage.noise, seed, nulls, first.stage.screen)
     chosen = search(beside, stage)
-    second = judge_terms(chosen, chosen.stage, seed, in_field=True)
-    if not second.selection.terms or _loses_name(first, second) or not _told_before(first, second):
+    again = _weigh_again(first, chosen.selection.terms)
+    if again is None or not _is_better(again, field, chosen.selection.terms):
         return first
+    second = judge_terms(chosen, chosen.stage, seed, in_field=True)
+    weighed = (*field.weighed, *again.weighed)
+    ids = [t.family.id for t in second.selection.terms]
+    places = [lower_standing(p, probability_left(i, weighed)) for i, p in zip(ids, second.places)]
     what = describe_shape(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
-    return replace(second, mistake=first.mistake, field=None, rest=what)
+    return replace(second, mistake=first.mistake, field=None, rest=what, places=places)
+
+
+def _weigh_again(first: Judgement, terms: Sequence[Term]) -> Field | None:
+    """What was found beside a field, with and without a field in the rows as the first names were weighed in them."""
+    if not terms:
+        return None
+    names = replace(fitted_again(terms, first.setting, rounds=1), y=first.selection.y)
+    return rival_field(first.problem, names, first.setting, first.stage.sample, first.stage.generic)
+
+
+def _is_better(again: Field, field: Field, terms: Sequence[Term]) -> bool:
+    """Are these names beside a field worth more than all that was weighed before, or are they its best?"""
+    names = frozenset(t.family.id for t in terms)
+    best = max(field.weighed, key=lambda h: h.score)
+    return names == best.names or max(h.score for h in again.weighed if h.names == names) > best.score
 
 
 def _simple(known: Catalogue) -> Catalogue:
@@ -226,48 +244,6 @@ def _simple(known: Catalogue) -> Catalogue:
     return replace(known, families=tuple(kept))
 
 
-def _told_before(first: Judgement, second: Judgement) -> bool:
-    """Is most of what the second search names what the first one named, perhaps as a curve? A field takes the place of what
-    a name has too much; what is new beside it is a shadow of what it leaves out, and names of more numbers than the first
-    ones had are one of them in parts.
-    """
-    if _freedom(second.selection.terms) > _freedom(first.thought):
-        return False
-    white = first.stage.white
-    basis = basis_of(first.thought, first.problem.m)
-    fit = second.selection.fit
-    assert fit is not None
-    for i, term in enumerate(second.selection.terms):
-        signal = white.apply(term.option.columns @ fit.mean[second.selection.span(i)])
-        if float(np.sum((basis.T @ signal) ** 2)) < MOSTLY * float(signal @ signal):
-            return False
-    return True
-
-
-def _freedom(terms: Sequence[Term]) -> int:
-    """Free numbers of some names, scanned ones among them."""
-    return sum(t.option.freedom for t in terms)
-
-
-def _loses_name(first: Judgement, second: Judgement) -> bool:
-    """Is a name gone that was found and wins all its folds? A free curve may be: it is as free as the field."""
-    kept = _probable_ids(second)
-    own = first.selection
-    gone = [i for i, t in enumerate(own.terms) if t.family.id in _probable_ids(first) - kept]
-    return any(
-        wins_everywhere(first.problem, first.parts, own, i)
-        for i in gone
-        if not is_free_curve(own.terms[i].family.name)
-    )
-
-
-def _probable_ids(one: Judgement) -> set[str]:
-    """Ids of the names that are more probable than not, with what repeats them exactly; none that a field makes superfluous."""
-    refused = one.field.refused if one.field is not None and one.field.stands else ()
-    pairs = enumerate(zip(one.selection.terms, one.places))
-    return {t.family.id for i, (t, p) in pairs if i not in refused and p.with_aliases >= EVEN_ODDS}
-
-
 def _gate_terms(problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting) -> Selection:
     """The terms that predict rows held out: the one that fails worst is refused, the others are refitted and asked again."""
     while failed := gate(problem, parts, selection):
@@ -275,21 +251,8 @@ def _gate_terms(problem: Problem, parts: Sequence[Fold], selection: Selection, s
     return selection
 
 
-def _standings(
-    problem: Problem,
-    parts: Sequence[Fold],
-    selection: Selection,
-    setting: Setting,
-    generic: Dictionary | None,
-) -> list[Standing]:
-    """Every term among its rivals. A shape without physics is none of a simple name that wins all its folds: it has no linear
-    part, no wave and no step of its own.
-    """
-    shapes = [
-        None if is_simple(t) and wins_everywhere(problem, parts, selection, i) else generic
-        for i, t in enumerate(selection.terms)
-    ]
-    return [standing(selection, setting, i, shape) for i, shape in enumerate(shapes)]
+def _standings(selection: Selection, setting: Setting) -> list[Standing]:
+    return [standing(selection, setting, i) for i in range(len(selection.terms))]
 
 
 def _rest(
