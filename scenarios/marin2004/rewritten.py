@@ -154,7 +154,9 @@ def departures(
     out = {}
     for v in views:
         now = replace(v, tool=replace(v.tool, run=machining.add_temperatures(v.tool.run, log)))
-        out[v.net.feature] = 1e3 * (machining.departure(now, machine) + v.contacts.surface(v.tool.known_error))
+        out[v.net.feature] = 1e3 * (
+            machining.departure(now, machine) + v.contacts.surface(v.tool.known_error)
+        )
     return out
 
 

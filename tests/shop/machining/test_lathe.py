@@ -247,4 +247,6 @@ def test_a_groove_round_the_part_by_c(tmp_path):
     assert np.abs(surface.s).max() < 1e-9
     names = np.arange(9).astype(str)
     tool, contacts = tool_side(job, surface, names, names)
-    assert contacts.surface(tool.errors()) - contacts.surface(tool.known_error) == pytest.approx(0.9 * UM, abs=1e-6)
+    assert contacts.surface(tool.errors()) - contacts.surface(tool.known_error) == pytest.approx(
+        0.9 * UM, abs=1e-6
+    )

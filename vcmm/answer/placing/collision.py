@@ -101,11 +101,11 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
     return np.where(best < 0.0, best, sure)
 
 
-def lacking(solid: Solid, asked: list[tuple[Bodies, Array, Array]]) -> Array:
-    """(len(asked), k) mm that bodies lack, all looked at in one go; inf where a gap cannot be told, never 0."""
-    bodies, need, allowed = (list(column) for column in zip(*asked))
+def lacking(solid: Solid, queries: list[tuple[Bodies, Array, Array]]) -> Array:
+    """(len(queries), k) mm that bodies lack, all looked at in one go; inf where a gap cannot be told, never 0."""
+    bodies, need, allowed = (list(column) for column in zip(*queries))
     room = slack(solid, join_bodies(bodies), np.concatenate(need), np.concatenate(allowed))
-    return np.maximum(0.0, -room).reshape(len(asked), -1)
+    return np.maximum(0.0, -room).reshape(len(queries), -1)
 
 
 def _sure(value: Array, reach: Array) -> tuple[Array, Array]:

@@ -18,8 +18,8 @@ from vcmm.files.own.certificate import certificate_table
 from vcmm.files.own.machine import load_machine_of
 from vcmm.files.own.scenario import load_scenario
 from vcmm.learn.calibration.acceptance import Figure, predict_figures
-from vcmm.task.certified.certificate import PRIORS, MachineCertificate
-from vcmm.task.certified.findings import Findings
+from vcmm.task.certification.certificate import PRIORS, MachineCertificate
+from vcmm.task.certification.findings import Findings
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
 
@@ -49,7 +49,7 @@ class CertifiedU:
 
 @dataclass(frozen=True)
 class CertificateWorth(Readable):
-    """by_prior, by_fact: U; covered: machines at the limit; figures: of the test, of machines drawn as stated.
+    """by_prior, by_fact: U; coverage: machines at the limit; figures: of the test, of machines drawn as stated.
 
     warnings: what the intervals that are counted leave in, such as a known bias.
     """
@@ -57,7 +57,7 @@ class CertificateWorth(Readable):
     stated: str
     by_prior: tuple[CertifiedU, ...]
     by_fact: tuple[CertifiedU, ...]
-    covered: tuple[CoveredMachines, ...]
+    coverage: tuple[CoveredMachines, ...]
     figures: tuple[Figure, ...]
     seed: int
     warnings: tuple[str, ...] = ()
@@ -99,7 +99,7 @@ def certificate_worth(
     ]  # fmt: skip
     return CertificateWorth(
         certificate.words(), tuple(by_prior), tuple(by_fact),
-        covered=covered, figures=tuple(figures), seed=settings.seed, warnings=result.warnings,
+        coverage=covered, figures=tuple(figures), seed=settings.seed, warnings=result.warnings,
     )  # fmt: skip
 
 
