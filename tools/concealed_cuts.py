@@ -23,7 +23,7 @@ import numpy as np
 
 import vcmm
 from vcmm.answer.evaluation.linear import LinearModel, build
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.core.run import Array, Run
 from vcmm.files.columns import run_columns
 from vcmm.files.own.library import example as example

@@ -68,6 +68,6 @@ def spindle_of(survey: Survey) -> faces.SpindleKnowledge:
 def _orders(survey: Survey, name: str, free: float) -> tuple[Array, Array]:
     """Cosine and sine of every order, and their variances; free where the face reversal does not identify one."""
     i = survey.spindle.names.index(name)
-    value, known = survey.spindle.value[i], survey.spindle.identified[i]
+    value, known = survey.spindle.value[i], survey.spindle.is_identified[i]
     variance = np.where(known, survey.spindle.covariance[:, i, i], free**2)
     return np.stack([value.real, -value.imag], axis=1).ravel(), np.repeat(variance, 2)

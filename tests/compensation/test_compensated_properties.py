@@ -63,7 +63,7 @@ def test_rewritten_programs(text: str, tolerance: float, carry: bool):
     with tempfile.TemporaryDirectory() as folder:
         found = run(Path(folder), text, rough(), SETUP, tolerance=tolerance, carry=carry)
     assert found.after.largest <= tolerance + found.rounding.largest + 1e-6
-    assert found.met
+    assert found.is_met
     step = found.rounding.step
     assert (
         found.rounding.largest <= 3**0.5 * step * (1.0 if carry else 0.75) + 0.3 * 3**0.5 * tolerance + 1e-6

@@ -80,7 +80,7 @@ def check(text: str, dialect: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         found = run(Path(folder), text, rough(), replace(SETUP, dialect=dialect))
     assert found.after.largest <= 1e-3 + found.rounding.largest + 1e-6
-    assert found.met
+    assert found.is_met
     comments = [line.split(";")[1] for line in text.splitlines() if ";" in line]
     assert [line.split(";")[1] for line in found.text.splitlines() if ";" in line][4:] == comments
 

@@ -49,8 +49,8 @@ def test_what_a_path_cannot_correct_is_left_and_said() -> None:
     assert [e.name for e in known.machine.effects] == ["scale_factor"]
     assert [e.name for e in known.full.effects] == ["scale_factor", "backlash"]
     assert known.dynamic
-    assert len(known.left) == 1
-    assert known.left[0].startswith("backlash[X] jumps at reversals")
+    assert len(known.left_out) == 1
+    assert known.left_out[0].startswith("backlash[X] jumps at reversals")
     assert [e.name for e in known.whole().machine.effects] == ["scale_factor", "backlash"]
 
 

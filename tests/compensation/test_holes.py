@@ -43,7 +43,7 @@ def test_an_axis_that_is_not_named_is_corrected_for_its_hole(tmp_path, dialect, 
     """Squareness 30 urad, EYX +-4 um, EXY: Y 20 becomes 20.004 at X 50 and 19.998 at X 350, as Fanuc's G83 has it."""
     found = run(tmp_path, text, rough(), replace(SETUP, dialect=dialect))
     assert holes(found) == [("49.998", "20.004"), ("349.981", "19.998")]
-    assert found.met
+    assert found.is_met
     assert found.after.largest < 2e-3
     assert (
         found.rounding.largest < 0.87e-3 * 1.1
@@ -77,6 +77,6 @@ def test_heights_of_fanuc_given_under_g90_serve_holes_under_g91(tmp_path):
     apart = text.format("X90.\nX170.\nX250.\nX250. R3.\nX210.\nX20. Y30.")
     assert drilled(steps) == drilled(apart)
     one, other = (run(tmp_path, each, rough()) for each in (steps, apart))
-    assert one.met
+    assert one.is_met
     assert np.abs(np.array(drilled(one.text)) - np.array(drilled(other.text))).max() < 1.1e-3
     assert drilled(one.text)[3][2] == pytest.approx(-12.005)  # EZX and the squareness at X 250

@@ -68,13 +68,13 @@ def test_a_pole_of_two_arcs_is_not_moved_for_both(tmp_path):
     lines = body(found)
     assert lines[3] != "3 CC X+0 Y+0\n"
     assert sum(line.lstrip("0123456789 ").startswith("CC") for line in lines) >= 2
-    assert found.met
+    assert found.is_met
 
 
 def test_polar_and_tangential_blocks_become_plain_ones(tmp_path):
     text = "2 L X+0 Y+0 R0 F500\n3 CC X+100 Y+0\n4 LP PR+100 PA+90\n5 CT X+150 Y+120\n6 L X+200\n"
     found = go(tmp_path, text, mill(Squareness("C0Y", 60e-6), wavy("EYX", 4.0, 300.0)))
-    assert found.met
+    assert found.is_met
     lines = body(found)
     assert lines[4].startswith("4 L X+")
     assert any(line.startswith("5 C X+") and " DR" in line for line in lines)
@@ -83,7 +83,7 @@ def test_polar_and_tangential_blocks_become_plain_ones(tmp_path):
 def test_a_helix_stays_a_helix(tmp_path):
     text = "2 L X+50 Y+0 Z+0 R0 F500\n3 CC X+0 Y+0\n4 CP IPA+720 IZ-10 DR+\n5 L Z+50 FMAX M30\n"
     found = go(tmp_path, text, rough())
-    assert found.met
+    assert found.is_met
     assert sum("CP IPA" in line for line in body(found)) >= 2
 
 

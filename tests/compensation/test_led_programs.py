@@ -75,7 +75,7 @@ def test_block_ends_come_where_they_were_programmed(tmp_path, dialect, text, str
     file = tmp_path / "part.nc"
     file.write_text(text)
     found = compensate(file, replace(READY, dialect=dialect), mill, decimals=4)
-    assert found.met
+    assert found.is_met
     assert found.before.largest > 5e-3
     assert found.after.largest < 1e-3
     number = r"([-+]?\d+\.?\d*)"
@@ -98,7 +98,7 @@ def test_directions_of_the_tool_are_led_too(tmp_path):
     file = tmp_path / "part.nc"
     file.write_text(text)
     found = compensate(file, replace(READY, dialect="fanuc"), replace(machine(HEAD), effects=ERRORS[:2]))
-    assert found.met
+    assert found.is_met
     assert "I0.5 J0 K0.8660254" in found.text
     assert found.before.largest > 1e-3 > found.after.largest
 
@@ -108,7 +108,7 @@ def test_what_needs_the_state_of_the_axes_is_left_and_said(tmp_path):
     file.write_text(fanuc())
     mill = replace(machine(TABLES), effects=(ScaleFactor("X", 60e-6), Backlash("X", gap=4e-3)))
     found = compensate(file, replace(READY, dialect="fanuc"), mill, decimals=4)
-    assert found.met
+    assert found.is_met
     assert any("backlash" in w and "not corrected" in w for w in found.warnings)
 
 

@@ -92,7 +92,7 @@ def test_the_tool_points_where_it_was_programmed(tmp_path, dialect, structure):
     file.write_text(TEXTS[dialect])
     ready = replace(READY, dialect=dialect)
     found = compensate(file, ready, mill, decimals=5, orientation=True, set_here=False)
-    assert found.met
+    assert found.is_met
     assert found.orientation.before.largest > 30e-6
     assert found.orientation.after.largest < 1e-6
     blocks, plain = written(found.text), written(TEXTS[dialect])

@@ -76,7 +76,7 @@ def test_further_rounds_take_off_what_a_bending_tool_leaves(tmp_path):
     once = proof_by_cut(scenario, tmp_path / "once.nc", 1e-3)
     made, proof = in_rounds(scenario, surface, ".nc", 1e-3, make)
     assert once.after.largest > 1.5e-3
-    assert proof.met
+    assert proof.is_met
     assert proof.after.largest < 1.0e-3
     (tmp_path / "new.nc").write_text(made.text)  # what is claimed is the cut of what is written
     assert inspected_cut(replace(scenario, program=tmp_path / "new.nc")).largest == proof.after.largest
@@ -136,8 +136,8 @@ def test_worse_is_what_is_beyond_before_and_beyond_what_is_allowed():
     assert "largest departure 6.00 um (wall), before 4.00" in CutProof(cut(4.0), cut(-6.0), 1e-3).worse
     assert "mean" in CutProof(cut(4.0, 0.0), cut(3.0, 3.0), 1e-3).worse
     assert "2 points are left uncut, before 0" in CutProof(cut(4.0), cut(0.0, uncut=2), 1e-3).worse
-    assert not CutProof(cut(4.0), cut(0.0, uncut=2), 1e-3).met
-    assert CutProof(cut(4.0), cut(0.9), 1e-3).met
+    assert not CutProof(cut(4.0), cut(0.0, uncut=2), 1e-3).is_met
+    assert CutProof(cut(4.0), cut(0.9), 1e-3).is_met
 
 
 @pytest.mark.thorough

@@ -69,7 +69,7 @@ def test_a_subprogram_called_once_is_rewritten(tmp_path):
 
 def test_a_loop_on_a_perfect_machine_is_no_problem(tmp_path):
     text = "%\nO1\nG21 G90 G54\n#1=0\nWHILE[#1 LT 3]DO1\nG1 X[10*#1] F500\n#1=#1+1\nEND1\nM30\n%\n"
-    assert run(tmp_path, text, mill()).blocks.changed == 0
+    assert run(tmp_path, text, mill()).blocks.changes == 0
 
 
 def test_frames_that_depend_on_where_the_tool_stands(tmp_path):
@@ -192,7 +192,7 @@ def test_polar_words_are_refused_where_they_begin(tmp_path):
     """G16: X is a radius there; a number in mm beside the workpiece's X would send the tool 29 mm aside."""
     text = "O1\nG21 G90 G17 G54\nT1 M6\nG0 X0 Y0 Z20.\n{} G81 X30. Y45. Z-5. R2. F100.\nG15 G80\nM30\n"
     assert "part.nc:5:1: G16 makes X and Y" in refused(tmp_path, text.format("G16"), scale(100.0))
-    assert run(tmp_path, text.format("(G16)"), scale(100.0)).met
+    assert run(tmp_path, text.format("(G16)"), scale(100.0)).is_met
 
 
 def test_polar_words_in_a_file_that_is_called(tmp_path):

@@ -27,7 +27,7 @@ def test_a_bow_makes_blocks_behind_the_one_that_it_splits(tmp_path) -> None:
     text = f"{HEAD}G1 X400. F500\nM30\n%\n"
     found = run(tmp_path, text, machine(wavy("EYX", 8.0, 400.0)), SETUP)
     lines = [n for n in found.source_lines if n == 5]
-    assert len(lines) == found.blocks.added + 1 > 2
+    assert len(lines) == found.blocks.additions + 1 > 2
     assert found.after.largest < 1.5e-3 < found.before.largest
 
 

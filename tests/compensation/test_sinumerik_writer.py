@@ -40,7 +40,7 @@ def test_squareness_makes_a_circle_four_arcs(tmp_path, words):
     found = go(tmp_path, text, mill(Squareness("C0Y", 20e-6)), tolerance=1e-4, decimals=4)
     assert found.before.largest == pytest.approx(0.5e-3, rel=1e-3)
     assert found.after.largest < 0.03e-3
-    assert found.blocks.added == 3
+    assert found.blocks.additions == 3
     arcs = [m for m in interpret(found.text, "sinumerik", SIEMENS).moves if m.kind == "arc"]
     assert arcs[0].end == pytest.approx((-0.001, -50.0, 0.0))  # x = c y = 20e-6 x -50 mm = -1 um
 
@@ -58,7 +58,7 @@ def test_arcs_by_radius_angle_and_a_point_between(tmp_path):
     text = "G54 G90 G17\nG1 X0 Y0 F500\nG3 X100 Y100 CR=100\nG2 AR=90 I50 J0\nG1 X0\nCIP X100 Y50 I1=50 J1=80\nG1 Y0\nM30\n"
     planar = mill(*[e for e in rough().effects if "EZX" not in e.id])
     found = go(tmp_path, text, planar)
-    assert found.met
+    assert found.is_met
     assert "CR=" in found.text
     assert "AR=" not in found.text  # the end point and the centre take its place
     assert "I1=" in found.text
@@ -69,7 +69,7 @@ def test_a_scaled_and_mirrored_frame(tmp_path):
     text = "G54 G90\nMIRROR X0\nASCALE X2 Y2\nG1 X50 F500\nG2 X60 Y10 CR=10\nM30\n"
     found = go(tmp_path, text, scale(100.0))
     assert body(found)[3] == "G1 X49.995 F500\n"
-    assert found.met
+    assert found.is_met
 
 
 def test_corners_stay_at_the_corner(tmp_path):
@@ -83,7 +83,7 @@ def test_corners_stay_at_the_corner(tmp_path):
     assert rounded > 2
     assert sum("M5" in line for line in lines) == 1
     assert lines[-2].endswith("M5")
-    assert found.met
+    assert found.is_met
 
 
 def test_holes_one_by_one(tmp_path):
@@ -137,7 +137,7 @@ def test_a_dwell_between_rapid_and_cut(tmp_path):
     # 200 urad: at X 100 the tip is 20 um off in Y where the cut begins, at X 200 40 um
     found = go(tmp_path, "G54 G90\nG0 X100\nG4 F1\nG1 X200 F500\nM30\n", mill(Squareness("C0X", 200e-6)))
     assert found.before.largest == pytest.approx(0.040, rel=1e-3)
-    assert found.met
+    assert found.is_met
 
 
 def test_inverse_time_is_shared_out(tmp_path):

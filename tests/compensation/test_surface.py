@@ -115,7 +115,7 @@ def test_a_subprogram_is_written_out_where_only_the_surface_is_off(tmp_path):
     text = text.replace("M30\n", f"M30\nO2\n{round_it}M99\n")
     scenario = vcmm.load_cut(shop.write(tmp_path, LARGER, program=text, setup=SETUP))
     new, made = compensated(scenario, tmp_path, surface_errors(scenario))
-    assert made.met
+    assert made.is_met
     assert np.abs(off_drawing(scenario, new)).max() < 0.5e-3
 
 
@@ -126,7 +126,7 @@ def test_both_walls_of_a_slot_cannot_be_moved_apart_by_one_way_of_the_tool(tmp_p
     surface = surface_errors(scenario)
     assert surface is not None
     assert surface.against == ("high", "low")
-    assert surface.left == pytest.approx(10e-3, rel=0.01)
+    assert surface.rest_rms == pytest.approx(10e-3, rel=0.01)
     assert np.abs(surface.value).max() < 0.1e-3
     _, made = compensated(scenario, tmp_path, surface)
     assert any("high, low: what is off there stays" in w for w in made.warnings)
@@ -157,4 +157,4 @@ def test_spring_back_is_left_to_the_surface():
     """The path knows where the tool stands, and not where it cuts."""
     known = known_errors_of(mill(Clamping("z", np.array([1e-3, 0.0, 0.0]))))
     assert known.machine.effects == ()
-    assert "--surface does" in known.left[0]
+    assert "--surface does" in known.left_out[0]

@@ -51,7 +51,7 @@ def test_every_block_is_corrected_for_its_own_time(tmp_path):
     found = compensate(tmp_path / "part.nc", setup, mill(), tolerance=1e-3)
     assert "G1 X100. Z-0.005 F100" in found.text
     assert "X0. Z-0.010" in found.text
-    assert found.met
+    assert found.is_met
     # set five minutes before, at 15 degC: 5 um more at every place
     earlier = replace(
         setup,

@@ -28,7 +28,7 @@ PROMISES = {
     "exact trials (transforms multiplied": "tests/answer/evaluation/test_uncertainty.py",
     "the same to the last bit on one core or a cluster": "tests/answer/evaluation",
     "residuals as scaled and shifted t-distributions": "tests/core",
-    "a machine drawn from nothing but its certificate": "tests/task/certified",
+    "a machine drawn from nothing but its certificate": "tests/task/certification",
     "coverage was not demonstrated says so": "tests/answer/inference",
     "From the part back to the machine": "tests/face/cli/test_loop.py",
     "every job has `--json`": "tests/delivery/test_promises.py::test_every_command_has_json",

@@ -52,7 +52,12 @@ def test_a_play_by_two_names_is_one_course():
         for k, (name, gap) in enumerate(gaps)
     ]
     (course,) = changes(records)
-    assert (course.name, course.parameter, course.found, course.of) == ("play Y", "size in the middle", 4, 4)
+    assert (course.name, course.parameter, course.occurrences, course.of) == (
+        "play Y",
+        "size in the middle",
+        4,
+        4,
+    )
     assert course.there[0] == "always"
     assert course.change == pytest.approx(0.28 - 2.24)
     alone = changes(records[:2])  # one member alone keeps its own numbers

@@ -12,7 +12,7 @@ from tests.plate import edited
 from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.machine import load_machine
-from vcmm.task.certified.certificate import length_limit, short_limit
+from vcmm.task.certification.certificate import length_limit, short_limit
 
 MACHINE = """vcmm = "machine/1"
 structure = "w b Y X Z t"

@@ -77,7 +77,7 @@ FOLDERS = (
     "task",
     "task.measuring",
     "task.response",
-    "task.certified",
+    "task.certification",
     "task.instruments",
     "answer",
     "answer.evaluation",

@@ -32,8 +32,8 @@ def face_errors(
     used = []
     for move in moves:
         inside, value = _along(move, setup, height, extent, lathe)
-        asked = lines is None or lines[0] <= move.source.line <= lines[1]
-        is_used = asked and inside and move.kind in ("line", "arc")
+        is_in_range = lines is None or lines[0] <= move.source.line <= lines[1]
+        is_used = is_in_range and inside and move.kind in ("line", "arc")
         values.append(value if is_used else None)
         used += [move.source.line] if is_used else []
     if not used:
@@ -47,8 +47,8 @@ def face_errors(
     whole = np.concatenate(joined)
     largest = float(np.abs(whole).max())
     return SurfaceErrors(
-        moves=tuple(moves), knots=knots.astype(np.intp), value=whole, effects=(), points=len(used), left=0.0, largest=largest, against=(),
-        told=f"map of the scanned face: corrected along Z by up to {largest * 1e3:.3g} um in lines {named}; held at its edge beyond the scan",
+        moves=tuple(moves), knots=knots.astype(np.intp), value=whole, effects=(), points=len(used), rest_rms=0.0, largest=largest, against=(),
+        origin=f"map of the scanned face: corrected along Z by up to {largest * 1e3:.3g} um in lines {named}; held at its edge beyond the scan",
     )  # fmt: skip
 
 

@@ -57,12 +57,12 @@ SHAPE_OF_CONTACT = (
 class KnownErrors:
     """Known errors of a machine. machine: with the effects that are corrected; full: also with those that the drives must correct.
 
-    left: ids of effects that are not corrected, and why.
+    left_out: ids of effects that are not corrected, and why.
     """
 
     machine: Machine
     full: Machine
-    left: tuple[str, ...]
+    left_out: tuple[str, ...]
 
     @property
     def dynamic(self) -> bool:
@@ -74,7 +74,7 @@ class KnownErrors:
 
     def whole(self) -> KnownErrors:
         """Return the same with every known effect on the path, to evaluate the total remaining error."""
-        return KnownErrors(self.full, self.full, self.left)
+        return KnownErrors(self.full, self.full, self.left_out)
 
 
 def absent(effect: Effect) -> bool:
@@ -150,7 +150,7 @@ class PathErrors:
     by_axes: bool = False
 
     @cached_property
-    def led(self) -> bool:
+    def is_led(self) -> bool:
         """Whether the tip is led over the workpiece anywhere."""
         return leads(self.moves)
 
@@ -206,7 +206,7 @@ class PathErrors:
     def axes_at(self, move: Ints, tips: Array, angle: Array, offset: Array) -> Array:
         """Return the tips (k, 3) as with rotary axes at zero: of led moves from points of the workpiece, the others are such points."""
         out = tips
-        if self.led:
+        if self.is_led:
             there = np.array([self.moves[i].led for i in move.tolist()], dtype=bool)
             at_zero = tip_as_at_zero(self.known_errors.machine, tips, angle, offset)
             out = np.where(there[:, None], at_zero, tips)
@@ -287,7 +287,7 @@ class PathErrors:
     @cached_property
     def _was_turned_at_zero(self) -> bool:
         """Whether rotary axes were off zero where offsets were set; a led tip is zeroed in the workpiece, with all axes at zero."""
-        return self.setup.set_as_cut and bool(self._turns.any()) and not self.led
+        return self.setup.set_as_cut and bool(self._turns.any()) and not self.is_led
 
     def _setting(self, run: Run, move: Ints) -> Array:
         """Return the error (k, 3) where the offset of each row was set: at the work zero unless the set-up states the place, with the
@@ -370,8 +370,8 @@ def field_of(
     known_errors: KnownErrors, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
 ) -> PathErrors:  # fmt: skip
     """Return the errors along the motion of a program."""
-    asked = known_errors.needs_states and moves and not leads(moves)
-    path = toolpath(tuple(moves), known_errors.machine, setup) if asked else None
+    needs_path = known_errors.needs_states and moves and not leads(moves)
+    path = toolpath(tuple(moves), known_errors.machine, setup) if needs_path else None
     moving = np.arange(len(moves)) if path is None else path.timing.moving
     if path is not None and not len(moving):
         path = None

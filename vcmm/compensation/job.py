@@ -162,20 +162,14 @@ def prepare(
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
     source, setup, stated, name = load_program(program, setup, machine, dialect)
-    check_dialect(name)
-    check_mark(source)
-    check_channels(source, name)
-    check_wound(source, LANGUAGES[name])
+    _check_source(source, name)
     notes = check_state(stated, setup)
     machine, machine_file = machine_of(stated), stated.file if isinstance(stated, MachineOfFile) else None
     read = read_for("compensate", source.text, name, setup, name=source.name, trace=True)
     check_face(read, source.name)
     read = with_angles(read, machine, source.name)
-    known_errors, language, given = (
-        _in_states(known_errors_of(machine), read),
-        LANGUAGES[name],
-        (read, source),
-    )
+    known_errors, language = _in_states(known_errors_of(machine), read), LANGUAGES[name]
+    given = read, source
     short = without_length(read.moves, setup.tools)
     if short is not None:
         raise UsageError(f"{source.name}: {length_missing(short, setup.tools)}")
@@ -203,7 +197,7 @@ def prepare(
     hashed = digest([*files, *machine_data, given[1].text.encode("utf-8")])
     remarks = (
         *(*notes, *unsaid),
-        *what_is_left(known_errors.left, surface),
+        *what_is_left(known_errors.left_out, surface),
         *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings),
     )
     return Work(
@@ -216,11 +210,18 @@ def prepare(
         known_errors=known_errors,
         field=field,
         decimals=_decimals(given[0].traces, decimals),
-        hashed=hashed,
+        digest=hashed,
         notes=remarks,
         carry=carry,
         aim=aim,
     )
+
+
+def _check_source(source: SourceText, name: str) -> None:
+    check_dialect(name)
+    check_mark(source)
+    check_channels(source, name)
+    check_wound(source, LANGUAGES[name])
 
 
 def _in_states(known_errors: KnownErrors, read: Program) -> KnownErrors:
@@ -233,7 +234,7 @@ def _in_states(known_errors: KnownErrors, read: Program) -> KnownErrors:
         f"{e.id} needs more than the position of the axes: not corrected where the tip is led" for e in rest
     )
     machine = replace(known_errors.machine, effects=kept)
-    return KnownErrors(machine, machine, (*known_errors.left, *remarks))
+    return KnownErrors(machine, machine, (*known_errors.left_out, *remarks))
 
 
 def _flat(
@@ -259,7 +260,7 @@ def _flat(
     return flat, again, origin
 
 
-def _decimals(traces: Sequence[Trace], asked: int | None) -> tuple[int, int]:
+def _decimals(traces: Sequence[Trace], decimals: int | None) -> tuple[int, int]:
     out = []
     for inch in (False, True):
         words = [
@@ -269,7 +270,7 @@ def _decimals(traces: Sequence[Trace], asked: int | None) -> tuple[int, int]:
             for k, w in t.words.items()
             if k in AXES + CENTRES + "R" and w.plain
         ]
-        out.append(decimals_of(words, inch, asked))
+        out.append(decimals_of(words, inch, decimals))
     return out[0], out[1]
 
 
@@ -279,7 +280,7 @@ def _prove(
 ) -> CompensatedProgram:  # fmt: skip
     """Read back, compare, run again."""
     check_expressions(work.program, work.source, writer.expressions)
-    mark = header(work.machine.name, used, work.hashed, work.dialect)
+    mark = header(work.machine.name, used, work.digest, work.dialect)
     origin = (0, *work.origin)
     compare(work.program, new, lines, work.source.name)
     compare_comments(work.source.text, text, mark, work.dialect.name in SEMICOLON)
@@ -315,15 +316,15 @@ def _prove(
         text=text,
         data=work.source.encode(text),
         tolerance=tolerance,
-        used=used,
-        met=met and used == tolerance,
+        tolerance_used=used,
+        is_met=met and used == tolerance,
         before=before,
         offset_only=offset_only,
         after=after,
         shifts=shifts,
         rounding=rounding,
         blocks=_count_blocks(work, writer, new, lines),
-        digest=work.hashed,
+        digest=work.digest,
         warnings=tuple(dict.fromkeys(notes)),
         source_lines=tuple(origin[n] for n in lines),
         whole=whole,
@@ -392,8 +393,8 @@ def _count_blocks(work: Work, writer: Writer, new: Program, lines: Sequence[int]
     return BlockCounts(
         before=len({t.line for t in work.program.traces}),
         after=len({t.line for t in new.traces}),
-        changed=len(writer.edits),
-        added=sum(len(v) for v in writer.added.values()),
+        changes=len(writer.edits),
+        additions=sum(len(v) for v in writer.added_blocks.values()),
         rate_before=old_rate,
         rate_after=rate,
         rate_line=(0, *work.origin)[lines[line - 1]] if line else 0,

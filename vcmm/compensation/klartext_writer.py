@@ -37,7 +37,9 @@ class KlartextWriter(Writer):
     pole_free: bool = False  # no block has relied on it yet
     pole_moved: bool = False  # the new program has it elsewhere than the source
     path: str = "L"
-    turned: set[int] = field(default_factory=set)  # lines whose path function has been turned into another
+    turned_lines: set[int] = field(
+        default_factory=set
+    )  # lines whose path function has been turned into another
 
     def code(self, index: int) -> str:
         return semicolon_code(self.source.lines[index][0])
@@ -123,7 +125,7 @@ class KlartextWriter(Writer):
         """Set the path function of the block; polar words are removed."""
         word = trace.words["path"]
         if word.text != name:
-            self.turned.add(index)
+            self.turned_lines.add(index)
             self.edits.setdefault(word.line - 1, []).append(Edit(word.first, word.last, name))
         for key in POLAR:
             if key in trace.words:
@@ -250,10 +252,10 @@ class KlartextWriter(Writer):
     def _more(self, s: Stretch) -> None:
         trace, frame, new, index = s.trace, s.frame, s.end, s.index
         if trace.contour.kind != "arc":
-            before = len(self.added.get(index, []))
+            before = len(self.added_blocks.get(index, []))
             super()._more(s)
-            if len(self.added.get(index, [])) > before:
-                self.added[index][-1] = "L " + self.added[index][-1]
+            if len(self.added_blocks.get(index, [])) > before:
+                self.added_blocks[index][-1] = "L " + self.added_blocks[index][-1]
             return
         a, b, n = s.plane
         places, like = self.decimals[frame.inch], self._number_style(trace)
@@ -296,7 +298,7 @@ class KlartextWriter(Writer):
                     *(k + self.number(v, places, self._number_style(trace)) for k, v in zip(letters, centre)),
                 ]
             )
-            (self.before if first else self.added).setdefault(index, []).append(text)
+            (self.before if first else self.added_blocks).setdefault(index, []).append(text)
         self.pole, self.pole_free, self.pole_moved = centre, False, True
 
     def _add(self, index: int, trace: Trace, letter: str, number: str) -> None:

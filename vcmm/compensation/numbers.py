@@ -36,10 +36,10 @@ class Diffusion:
         self.carry = 0.0
 
 
-def decimals_of(words: list[WordAt], inch: bool, asked: int | None) -> int:
+def decimals_of(words: list[WordAt], inch: bool, decimals: int | None) -> int:
     """Return the decimals with which a program is written: as many as its longest number, at least 0.001 mm or 0.0001 inch."""
-    if asked is not None:
-        return asked
+    if decimals is not None:
+        return decimals
     least = 4 if inch else 3
     return max([least, *(w.decimals or 0 for w in words)])
 

@@ -83,7 +83,7 @@ def best_offsets(
         lathe="lathe" in name,
     )
     before, after, shifts = with_shifts(read.moves, field)
-    remarks = (*notes, *known_errors.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
+    remarks = (*notes, *known_errors.left_out, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
     return OffsetOnly(
         name=source.name,
         dialect=name,

@@ -65,10 +65,10 @@ def tilt(field: PathErrors, move: Ints, share: Array, tips: Array, angle: Array)
 
 @dataclass(frozen=True, eq=False)
 class OrientationCorrection:
-    """Angles (k, 3) that point the tool as programmed; left (k,): tilt that remains, rad; singular (k,)."""
+    """Angles (k, 3) that point the tool as programmed; rest (k,): tilt that remains, rad; singular (k,)."""
 
     angle: Array
-    left: Array
+    rest: Array
     singular: np.typing.NDArray[np.bool_]
 
 
@@ -140,9 +140,9 @@ def _vector(trace: Trace) -> tuple[str, str, str] | None:
 
 def _check(field: PathErrors, trace: Trace, name: str, correction: OrientationCorrection, row: int) -> None:
     machine, first = field.known_errors.machine, trace.contour.source.first
-    if correction.singular[row] and correction.left[row] > WEAK and trace.contour.kind in CUTS:
+    if correction.singular[row] and correction.rest[row] > WEAK and trace.contour.kind in CUTS:
         message = (
-            f"the tool is where one rotary axis hardly turns it (a singular position), and {correction.left[row] * 1e6:.1f} urad of its tilt could only be "
+            f"the tool is where one rotary axis hardly turns it (a singular position), and {correction.rest[row] * 1e6:.1f} urad of its tilt could only be "
             "corrected by a long way of that axis; lay the part so that the tool leans there, or leave --orientation out"
         )
         raise at_line(ModelLimit, name, trace.line, message, first)
@@ -190,9 +190,9 @@ def _vector_words(
     return [new for w, v in zip(present, vector.tolist()) for new in _anew(w, v, LEAST_VECTOR, decimals)]
 
 
-def _anew(word: WordAt, value: float, least: int, asked: int | None) -> list[tuple[WordAt, str]]:
+def _anew(word: WordAt, value: float, least: int, decimals: int | None) -> list[tuple[WordAt, str]]:
     """Return the word with its new value; none where its digits do not change: it is left byte for byte."""
-    digits = max(least, word.decimals or 0, asked or 0)
+    digits = max(least, word.decimals or 0, decimals or 0)
     same = abs(round(value, digits) - value_of(word)) < 0.5 * 10.0**-digits
     return [] if same else [(word, format_number(value, digits, word.text))]
 

@@ -43,8 +43,8 @@ class BlockCounts:
 
     before: int
     after: int
-    changed: int
-    added: int
+    changes: int
+    additions: int
     rate_before: float
     rate_after: float
     rate_line: int
@@ -59,7 +59,7 @@ class CompensatedProgram(Readable):
     """text and data: the new program. shifts: best correction of each work offset alone, mm (3,).
 
     before: the program as it is; offset_only: with the work offsets shifted; after: the new program, all re-simulated.
-    tolerance: the one asked; used: the one kept after relaxation; met: the residual less rounding is within the tolerance.
+    tolerance: the one asked; tolerance_used: the one kept after relaxation; is_met: the residual less rounding is within the tolerance.
     """
 
     name: str
@@ -68,8 +68,8 @@ class CompensatedProgram(Readable):
     text: str
     data: bytes
     tolerance: float
-    used: float
-    met: bool
+    tolerance_used: float
+    is_met: bool
     before: Departure
     offset_only: Departure
     after: Departure
@@ -88,7 +88,7 @@ class CompensatedProgram(Readable):
 
     def __repr__(self) -> str:
         before, after = (1e3 * d.largest for d in (self.before, self.after))
-        met = "met" if self.met else "NOT met"
+        met = "met" if self.is_met else "NOT met"
         return (
             f"<CompensatedProgram {self.name}: {before:.3g} to {after:.3g} µm of the path, tolerance {met}>"
         )

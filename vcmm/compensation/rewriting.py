@@ -44,7 +44,7 @@ class Work:
     known_errors: KnownErrors
     field: PathErrors
     decimals: tuple[int, int]
-    hashed: str
+    digest: str
     notes: tuple[str, ...]
     carry: bool
     follow: bool = False  # keep the paths with their errors
@@ -182,7 +182,7 @@ def _machine_move(writer: Writer, traces: Sequence[Trace], dialect: Dialect) -> 
 
 def _assemble(work: Work, writer: Writer, tolerance: float) -> tuple[str, list[int]]:
     """Return the text with its mark."""
-    mark = header(work.machine.name, tolerance, work.hashed, work.dialect)
+    mark = header(work.machine.name, tolerance, work.digest, work.dialect)
     at, text, lines = place(work.source, work.dialect), [], []
     body = writer.lines()
     for number, (line, index) in enumerate([*body, ("", len(work.source.lines))]):

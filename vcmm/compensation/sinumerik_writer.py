@@ -83,19 +83,19 @@ class SinumerikWriter(Writer):
             for letter, nominal in ((AXES[i], m.end), (CENTRES[i], m.centre)):
                 assert nominal is not None
                 if letter not in trace.words and letter in AXES:
-                    self.forced = (*self.forced, letter)
+                    self.forced_axes = (*self.forced_axes, letter)
         return trace, True
 
-    forced: tuple[str, ...] = ()  # axes that the block must name
+    forced_axes: tuple[str, ...] = ()  # axes that the block must name
 
     def _first(self, s: Stretch) -> None:
         trace, frame, step = s.trace, s.frame, self.step(s.frame.inch)
-        for letter in self.forced:
+        for letter in self.forced_axes:
             i = AXES.index(letter)
             if abs(s.end[i] - s.start[i]) <= 1e-3 * step:  # otherwise it is added as for any block
                 value = 0.0 if self.relative(trace, frame, i, True) else float(s.end[i])
                 self.word(s.index, trace, letter, value, math.inf, frame.inch)
-        self.forced = ()
+        self.forced_axes = ()
         super()._first(s)
 
     def _centre_words(self, s: Stretch) -> dict[str, float]:

@@ -173,13 +173,13 @@ class SurfaceErrors:
     value: Array
     effects: tuple[str, ...]
     points: int
-    left: float  # mm rms of d that no shift of the path takes out
+    rest_rms: float  # mm rms of d that no shift of the path takes out
     largest: float  # mm of d
     against: tuple[
         str, ...
     ]  # features on which most of it is left: their walls want the same tool to go two ways at once
     seen: SeenPoints | None = None  # None: not found by a virtual cut
-    told: str = ""  # what it is, where it was not found by a virtual cut
+    origin: str = ""  # what it is, where it was not found by a virtual cut
 
     def at(self, low: Ints, high: Ints, tips: Array) -> Array:
         """Return e (k, 3) of tips (k, 3) on the nearest of moves low to high (k,)."""
@@ -242,7 +242,7 @@ def _correction(moves: Sequence[Move], points_on: SeenPoints, ids: tuple[str, ..
     rms = float(np.sqrt(np.mean(left**2)))
     names = [str(n) for n in np.unique(feature) if np.abs(left[feature == n]).max() > MUCH * largest]
     return SurfaceErrors(
-        moves=tuple(moves), knots=knots, value=value, effects=ids, points=points, left=rms, largest=largest, against=tuple(names), seen=points_on,
+        moves=tuple(moves), knots=knots, value=value, effects=ids, points=points, rest_rms=rms, largest=largest, against=tuple(names), seen=points_on,
     )  # fmt: skip
 
 
@@ -338,19 +338,19 @@ def what_is_left(left: tuple[str, ...], surface: SurfaceErrors | None) -> tuple[
     """Return remarks on errors that are not corrected, and on errors that are corrected on the finished surface instead of the path."""
     if surface is None:
         return left
-    if surface.told:
-        return (*left, surface.told)
+    if surface.origin:
+        return (*left, surface.origin)
     left = tuple(sentence for sentence in left if sentence.split(" ")[0] not in surface.effects)
-    told = (
+    text = (
         f"{', '.join(surface.effects) or 'the path that the control takes (corners, lag)'}: corrected where {surface.points} points of the features are cut, up to {surface.largest * 1e3:.2f} um "
-        f"along their normals; {surface.left * 1e3:.2f} um rms of it no shift of the path takes out. The same size is assumed for the next "
+        f"along their normals; {surface.rest_rms * 1e3:.2f} um rms of it no shift of the path takes out. The same size is assumed for the next "
         "part: state of the tool, clamping, stock"
     )
     if not surface.against:
-        return (*left, told)
+        return (*left, text)
     names = ", ".join(surface.against[:6]) + (" and others" if len(surface.against) > 6 else "")
     return (
-        *left, told,
+        *left, text,
         f"{names}: what is off there stays in part, since one way of the tool makes surfaces that would have to move apart (both walls of a "
         "slot, both sides of a hole): cut them one after the other, with a smaller tool, or with one whose radius is the nominal one",
     )  # fmt: skip

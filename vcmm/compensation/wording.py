@@ -31,9 +31,9 @@ class Wording:
         None  # axis of the hole that comes next: what leads there may stop above it at any height
     )
     edits: dict[int, list[Edit]] = field(default_factory=dict)
-    added: dict[int, list[str]] = field(default_factory=dict)
+    added_blocks: dict[int, list[str]] = field(default_factory=dict)
     before: dict[int, list[str]] = field(default_factory=dict)  # blocks that stand before a line
-    carried: dict[tuple[int, bool], Diffusion] = field(default_factory=dict)
+    diffusions: dict[tuple[int, bool], Diffusion] = field(default_factory=dict)
     rounding: list[Array] = field(default_factory=list)  # written - wanted at the ends of feeds, mm
     cycle: dict[str, float] = field(default_factory=dict)  # of a series of holes, see holes.py
     expressions: set[int] = field(default_factory=set)  # lines in which an expression became a number
@@ -129,7 +129,7 @@ class Wording:
         digits = line.lstrip()[1:2] if slash and line.lstrip()[1:2].isdigit() else ""
         body = self.gap.join(words)
         body = body.lower() if _lower(self.code(index)) else body
-        self.added.setdefault(index, []).append((f"/{digits} " if slash else "") + body)
+        self.added_blocks.setdefault(index, []).append((f"/{digits} " if slash else "") + body)
 
     def _number_style(self, trace: Trace) -> str:
         """Return a number of the block whose style a new one takes: only the missing zero before the point, never the plus sign."""
@@ -140,7 +140,7 @@ class Wording:
         """Return the new lines with their ends, and the index of the source line each belongs to."""
         out = []
         for index, (body, end) in enumerate(self.source.lines):
-            added = self.added.get(index, [])
+            added = self.added_blocks.get(index, [])
             line_end = end or (self.source.end if added else "")
             out += [(text + (end or self.source.end), index) for text in self.before.get(index, [])]
             out.append((apply_edits(body, self.edits.get(index, [])) + line_end, index))

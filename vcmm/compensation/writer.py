@@ -119,7 +119,7 @@ class Writer(Wording):
                 off = self.q - frame.offset - (wanted if last else piece.end)
                 off[list(stretch.standing)] = 0.0  # left off, not rounded
                 self.rounding.append(off)
-        if last_codes and self.added.get(index):
+        if last_codes and self.added_blocks.get(index):
             self._last(index, last_codes)
 
     def _last(self, index: int, codes: Sequence[Code]) -> None:
@@ -130,7 +130,7 @@ class Writer(Wording):
             ahead = line[: code.first - 1].endswith(" ")
             trailing = not ahead and line[code.last - 1 : code.last] == " "
             self.edits.setdefault(index, []).append(Edit(code.first - ahead, code.last + trailing, ""))
-            self.added[index][-1] += gap + code.text
+            self.added_blocks[index][-1] += gap + code.text
 
     def _standing(self, trace: Trace) -> Array:
         """Return the tool offset from which a block counts: Fanuc's G43 with Z counts from the programmed point before it."""
@@ -153,7 +153,7 @@ class Writer(Wording):
             self.carry and kind == "line" and part <= SHORT and not (self.chain_ends and piece.share == 1.0)
         )
         for i in range(3):
-            diffusion = self.carried.setdefault((i, frame.inch), Diffusion(step))
+            diffusion = self.diffusions.setdefault((i, frame.inch), Diffusion(step))
             if (s.whole and i in s.plane[:2]) or i in s.standing:
                 continue
             if not s.names(i) and self.absent(i):

@@ -285,8 +285,8 @@ def place(
             progress=progress,
         )
         return replace(placed, reading=placement_reading(files))
-    asked = {"fixture": fixture, "goal": goal, "constraints": constraints}
-    idle = [name for name, value in asked.items() if value is not None]
+    options = {"fixture": fixture, "goal": goal, "constraints": constraints}
+    idle = [name for name, value in options.items() if value is not None]
     if idle:
         raise UsageError(
             f"{', '.join(idle)}: a part that is cut moves with its work offset, within [placement] of its file; leave it out"

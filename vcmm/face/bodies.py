@@ -44,9 +44,9 @@ def compensation_json(result: CompensatedProgram, target: Path | None, proof: Cu
     r, b = result.rounding, result.blocks
     return {
         "program": result.name, "dialect": result.dialect, "machine": result.machine, "file": None if target is None else str(target),
-        "tolerance_um": result.tolerance * 1e3, "tolerance_used_um": result.used * 1e3,
-        "met": result.met if proof.after is None else proof.met, **proof_json(proof),
-        "path_met": result.met,
+        "tolerance_um": result.tolerance * 1e3, "tolerance_used_um": result.tolerance_used * 1e3,
+        "met": result.is_met if proof.after is None else proof.is_met, **proof_json(proof),
+        "path_met": result.is_met,
         "deviation": {
             "before": departure_json(result.before), "offset_only": departure_json(result.offset_only), "after": departure_json(result.after),
             "before_with_dynamic": departure_json(result.whole[0]) if result.whole else None,
@@ -58,7 +58,7 @@ def compensation_json(result: CompensatedProgram, target: Path | None, proof: Cu
         "offset_shift_mm": shifts_json(result),
         "rounding": {"step_mm": r.step, "max_um": r.largest * 1e3, "rms_um": r.rms * 1e3, "share": r.share},
         "blocks": {
-            "before": b.before, "after": b.after, "growth": b.growth, "changed": b.changed, "added": b.added,
+            "before": b.before, "after": b.after, "growth": b.growth, "changed": b.changes, "added": b.additions,
             "rate_before_1_s": b.rate_before, "rate_after_1_s": b.rate_after, "rate_line": b.rate_line,
         },
         "hash": result.digest,
@@ -86,8 +86,8 @@ def placed_cut_json(placed: PlacedCut) -> dict[str, Any]:
         "median": at(placed.median),
         "worst": at(placed.worst),
         "certificate": {
-            "method": certificate.method, "text": certificate.text, "scanned": certificate.scanned,
-            "better": certificate.better, "earlier": certificate.earlier, "hidden": certificate.hidden,
+            "method": certificate.method, "text": certificate.text, "scanned": certificate.scan_count,
+            "better": certificate.better, "earlier": certificate.earlier, "hidden": certificate.hidden_gain,
             "spacing": certificate.spacing,
         },
         "flat": {"within": flat.within, "share": flat.share, "box": {freedom_key(n): list(r) for n, r in flat.box.items()}},

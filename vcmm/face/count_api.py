@@ -121,8 +121,8 @@ def routes(
     read = [file for file in files.values() if file is not None]
     loaded = load_measuring(scenario)
     data = read_route_data(loaded, **files) if read else None
-    asked = loaded.settings.with_changes(seed=seed, trials=trials)
-    routes_result = by_routes(loaded, data, settings=asked, progress=progress)
+    settings = loaded.settings.with_changes(seed=seed, trials=trials)
+    routes_result = by_routes(loaded, data, settings=settings, progress=progress)
     own_files = [scenario] if isinstance(scenario, str | Path) else []
     return replace(routes_result, reading=readings.routes_reading(loaded, [*own_files, *read]))
 

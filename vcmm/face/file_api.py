@@ -89,19 +89,19 @@ class ConvertedFile(Readable):
 
     kind: str
     counts: Mapping[str, int]
-    written: tuple[Path, ...]
+    output_files: tuple[Path, ...]
     notes: tuple[str, ...]
     problems: tuple[str, ...]
     reading: Reading | None = None
 
     def __repr__(self) -> str:
         counted = ", ".join(f"{n} {what}" for what, n in self.counts.items())
-        return f"<ConvertedFile {self.kind}: {counted}; {len(self.written)} files written>"
+        return f"<ConvertedFile {self.kind}: {counted}; {len(self.output_files)} files written>"
 
     def body(self) -> dict[str, Any]:
         """Return the body of the document."""
         return {
-            "kind": self.kind, "counts": dict(self.counts), "written": [str(p) for p in self.written],
+            "kind": self.kind, "counts": dict(self.counts), "written": [str(p) for p in self.output_files],
             "notes": list(self.notes), "problems": list(self.problems),
         }  # fmt: skip
 

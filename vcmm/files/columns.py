@@ -151,13 +151,13 @@ def file_columns() -> list[str]:
     names += [text.format(a) for text in _BY_ROTARY for a in ROTARY]
     names += [text.format(c) for text in _BY_DIRECTION for c in "xyz"]
     names += [f"reading_{n.removeprefix('temp_')}" for n in _SINGLE if n.startswith("temp_")]
-    asked = [
+    needed = [
         column
         for effect in ALL
         for column in effect.needs
         if "{" not in column and not column.endswith("_rad")
     ]
-    return list(dict.fromkeys([*names, *asked]))
+    return list(dict.fromkeys([*names, *needed]))
 
 
 def run_columns() -> list[str]:

@@ -56,12 +56,12 @@ def _without_blanks(sheet: Sheet, name: str, blank: Mask, gaps: Gaps) -> tuple[S
     if outside.mean() > HALF:
         gone = f"{remark}: the column is set aside, what depends on it is not testable"
         return sheet.without(name), replace(gaps, notes=(*gaps.notes, gone))
-    told = [remark]
+    remarks = [remark]
     if (blank & ~outside).any():
-        told.append(f"{int((blank & ~outside).sum())} are interpolated in time between its readings")
+        remarks.append(f"{int((blank & ~outside).sum())} are interpolated in time between its readings")
     if outside.any():
-        told.append(f"{int(outside.sum())} have no reading on both sides")
-    return sheet.with_numbers(name, blank, new), _with(gaps, name, outside, "; ".join(told))
+        remarks.append(f"{int(outside.sum())} have no reading on both sides")
+    return sheet.with_numbers(name, blank, new), _with(gaps, name, outside, "; ".join(remarks))
 
 
 def _with(gaps: Gaps, name: str, rows: Mask, note: str) -> Gaps:

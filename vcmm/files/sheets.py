@@ -340,10 +340,12 @@ def header_of(path: Path, first: tuple[int, str]) -> tuple[list[str], str, int]:
 def row_problems(path: Path, header: list[str], rows: list[list[str]], lines: list[int]) -> list[str]:
     """Return problems of rows of another length than the header."""
     ragged = [(line, len(row)) for line, row in zip(lines, rows) if len(row) != len(header)]
-    told = [f"{path}:{line}: {cells} cells where the header names {len(header)}" for line, cells in ragged]
+    problems = [
+        f"{path}:{line}: {cells} cells where the header names {len(header)}" for line, cells in ragged
+    ]
     if 1 < len(rows) == len(ragged) and min(cells for _, cells in ragged) > len(header):
-        return [f"{told[0]}, and so in all {len(rows)} rows{POINT}, and commas only separate the columns"]
-    return told
+        return [f"{problems[0]}, and so in all {len(rows)} rows{POINT}, and commas only separate the columns"]
+    return problems
 
 
 def cells_of(path: Path, lines: list[tuple[int, str]], delimiter: str) -> tuple[list[list[str]], list[int]]:

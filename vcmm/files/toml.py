@@ -122,7 +122,7 @@ def _syntax(path: Path, text: str, message: str) -> str:
     number = int(match[1]) if match else len(lines)
     fix = "texts need quotes, keys need ="
     blank = lines_of(_QUOTED_TEXT.sub(_blank_text, text))
-    if opened := _unclosed(blank, number, message):
+    if opened := _unclosed_bracket(blank, number, message):
         noticed, (number, bracket) = number, opened
         until = f" before line {noticed}" if noticed > number else ""
         message, fix = f'the "{bracket}" is not closed{until}', f'close it with "{CLOSES[bracket]}"'
@@ -141,7 +141,7 @@ _BEGINS_ANEW = re.compile(
 )  # key = ..., [table]
 
 
-def _unclosed(lines: Sequence[str], number: int, message: str) -> tuple[int, str] | None:
+def _unclosed_bracket(lines: Sequence[str], number: int, message: str) -> tuple[int, str] | None:
     """Return line and kind of the bracket whose missing end stopped the reader on line `number`; None where it is something else.
 
     A list may go on over lines, so one that is open there is only the cause where the line begins a new key or table, or the file ends.

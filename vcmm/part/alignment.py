@@ -56,7 +56,7 @@ class _Pair:
     """A nominal feature and what was fitted to it."""
 
     nominal: Feature
-    fitted: Shape
+    shape: Shape
     gauge: bool = False  # of a cone: it also holds the place along its axis where it has its nominal diameter
 
 
@@ -161,13 +161,13 @@ def _restrain(
         beside = direction.measured - dot(direction.measured, w)[..., None] * w
         axis = along * w + (across * unit(beside) if across > 1e-9 else 0.0)
         about = np.broadcast_to(w, axis.shape) if across > PARALLEL else None
-    side = np.where(dot(pair.fitted.axis, axis) < 0.0, -1.0, 1.0)[..., None]
+    side = np.where(dot(pair.shape.axis, axis) < 0.0, -1.0, 1.0)[..., None]
     anew = (
-        _turn_shape(pair.fitted, side * axis, about)
+        _turn_shape(pair.shape, side * axis, about)
         if again is None
         else again(pair.nominal.name, side * axis, about)
     )
-    return replace(pair, fitted=anew), _Direction(side * anew.axis, direction.nominal)
+    return replace(pair, shape=anew), _Direction(side * anew.axis, direction.nominal)
 
 
 def _turn_shape(shape: Shape, axis: Array, about: Array | None) -> Shape:
@@ -196,7 +196,7 @@ def _direction(pair: _Pair, start: Pose | None) -> _Direction:
     if not _has_direction(pair):
         kind = pair.nominal.kind
         raise UsageError(f'"{pair.nominal.name}" is a {kind}: it has no direction; name a plane or an axis.')
-    measured = pair.fitted.axis
+    measured = pair.shape.axis
     if start is not None:
         agree = dot(start.turn_each(measured), pair.nominal.axis)
         measured = np.where(agree < 0.0, -1.0, 1.0)[..., None] * measured
@@ -220,12 +220,12 @@ def _pose(
     primary: _Pair,
     first: _Direction,
     others: Sequence[_Direction],
-    held: Sequence[_Pair],
+    pairs: Sequence[_Pair],
     start: Pose | None,
 ) -> Pose:
     rotation = _rotation(primary, first, _square_to(others, unit(first.nominal)), start)
-    rough = Pose(rotation, _shift(rotation, primary, held, None, start))
-    return rough.shifted_to(_shift(rotation, primary, held, rough, start))
+    rough = Pose(rotation, _shift(rotation, primary, pairs, None, start))
+    return rough.shifted_to(_shift(rotation, primary, pairs, rough, start))
 
 
 def _rotation(primary: _Pair, first: _Direction, others: Sequence[_Direction], start: Pose | None) -> Array:
@@ -254,11 +254,11 @@ def _triads(first: Array, towards: Array) -> Array:
 
 
 def _shift(
-    rotation: Array, primary: _Pair, held: Sequence[_Pair], rough: Pose | None, start: Pose | None
+    rotation: Array, primary: _Pair, pairs: Sequence[_Pair], rough: Pose | None, start: Pose | None
 ) -> Array:
     """Shift (..., 3): every located feature holds, by least squares, the directions that the ones before left free."""
     shift, free = np.zeros(3), np.eye(3)  # free (3, f): directions still free
-    for pair in held:
+    for pair in pairs:
         rows, measured, drawn = _locate(primary, pair, rough)
         wanted = drawn - np.einsum("...ij,...j->...i", rotation, measured)
         left, size, right = np.linalg.svd(rows @ free)
@@ -279,7 +279,7 @@ def _free_shift(rotation: Array, primary: _Pair, free: Array, start: Pose | None
             f"The alignment leaves the shift along {np.round(loose, 3).tolist()} free; "
             "name more features as origin, or give the rough pose of the part."
         )
-    point = primary.fitted.point
+    point = primary.shape.point
     return np.asarray((start.apply_each(point) - np.einsum("...ij,...j->...i", rotation, point)) @ free)
 
 
@@ -288,11 +288,11 @@ def _locate(primary: _Pair, pair: _Pair, rough: Pose | None) -> tuple[Array, Arr
 
     With a `rough` pose the point of a plane or axis is the one nearest to the nominal centre of the feature.
     """
-    nominal, fitted = pair.nominal, pair.fitted
+    nominal, fitted = pair.nominal, pair.shape
     plane = primary.nominal
     if nominal.kind in AXES and plane.kind == "plane" and abs(nominal.axis @ plane.axis) > 0.1:
         drawn = _pierce_plane(nominal.point, nominal.axis, plane.point, plane.axis)
-        measured = _pierce_plane(fitted.point, fitted.axis, primary.fitted.point, primary.fitted.axis)
+        measured = _pierce_plane(fitted.point, fitted.axis, primary.shape.point, primary.shape.axis)
         return frame(plane)[:2], measured, drawn
     rows = _rows(nominal)
     if pair.gauge:

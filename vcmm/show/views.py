@@ -110,7 +110,7 @@ def probabilities(result: Diagnosis, ax: Sheet = None) -> Axes:
 def over_time(track: Track, name: str | None = None, ax: Sheet = None) -> Axes:
     if name and name.split(" ")[0] in [c.name for c in track.checks]:
         return beside_forecast(check_parts(track, name)[0], ax)
-    course = track.course(name) if name else max(track.courses, key=lambda c: c.moved)
+    course = track.course(name) if name else max(track.courses, key=lambda c: c.change_over_u)
     return number_over_time(track, course, ax)
 
 

@@ -77,7 +77,7 @@ def test_tiers_agree(monkeypatch):
         if name not in ("GG", "form G"):
             assert a.linear_error < 1e-6, name  # evaluated on the points themselves
             assert a.true_value is not None
-            assert a.true_value.claimed == a.coverage_shown
+            assert a.true_value.is_claimed == a.coverage_shown
     # extremes move one way: 16 touches of 1 um each
     assert sampled["GX"].mean < 30.0 - 1e-3 < 30.0 + 1e-3 < sampled["GN"].mean
     assert sampled["GN"].u > sampled["GG"].u

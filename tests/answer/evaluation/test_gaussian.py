@@ -99,7 +99,7 @@ def test_a_number_given_two_readings_by_hand():
         assert told.mean == pytest.approx([16 / 9])
         assert told.covariance == pytest.approx(np.array([[4 / 9]]))
         assert told.log_det == pytest.approx(np.log(9.0))
-        assert float(told.gained) == pytest.approx(10 - 26 / 9)
+        assert float(told.gain) == pytest.approx(10 - 26 / 9)
     assert log_density(r, x, np.array([[2.0]])) == pytest.approx(-0.5 * (26 / 9 + np.log(9.0)))
     assert log_density(np.stack([r, 2 * r], axis=1), x, np.array([[2.0]])) == pytest.approx(
         [-0.5 * (26 / 9 + np.log(9.0)), -0.5 * (4 * 26 / 9 + np.log(9.0))]

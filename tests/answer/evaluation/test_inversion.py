@@ -14,7 +14,7 @@ from vcmm.answer.evaluation.belts import coverage
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.inversion import HIDDEN_FORM, TrueValueByBelt
 from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.inference.given import GivenValue
+from vcmm.answer.inference.given_points import GivenValue
 from vcmm.answer.inference.job import evaluate_values
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
@@ -155,7 +155,7 @@ def test_only_forms_that_the_residuals_allow_cost_a_claim(squared):
     )  # 16 points less the five freedoms of a cylinder
     assert not drawn.is_possible(20.0, 0, noise)
     assert drawn.is_possible(20.0, 0, 20.0 * noise)
-    counted = belts.inverse(0, 2e-3, noise).counted
+    counted = belts.inverse(0, 2e-3, noise).counted_coverage
     held = [
         coverage(belts.inverse(0, 2e-3, noise).inverse, 0, one, 0.95, True)
         for one in (*drawn.anew, *drawn.with_form(0.0))
@@ -204,7 +204,7 @@ def test_a_dense_profile_gives_what_it_indicates_within_the_machine():
     low, high = found.true_value.interval
     assert 89e-3 - 2 * 2.8 * 0.4e-3 - 1e-3 < low < 89e-3 < high < 89e-3 + 2 * 0.4e-3 + 1e-3
     assert found.bias == 89e-3 - found.true_value.estimate  # what the interval takes off is what is shown
-    own, other = found.true_value.counted
+    own, other = found.true_value.counted_coverage
     assert own >= inversion.LEAST
     assert other == pytest.approx(0.89, abs=3 * np.sqrt(0.89 * 0.11 / 2000))
     assert found.coverage_shown == (other >= inversion.LEAST_OTHER)
@@ -255,7 +255,7 @@ def test_a_hole_far_out_of_place_is_not_taken_for_a_rough_one():
     read = at_indication(
         replace(found, truth=replace(found.truth, rest=1e-3), indicated=0.1), 0.1, QUICK.rule
     )
-    assert read.true_value.claimed
+    assert read.true_value.is_claimed
     assert 0.09 < read.true_value.interval[0] < 0.1 < read.true_value.interval[1] < 0.11
 
 

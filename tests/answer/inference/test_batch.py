@@ -9,7 +9,7 @@ import pytest
 
 from vcmm.answer.evaluation import inversion
 from vcmm.answer.evaluation.belts import LEVELS, Belt
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.job import EvaluatedPart, evaluate_points
 from vcmm.files.own.scenario import load_scenario
 

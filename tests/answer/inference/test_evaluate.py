@@ -10,7 +10,7 @@ import pytest
 
 from tests.plate import edited
 from vcmm.answer.evaluation import inversion
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.job import evaluate_points
 from vcmm.face.api import measure
 from vcmm.face.cli import run

@@ -12,7 +12,7 @@ from scipy.stats import norm
 from vcmm.answer.evaluation import inversion
 from vcmm.answer.evaluation.jointly import TRIALS, _common
 from vcmm.answer.evaluation.truth import Additive
-from vcmm.answer.inference.given import GivenPoints, GivenValue
+from vcmm.answer.inference.given_points import GivenPoints, GivenValue
 from vcmm.answer.inference.job import EvaluatedPart, evaluate_points, evaluate_values
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.measuring.scenario import Scenario

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.plate import edited
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.points import measured_task
 from vcmm.core.errors import DataError
 from vcmm.core.pose import Pose
@@ -147,7 +147,7 @@ def test_a_larger_bore_is_a_larger_bore(scenario: Scenario, tmp_path: Path) -> N
 
 def test_a_copied_row_is_told() -> None:
     """Three rows, the third a copy of the first: one more row, named by its place; without a copy nothing."""
-    from vcmm.answer.inference.given import GivenPoints
+    from vcmm.answer.inference.given_points import GivenPoints
     from vcmm.answer.inference.point_checks import repetition_remarks
 
     points = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.000001], [1.0, 2.0, 3.0]])

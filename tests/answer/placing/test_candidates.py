@@ -73,7 +73,7 @@ def test_scatter_shared_errors_and_drift_by_hand():
     assert c.short == pytest.approx(0.0)
     assert problem.drift == pytest.approx(1e-5 * c.normals[:, :1])
     # a squareness of 2 urad: x is read wrong by 2e-6 y, up to sign
-    u = np.sqrt((c.shared[:, : problem.form.start] ** 2).sum(axis=1))
+    u = np.sqrt((c.common[:, : problem.form.start] ** 2).sum(axis=1))
     y = c.points[:, 1] + 2.0 * c.normals[:, 1]
     assert u == pytest.approx(np.abs(2e-6 * y * c.normals[:, 0]), abs=1e-12)
 

@@ -48,11 +48,11 @@ def test_the_certificate_sees_a_better_pose(tmp_path):
     assert 0.015 < better <= 0.02 / 1.02
     found = certify(Bowl(), box, good.pose, good.value, seen)
     assert found.better == 0
-    assert 0 < found.hidden < 0.05
+    assert 0 < found.hidden_gain < 0.05
     assert "none better among" in found.text
     assert "no bounds" in found.text
-    assert f"better by {found.hidden:.2%}" in found.text
-    assert "too coarse" in replace(found, hidden=2.5).text  # more than all of it: nothing is known
+    assert f"better by {found.hidden_gain:.2%}" in found.text
+    assert "too coarse" in replace(found, hidden_gain=2.5).text  # more than all of it: nothing is known
 
 
 def test_the_search_goes_on_from_a_better_pose_and_a_fresh_scan_follows(tmp_path):

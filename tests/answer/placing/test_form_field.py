@@ -32,7 +32,7 @@ def candidates(feature, points, shared=None, touch=1e-3, short=0.0) -> TouchCand
         points,
         normals,
         rows=(rows,),
-        shared=a,
+        common=a,
         touch=np.full(n, touch),
         short=np.full(n, short),
         seconds=np.ones(1),

@@ -29,7 +29,7 @@ def test_risk_and_cost_objectives(tmp_path):
     counted = _batches(risk, six, 7, 30)  # 150 000 trials of a probability of 0.4 %: 4 % by chance
     assert counted.mean() == pytest.approx(judged.total[0], rel=0.12)
     cost = Uncertain.of(scenario, Goal({"cost": 1.0}, weights, {"accept_bad": 100.0, "undecided": 2.0}))
-    assert cost.values(six[None])[0] == pytest.approx(100 * judged.accept_bad[0] + 2 * judged.undecided[0])
+    assert cost.values(six[None])[0] == pytest.approx(100 * judged.accept_bad[0] + 2 * judged.no_decision[0])
 
 
 def test_goals_that_do_not_suit_the_part(tmp_path):

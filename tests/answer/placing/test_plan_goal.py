@@ -23,7 +23,7 @@ def test_form_by_hand():
     points, normals = plan_points(RING, Around(4))
     rows = motions_of(RING).rows(points, normals)
     c = TouchCandidates(
-        ("ring",), np.zeros(4, dtype=int), points, normals, rows=(rows,), shared=np.zeros((4, 0)),
+        ("ring",), np.zeros(4, dtype=int), points, normals, rows=(rows,), common=np.zeros((4, 0)),
         touch=np.zeros(4), short=np.zeros(4), seconds=np.ones(1),
     )  # fmt: skip
     design = Design(c, Target(np.zeros((0, 3)), np.zeros(0)), np.ones(4, dtype=int))

@@ -31,12 +31,12 @@ def test_the_chosen_plan_reads_back_and_takes_the_time_it_says(planned, tmp_path
     assert again.plan.touch == scenario.plan.touch
     assert again.plan.alignment == scenario.plan.alignment
     time = again.task().touches.run.column("time_s")[-1]
-    assert time == pytest.approx(result.chosen.seconds, rel=1e-6)  # one stylus: no changes
+    assert time == pytest.approx(result.choice.seconds, rel=1e-6)  # one stylus: no changes
 
 
 def test_json_says_what_was_found(planned):
     scenario, result = planned
     body = plan_json(scenario, result)
-    assert body["chosen"]["minutes"] == pytest.approx(result.chosen.seconds / 60.0)
+    assert body["chosen"]["minutes"] == pytest.approx(result.choice.seconds / 60.0)
     assert sum(body["chosen"]["points"].values()) == body["chosen"]["touches"]
     assert body["pareto"][0]["characteristics"][0]["U_mm"] > 0

@@ -20,7 +20,7 @@ def test_the_curve_falls_and_beats_the_present_plan(planned):
     worth = [p.objective for p in result.pareto]
     assert seconds == sorted(seconds)
     assert worth == sorted(worth, reverse=True)
-    assert result.chosen.seconds <= 30.0
+    assert result.choice.seconds <= 30.0
     quicker = [p for p in result.pareto if p.seconds <= result.present.seconds]
     assert min(p.objective for p in quicker) < result.present.objective
 

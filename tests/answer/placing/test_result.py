@@ -29,10 +29,10 @@ def test_poses_and_maps_as_json():
 def test_a_scan_that_is_too_coarse_estimates_nothing(placed):
     from dataclasses import replace
 
-    coarse = replace(placed, certificate=replace(placed.certificate, hidden=1.7))
+    coarse = replace(placed, certificate=replace(placed.certificate, hidden_gain=1.7))
     assert place_json(coarse)["certificate"]["hidden"] is None
     assert (
-        place_json(replace(placed, certificate=replace(placed.certificate, hidden=0.04)))["certificate"][
+        place_json(replace(placed, certificate=replace(placed.certificate, hidden_gain=0.04)))["certificate"][
             "hidden"
         ]
         == 0.04

@@ -33,7 +33,7 @@ def placed():
         within=0.02,
         share=0.125,
         box={"x": (90.0, 110.0)},
-        checked=150,
+        pose_count=150,
     )
     before, after = (
         result("gap", 5e-3, {"a": 4e-3, "b": 3e-3}),
@@ -87,7 +87,7 @@ def test_the_region_and_the_goal_in_words():
     one = placed()
     whole = "12.5% of the poses of the fixture lie within 2% of the value found"
     assert region_text(one) == f"{whole}; all 150 poses tried in the box x 90 mm to 110 mm do"
-    one.region.checked = 0
+    one.region.pose_count = 0
     assert region_text(one) == f"{whole}; no box around the pose found stays within it"
     one.region.box = {}
     assert region_text(one) == whole

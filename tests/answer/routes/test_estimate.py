@@ -115,7 +115,7 @@ def test_what_is_shared_cancels() -> None:
         2.0,
     )
     found = agreement(one, other)
-    assert found.shared == (READING, PART_EXPANSION)
+    assert found.common_inputs == (READING, PART_EXPANSION)
     assert found.en == pytest.approx(1.5 / (2 * math.sqrt(1.04)))
     assert found.agrees
     # (1 + 0.25 + 0.09 + 0.04 + 0.36 + 0.09 - 1.04) / 2 = 0.395 um^2

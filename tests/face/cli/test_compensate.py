@@ -152,7 +152,7 @@ def test_the_corpus():
         except (DataError, ModelLimit, UsageError) as error:
             refused[path.name] = str(error)
             continue
-        done[path.name], left[path.name] = found.met, found.after.largest
+        done[path.name], left[path.name] = found.is_met, found.after.largest
         assert found.after.rms < found.before.rms or found.before.rms < 1e-3
         check_again(found, setup)
     assert set(refused) == set(REFUSED)

@@ -19,10 +19,10 @@ from vcmm.files.own.machine import load_machine
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.tables.certificate import COVERAGE_COLUMNS
 from vcmm.show.tables.table import ResultTable, text
-from vcmm.task.certified import machines as family
-from vcmm.task.certified.certificate import LengthLimit, MachineCertificate
-from vcmm.task.certified.lines import length_run, seven_lines
-from vcmm.task.certified.machines import drawn_machines, geometry_at_limit
+from vcmm.task.certification import machines as family
+from vcmm.task.certification.certificate import LengthLimit, MachineCertificate
+from vcmm.task.certification.lines import length_run, seven_lines
+from vcmm.task.certification.machines import drawn_machines, geometry_at_limit
 
 STATED = 'E0_MPE = "1.8 um + L/350"                     # L'
 
@@ -109,8 +109,8 @@ def test_the_page_shows_how_machines_at_the_limit_are_covered(tmp_path: Path) ->
 def test_both_limits_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """E0 and A together: positions of every axis stay within A, and the worst length still meets E0."""
     from vcmm.core.machine import Machine
-    from vcmm.task.certified.machines import along_axis, error_tables, per_mode
-    from vcmm.task.certified.positioning import axis_run
+    from vcmm.task.certification.machines import along_axis, error_tables, per_mode
+    from vcmm.task.certification.positioning import axis_run
 
     monkeypatch.setattr(family, "DRAWN", 1000)
     axes = edited(tmp_path).read_text().split("[machine]\n")[1].split("[machine.repeatability]")[0]

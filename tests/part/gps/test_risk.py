@@ -40,7 +40,7 @@ def test_global_risk_against_the_bivariate_normal():
     both = multivariate_normal([0.5, 0.5], cover).cdf([1.0, 1.0])
     reads = 0.5 * math.erfc(-0.5 / 0.5 / math.sqrt(2))
     assert found.consumer == pytest.approx(reads - both, abs=1e-5)
-    assert found.accepted == pytest.approx(reads, rel=1e-9)
+    assert found.acceptance == pytest.approx(reads, rel=1e-9)
     sharp = global_risk(LIMITS, 0.0, 0.0, PROCESS)
     assert (sharp.consumer, sharp.producer) == pytest.approx((0.0, 0.0), abs=1e-12)
 
@@ -74,7 +74,7 @@ def test_two_sided_without_guard_by_hand():
     found = wrong_decisions(np.array([1.0]), np.zeros(1), (-np.inf, 0.0), np.zeros(1), (0.0, 1.0))
     assert found.accept_bad[0] == pytest.approx(1 / 8, abs=1e-8)
     assert found.reject_good[0] == pytest.approx(1 / 8, abs=1e-8)
-    assert found.undecided[0] == pytest.approx(0.0, abs=1e-12)
+    assert found.no_decision[0] == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize(("u", "bias", "rule"), [(0.2, 0.1, "guard band U"), (0.05, 0.0, "probability 95 %")])
@@ -89,7 +89,7 @@ def test_against_counting(u, bias, rule):
     error = 4 / np.sqrt(len(true))
     assert found.accept_bad[0] == pytest.approx((accepted & ~good).mean(), abs=error / 20)
     assert found.reject_good[0] == pytest.approx((rejected & good).mean(), abs=error / 20)
-    assert found.undecided[0] == pytest.approx((~accepted & ~rejected).mean(), abs=error / 4)
+    assert found.no_decision[0] == pytest.approx((~accepted & ~rejected).mean(), abs=error / 4)
 
 
 def test_guard_bands():

@@ -108,7 +108,7 @@ def test_the_map_against_cutting_again(amplitude: float) -> None:
     for seed in range(3):
         field = smooth(amplitude, seed)
         found = audit(surface, sweep, field, 1e-6)
-        assert found.compared == 800
+        assert found.points == 800
         assert 0.7 * amplitude < found.amplitude < 1.01 * amplitude
         assert found.largest < amplitude**2 / 10 + 2e-6
         assert found.single > 10 * found.largest
@@ -122,4 +122,4 @@ def test_uncut_points_are_refused_and_left_out() -> None:
     found = contact_map(surface.take(surface.status == CUT), sweep)
     assert found.surface(np.array([[0.0, 0.0, 0.001]])) == pytest.approx([0.001], abs=1e-15)
     field = lambda x, row, t: np.tile([0.0, 0.0, 0.001], (len(x), 1))  # noqa: E731
-    assert audit(surface, sweep, field).compared == 1
+    assert audit(surface, sweep, field).points == 1

@@ -49,7 +49,7 @@ def test_a_tool_from_another_side_makes_an_undercut(tmp_path):
     bore = lines([[40, 10, 3]], [[-5, 10, 3]], TOOLS, tool=1, axis=[1.0, 0, 0])
     found = cut(tmp_path, join([slot, bore]), [5, 6])
     assert isinstance(found.after, Dexels)
-    assert found.removed == pytest.approx(1200 + 30 * math.pi * 4, rel=0.01)
+    assert found.removed_volume == pytest.approx(1200 + 30 * math.pi * 4, rel=0.01)
     (said,) = notes(found)
     assert "several sides" in said
     import trimesh
@@ -58,7 +58,7 @@ def test_a_tool_from_another_side_makes_an_undercut(tmp_path):
     assert mesh.is_watertight
     assert mesh.euler_number == 0  # the tunnel is there
     write_stl(found.after, tmp_path / "stock.stl")
-    assert trimesh.load(tmp_path / "stock.stl").volume == pytest.approx(6000 - found.removed, rel=0.02)
+    assert trimesh.load(tmp_path / "stock.stl").volume == pytest.approx(6000 - found.removed_volume, rel=0.02)
 
 
 def test_pictures_hold_few_enough_triangles(tmp_path):
@@ -76,7 +76,7 @@ def test_pictures_hold_few_enough_triangles(tmp_path):
 def test_one_side_stays_a_map_of_heights(tmp_path):
     found = cut(tmp_path, lines([[-10, 10, 6]], [[40, 10, 6]], TOOLS), [5])
     assert isinstance(found.after, Stock)
-    assert found.removed == pytest.approx(1200, rel=0.01)
+    assert found.removed_volume == pytest.approx(1200, rel=0.01)
 
 
 def test_a_rapid_through_what_no_feed_move_removes(tmp_path):

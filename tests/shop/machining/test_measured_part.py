@@ -11,7 +11,7 @@ import pytest
 
 import vcmm
 from tests.shop.machining import measured_shop
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.core.errors import DataError
 from vcmm.face.cli import run as command
 from vcmm.files.own.measured_data import read_measured_points
@@ -35,7 +35,7 @@ def compared(folder, concealed, seed=1):
 def test_a_part_as_predicted_shows_nothing(tmp_path):
     found = compared(tmp_path, "")
     assert found.mismatch == ()
-    assert max(abs(c.e_n) for c in found.compared) < 1.5
+    assert max(abs(c.e_n) for c in found.comparisons) < 1.5
     assert found.scatter == pytest.approx(measured_shop.NOISE, rel=0.25)
 
 
@@ -55,9 +55,9 @@ def test_a_tool_that_is_too_large_is_located_by_the_tool(tmp_path):
     """20 um of radius: both walls 20 um deeper, the width 40 um less; 10 times what u_radius of 2 um allows."""
     found = compared(tmp_path, LARGE_TOOL)
     assert found.mismatch[0].covariate in ("tool", "tool radius")
-    width = found.compared[0]
+    width = found.comparisons[0]
     assert (width.name, width.unit) == ("width", "mm")
-    assert width.measured - width.predicted == pytest.approx(-0.040, abs=0.012)
+    assert width.measured - width.prediction == pytest.approx(-0.040, abs=0.012)
     assert width.e_n < -3
     assert width.u == pytest.approx(4.0e-3, rel=0.1)  # twice the 2 um of the radius, little else
 

@@ -54,6 +54,6 @@ def test_a_growth_by_speed_is_cut_and_corrected_without_a_log(tmp_path):
     made = compensate(scenario.program, scenario.setup, scenario.machine, decimals=4)
     (tmp_path / "new.nc").write_text(made.text)
     proof = proof_by_cut(scenario, tmp_path / "new.nc", 1e-3)
-    assert proof.met
+    assert proof.is_met
     assert proof.after is not None
     assert proof.after.largest == pytest.approx(0.0, abs=0.4e-3)

@@ -55,7 +55,7 @@ def test_the_shipped_block(tmp_path, monkeypatch, capsys):
     scenario = vcmm.load_cut(tmp_path / "block.toml")
     shop = set_up(scenario)
     assert isinstance(shop.process, RotaryMillingProcess)
-    assert set(np.degrees(shop.process.motion.turned[:, 1, 1]).round(9)) >= {0.0, 90.0, 180.0, 270.0}
+    assert set(np.degrees(shop.process.motion.angles[:, 1, 1]).round(9)) >= {0.0, 90.0, 180.0, 270.0}
     _, world, notes = finished_part(shop)
     assert notes == ()  # nothing uncut, nothing gouged
     # 250 um of the pallet's axis are in the zero: what is left are the other errors

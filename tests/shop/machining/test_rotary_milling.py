@@ -251,7 +251,7 @@ def test_a_stock_cut_from_two_sides(tmp_path):
     (tmp_path / "setup.toml").write_text((tmp_path / "setup.toml").read_text() + stock)
     blank = rs.shop_of(path).blank
     # each face: 100 mm wide, 44 mm of the height, 10 mm deep; the edge between them counts once
-    assert blank.removed == pytest.approx(2 * 100 * 44 * 10 - 10 * 10 * 44, rel=0.03)
+    assert blank.removed_volume == pytest.approx(2 * 100 * 44 * 10 - 10 * 10 * 44, rel=0.03)
     assert blank.kept_as == "rays along X, Y and Z"
     assert "several sides" in " ".join(notes(blank))
     setup = (tmp_path / "setup.toml").read_text().replace("[tools.1]\n", "[tools.1]\nteeth = 3\n")

@@ -259,9 +259,9 @@ def test_a_surface_that_no_set_up_states_stays_where_it_is(tmp_path):
     )
     job = set_up(files(tmp_path, LONG, program=twice, setup=bare))
     assert moved(job.scenario)[0] == pytest.approx(-0.5, abs=0.002)
-    last = job.touched.weight[-3, 1]  # G1 Y60: X follows the second touch alone
+    last = job.touched_zero.weight[-3, 1]  # G1 Y60: X follows the second touch alone
     assert last[0] == pytest.approx([0.0, 1.0], abs=1e-6)
-    assert not job.touched.held[-3, 0]
+    assert not job.touched_zero.is_held[-3, 0]
 
 
 def test_an_arc_whose_radius_follows_a_touch_grows_with_it(tmp_path):
@@ -269,7 +269,7 @@ def test_an_arc_whose_radius_follows_a_touch_grows_with_it(tmp_path):
     round_ = PROBED.replace("#5221=#5221+#5061+53.\n", "#101=-#5061\n").replace(
         "G1 X-58. F600.\nY60.\nX-80.\n", "G1 X-#101 Y0. F600.\nG2 X#101 Y0. I#101 J0.\nG1 X80.\n"
     )
-    touched = set_up(files(tmp_path, program=round_)).touched
+    touched = set_up(files(tmp_path, program=round_)).touched_zero
     number = next(iter(touched.arcs))
     weight = touched.at(np.full(3, number), np.array([0.0, 0.5, 1.0]))[:, :, 0]
     # from the left over the top to the right: inward by 1 at each

@@ -23,7 +23,7 @@ def test_the_chip_and_its_force_by_hand(tmp_path):
     # 0.45 x 814 = 366 N across it: 136 N out of the work, 340 N against the feed, which goes to -Z
     assert blank.forces[row] == pytest.approx([136.0, 814.0, 340.0], rel=0.01)
     # removed: pi (22^2 - 20^2) x 60 mm and a fillet, and of the shoulder what lies over it: 15.8 cm3
-    assert blank.removed == pytest.approx(math.pi * (22**2 - 20**2) * 60, rel=0.01)
+    assert blank.removed_volume == pytest.approx(math.pi * (22**2 - 20**2) * 60, rel=0.01)
     assert blank.collisions == ()
 
 
@@ -50,14 +50,14 @@ def test_a_facing_cut_takes_off_what_lies_over_its_nose(tmp_path):
     bar = '[stock]\ndiameter = "44 mm"\nlength = "90 mm"\nfront = "2 mm"\n'
     blank = lathe.shop(plain(tmp_path, setup=lathe.SETUP + bar, program=program)).blank
     assert blank.collisions == ()
-    assert blank.removed == pytest.approx(math.pi * 22**2 * 2, rel=0.01)
+    assert blank.removed_volume == pytest.approx(math.pi * 22**2 * 2, rel=0.01)
 
 
 def test_a_part_that_is_parted_off_stays(tmp_path):
     program = "G0 X46. Z-40.\nG1 X-1.6 F0.1\nG0 X46.\n"
     blank = lathe.shop(plain(tmp_path, setup=lathe.SETUP + BAR, program=program)).blank
     assert blank.collisions == ()
-    assert blank.removed == pytest.approx(math.pi * 22**2 * 1.6, rel=0.02)  # the nose of 0.8 mm alone
+    assert blank.removed_volume == pytest.approx(math.pi * 22**2 * 1.6, rel=0.02)  # the nose of 0.8 mm alone
 
 
 SHOULDER = "G0 X46. Z2.\nX30.\nG1 Z-20. F0.1\nG0 X46.\n"  # turned to 30 mm before: the front is free
@@ -70,7 +70,7 @@ def test_a_shoulder_faced_deeper_than_twice_the_nose_is_no_collision(tmp_path):
     blank = ready.blank
     assert blank.collisions == ()
     turned = math.pi * (22**2 - 15**2) * (20 + 3)  # fillets of the nose aside: 0.2 r^2 of section each, 0.1 %
-    assert blank.removed == pytest.approx(turned, rel=0.005)
+    assert blank.removed_volume == pytest.approx(turned, rel=0.005)
     # the chip of the facing cut is that of a pass 3 mm deep: S 0.3 mm2, edge 0.8 pi/2 + 2.2 = 3.4566 mm, h 0.08679 mm;
     # Fc = 3.4566 x 2109 x 0.08679^0.738 = 1200 N
     kinds = [ready.program.moves[i] for i in ready.sweep.move]
@@ -96,7 +96,7 @@ def test_a_shoulder_faced_inside_a_bore_is_no_collision(tmp_path):
     setup = lathe.SETUP.replace("orientation = 3", "orientation = 2") + bar
     blank = lathe.shop(plain(tmp_path, setup=setup, program=program)).blank
     assert blank.collisions == ()
-    assert blank.removed == pytest.approx(math.pi * (13**2 - 10**2) * 13, rel=0.01)
+    assert blank.removed_volume == pytest.approx(math.pi * (13**2 - 10**2) * 13, rel=0.01)
 
 
 def test_a_groove_tool_opens_the_stock_over_its_width(tmp_path):
@@ -105,7 +105,7 @@ def test_a_groove_tool_opens_the_stock_over_its_width(tmp_path):
     groove = "G0 X46. Z-13.\nG1 X40. F0.1\nG0 X46.\n"
     blank = lathe.shop(plain(tmp_path, setup=tool + BAR, program=groove)).blank
     assert blank.collisions == ()
-    assert blank.removed == pytest.approx(math.pi * (22**2 - 20**2) * 3, rel=0.02)
+    assert blank.removed_volume == pytest.approx(math.pi * (22**2 - 20**2) * 3, rel=0.02)
     through = "G0 X46. Z-13.\nG1 X40. F0.1\nG0 Z-5.\nX46.\n"
     blank = lathe.shop(plain(tmp_path, setup=tool + BAR, program=through)).blank
     assert [d for _, d in blank.collisions] == pytest.approx([2.0], abs=0.01)

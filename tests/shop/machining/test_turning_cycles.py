@@ -46,7 +46,7 @@ def test_roughing_removes_the_bar_layer_by_layer(tmp_path):
     blank = turned(tmp_path / "a", CYCLES).blank
     quarter, taper = math.pi / 4, math.pi / 12 * 30 * (30**2 + 30 * 36 + 36**2)
     removed = quarter * (31 * (44**2 - 20**2) + 40 * (44**2 - 40**2)) + quarter * 30 * 44**2 - taper
-    assert blank.removed == pytest.approx(removed, rel=6e-3)
+    assert blank.removed_volume == pytest.approx(removed, rel=6e-3)
     assert blank.collisions == ()
     # seven layers of 1.5 mm at 0.2 mm/turn, then 0.2 mm at 0.1 mm/turn: the finishing force is a few per cent of the roughing one
     main = np.abs(blank.forces[:, 1])

@@ -166,7 +166,7 @@ def test_a_bore_by_hand(tmp_path):
     # the bar is pushed towards the axis; the bore grows from 26 to 30 mm over 40 mm: pi (15^2 - 13^2) 40 = 7.04 cm3
     row = [ready.program.moves[i].kind for i in ready.sweep.move].index("line")
     assert ready.blank.forces[row][0] < -50
-    assert ready.blank.removed == pytest.approx(math.pi * (15**2 - 13**2) * 40, rel=0.02)
+    assert ready.blank.removed_volume == pytest.approx(math.pi * (15**2 - 13**2) * 40, rel=0.02)
 
 
 def test_what_is_left_and_what_is_gouged(tmp_path):

@@ -36,8 +36,8 @@ def test_axes_that_were_moved_unseen_start_again_from_rest():
     moves = [line((0, 0, 0), (50, 0, 0)), line((60, 0, 0), (90, 0, 0))]
     timing = plan_motion(moves, mill())
     assert len(timing.first) == 2
-    assert timing.begun[1] > timing.stretch_ends[0]
-    assert timing.state(timing.begun[1:]).position[0, 0] == pytest.approx(60.0)
+    assert timing.stretch_starts[1] > timing.stretch_ends[0]
+    assert timing.state(timing.stretch_starts[1:]).position[0, 0] == pytest.approx(60.0)
 
 
 def test_two_lines_that_go_on_straight_are_one():

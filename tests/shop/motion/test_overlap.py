@@ -64,7 +64,7 @@ def test_jerks_that_one_axis_cannot_do_at_once_do_not_overlap():
     moves = [line((0, 0, 0), (50, 50, 0), feed), line((50, 50, 0), (0, 100, 0), feed)]
     timing = plan_motion(moves, mill())
     assert timing.seconds == pytest.approx(2.282843, abs=1e-6)
-    assert not timing.joints.overlapped.any()
+    assert not timing.joints.is_overlapped.any()
 
 
 def stairs(n: int, length: float) -> list:

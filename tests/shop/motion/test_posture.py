@@ -10,7 +10,7 @@ import pytest
 from tests.shop.motion.test_tool_centre import HEAD, MIXED, TABLES, about, by_hand, machine, moves
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.program.moves import Posture
-from vcmm.shop.motion.posture import first_axis, positions, primary_axis, rotary_position, swept
+from vcmm.shop.motion.posture import first_axis, positions, primary_axis, rotary_position, swept_angles
 from vcmm.shop.motion.tool_centre import in_machine_axes
 from vcmm.shop.motion.tool_pose import tip_and_axis
 
@@ -182,7 +182,7 @@ def test_a_tool_that_sweeps_the_plane_of_its_directions(dialect, text, sweeps):
 def test_a_sweep_through_the_pole_is_refused():
     """From B 40, C 0 to B 40, C 180 the plane of both directions holds Z, where C would have to jump by half a turn."""
     assert (
-        swept(machine(TABLES), np.radians([0, 40, 0]), np.radians([0, 40, 180]), np.linspace(0, 1, 30))
+        swept_angles(machine(TABLES), np.radians([0, 40, 0]), np.radians([0, 40, 180]), np.linspace(0, 1, 30))
         is None
     )
 

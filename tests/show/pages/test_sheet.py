@@ -15,7 +15,7 @@ import pytest
 
 from tests.plate import edited
 from vcmm.answer.evaluation.result import BudgetLine
-from vcmm.answer.inference.given import GivenValue
+from vcmm.answer.inference.given_points import GivenValue
 from vcmm.answer.inference.job import evaluate_values
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario

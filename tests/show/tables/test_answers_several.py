@@ -171,7 +171,7 @@ def test_the_state_of_a_machine_names_every_alarm(alarms: tuple[int, ...], verdi
 def test_a_certificate_says_u_and_what_one_more_fact_gives():
     worth: Any = SimpleNamespace(
         by_fact=[CertifiedU("E0_MPE", "bore", "mm", 0.00190), CertifiedU("+ R0_MPL", "bore", "mm", 0.00154)],
-        covered=[SimpleNamespace(characteristic="bore", share=0.961), SimpleNamespace(characteristic="bore", share=0.93)],
+        coverage=[SimpleNamespace(characteristic="bore", share=0.961), SimpleNamespace(characteristic="bore", share=0.93)],
     )  # fmt: skip
     (line,) = answers_parts.certificate_answers(worth, 0.94)
     assert answer_text([line]).splitlines() == [
@@ -183,10 +183,10 @@ def test_a_certificate_says_u_and_what_one_more_fact_gives():
 
 def test_a_part_that_departs_says_where_and_a_part_as_predicted_too():
     row = SimpleNamespace(
-        name="width", unit="mm", nominal=20.0, measured=20.004, predicted=20.001, u=0.001, e_n=1.5
+        name="width", unit="mm", nominal=20.0, measured=20.004, prediction=20.001, u=0.001, e_n=1.5
     )
     cut: Any = SimpleNamespace(
-        compared=[row],
+        comparisons=[row],
         mismatch=[SimpleNamespace(text="goes with X, line 12")],
         off=np.array([0.004, -0.006]),
         scatter=0.0005,
@@ -213,9 +213,9 @@ def test_the_loop_says_first_whether_the_next_part_is_right(
     met: bool, proof_met: bool, refused: str, verdict: str, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr(answers_machine, "diagnosis_answers", lambda d: [])
-    proof = SimpleNamespace(allowed=0.0015, met=proof_met, after=SimpleNamespace(largest=0.001, worst="top"))
+    proof = SimpleNamespace(limit=0.0015, is_met=proof_met, after=SimpleNamespace(largest=0.001, worst="top"))
     loop: Any = SimpleNamespace(
-        cut=SimpleNamespace(off=np.array([0.012, -0.02])), proof=proof, refused=refused, left="", setting="", met=met,
+        cut=SimpleNamespace(off=np.array([0.012, -0.02])), proof=proof, refusal=refused, open_words="", setting="", is_met=met,
         program="next.nc", diagnosis=None,
     )  # fmt: skip
     (line,) = answers_machine.loop_answers(loop)

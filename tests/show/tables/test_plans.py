@@ -13,7 +13,7 @@ from vcmm.show.tables.table import in_terminal, on_page
 def test_curve():
     first = PlanPoint(90.0, 4, {"bore": 4}, {}, {"bore": 1e-3, "lean": 2e-6}, 1.0)
     second = PlanPoint(150.0, 8, {"bore": 8}, {}, {"bore": 5e-4, "lean": 1e-6}, 0.5)
-    found = SimpleNamespace(present=first, chosen=second, pareto=(second,), styli={"bore": "down"})
+    found = SimpleNamespace(present=first, choice=second, pareto=(second,), styli={"bore": "down"})
     kinds = (SimpleNamespace(name="bore", type="size"), SimpleNamespace(name="lean", type="angle"))
     scenario = SimpleNamespace(part=SimpleNamespace(characteristics=kinds))
     table = curve(scenario, found)

@@ -24,8 +24,8 @@ from vcmm.physics.structure.component import CalibrationModes
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.physics.structure.tip import TipRadius
 from vcmm.physics.structure.tip_form import TipForm
-from vcmm.task.certified.certificate import MachineCertificate
-from vcmm.task.certified.machines import CertifiedMachines, drawn_machines, geometry_at_limit
+from vcmm.task.certification.certificate import MachineCertificate
+from vcmm.task.certification.machines import CertifiedMachines, drawn_machines, geometry_at_limit
 from vcmm.task.response.trials import Draws
 
 TOGETHER, GEOMETRY = "at the limit", "geometry alone at it"
@@ -65,8 +65,8 @@ def _count_machines(c: CharacteristicResult, kind: str, errors: Array) -> Covere
     """Count the errors (m,), indicated - true, of one measurement by every machine, about the estimates."""
     low, high = (end - c.indicated for end in at_indication(c, c.indicated, "probability 95 %").interval)
     truth = -c.bias - errors  # of a part that is indicated at c.indicated + errors
-    held = (low <= truth) & (truth <= high)
-    return CoveredMachines(c.name, kind, len(errors), float(held.mean()))
+    is_covered = (low <= truth) & (truth <= high)
+    return CoveredMachines(c.name, kind, len(errors), float(is_covered.mean()))
 
 
 def _errors(model: LinearModel, machines: CertifiedMachines, seed: int) -> Array:

@@ -73,13 +73,13 @@ class FamilyInverse:
     """Belts of a characteristic by roughness, in units of the residuals; whole: of all parts, in mm or rad.
 
     roughest: upper ends of the classes but the last, mm; smoothest: points with smaller residuals than nearly all sampled parts
-    (touched up, or typed in) are read with this value. bounded: no true value is below 0.
+    (touched up, or typed in) are read with this value. is_bounded: no true value is below 0.
     """
 
     belts: tuple[Belt, ...]
     whole: Belt
     roughest: Array
-    bounded: bool
+    is_bounded: bool
     smoothest: float = 0.0
 
     def belt(self, rest: float | None) -> Belt:
@@ -92,7 +92,7 @@ class FamilyInverse:
         beside: number of classes by which the part is taken as rougher than its residuals, which vary by chance.
         """
         if rest is None:
-            return _crossing(self.whole, 1.0 - level, indicated, self.bounded)
+            return _crossing(self.whole, 1.0 - level, indicated, self.is_bounded)
         rest = np.maximum(rest, self.smoothest)
         classes = np.clip(np.searchsorted(self.roughest, rest) + beside, 0, len(self.roughest))
         out = np.empty(len(indicated))
@@ -100,7 +100,7 @@ class FamilyInverse:
             mine = classes == k
             unit = rest[mine] if len(self.roughest) else np.ones(int(mine.sum()))
             out[mine] = unit * _crossing(
-                self.belts[int(k)], 1.0 - level, indicated[mine] / unit, self.bounded
+                self.belts[int(k)], 1.0 - level, indicated[mine] / unit, self.is_bounded
             )
         return out
 
@@ -110,7 +110,7 @@ class FamilyInverse:
         Of sizes, whose errors change their sign with the roughness, it goes half way to those of the classes beside it.
         """
         low, high = (self.quantile(level, indicated, rest) for level in ((1.0 - p) / 2.0, (1.0 + p) / 2.0))
-        if not self.bounded:
+        if not self.is_bounded:
             if rest is None:
                 return low, high
             near = [
@@ -128,7 +128,7 @@ class FamilyInverse:
         if rest is not None and len(self.roughest):
             rest = max(rest, self.smoothest)
             limit, indicated = limit / rest, indicated / rest
-        if self.bounded:
+        if self.is_bounded:
             indicated = max(
                 indicated, float(belt.at(0.5)[0])
             )  # less says no more than that, as in `_crossing`
@@ -165,7 +165,7 @@ class Inverse:
 
     def sight(self, p: float) -> float:
         """Return the least indication of a part that is far off, as a share of its true value; 1 where it is unbounded."""
-        ends = [(f.whole.at((1.0 - p) / 2.0)[-1], f.whole.true[-1]) for f in self.families if f.bounded]
+        ends = [(f.whole.at((1.0 - p) / 2.0)[-1], f.whole.true[-1]) for f in self.families if f.is_bounded]
         return min((float(y / max(t, 1e-15)) for y, t in ends), default=1.0)
 
     def within(self, low: float, high: float, indicated: float, rest: float | None) -> float:

@@ -44,12 +44,12 @@ def _of_effects(task: Task, single: Sequence[Input]) -> list[DeclaredInfluence]:
     for kind in ALL:
         if kind.about.belongs_to not in OF_CUTTING and not kind.about.needs_cut:
             files.setdefault(_family(kind), []).append(kind)
-    held = {e.name for e in task.machine.effects}
+    of_machine = {e.name for e in task.machine.effects}
     out = []
     for family, kinds in files.items():
         names = {str(k.name) for k in kinds}  # type: ignore[attr-defined]
         moved = tuple(dict.fromkeys(i.id for i in single if i.effect in names))
-        status = UNCERTAIN if moved else KNOWN if held & names else NOT_COVERED
+        status = UNCERTAIN if moved else KNOWN if of_machine & names else NOT_COVERED
         sentence = (sys.modules[kinds[0].__module__].__doc__ or "").split("\n", 1)[0]
         out.append(DeclaredInfluence(family, sentence, status, moved))
     return out

@@ -271,7 +271,7 @@ class Conditioned:
         return 2.0 * float(np.log(np.diag(self.lower)).sum())
 
     @property
-    def gained(self) -> Array:
+    def gain(self) -> Array:
         """Reduction of the sum of squares by the numbers, b' half half' b: of b (k,) one, of (k, M) M."""
         return np.asarray((self.pull**2).sum(axis=0))
 
@@ -297,8 +297,8 @@ def log_density(rest: Array, x: Array, factor: Array) -> Array:
     """Return ln density of white residuals (m,) or (m, M) of unit noise, less that at rest 0 without columns; the coefficients of x (m, k)
     have the covariance F F', factor (k, r).
     """
-    told = condition(x.T @ x, x.T @ rest, factor)
-    return np.asarray(-0.5 * ((rest**2).sum(axis=0) - told.gained + told.log_det))
+    numbers = condition(x.T @ x, x.T @ rest, factor)
+    return np.asarray(-0.5 * ((rest**2).sum(axis=0) - numbers.gain + numbers.log_det))
 
 
 def posterior(x: Array, r: Array, dof: int, width: Array) -> Posterior:
@@ -306,24 +306,26 @@ def posterior(x: Array, r: Array, dof: int, width: Array) -> Posterior:
 
     sigma^2 = (R - q) / dof. A coefficient that the data do not see keeps its prior.
     """
-    told, total = condition(x.T @ x, x.T @ r, width), float(r @ r)
-    rest = _rest(told, total)
+    numbers, total = condition(x.T @ x, x.T @ r, width), float(r @ r)
+    rest = _rest(numbers, total)
     sigma = float(np.sqrt(rest / dof))
-    return Posterior(told.mean, sigma**2 * told.covariance, sigma, _log_evidence(told, rest, total, dof))
+    return Posterior(
+        numbers.mean, sigma**2 * numbers.covariance, sigma, _log_evidence(numbers, rest, total, dof)
+    )
 
 
 def evidence_from(gram: Array, b: Array, total: float, dof: int, width: Array) -> float:
     """Return the log evidence of `posterior` from gram = X'X (k, k), b = X'r (k,) and total = r'r: many subsets share one product."""
-    told = condition(gram, b, width)
-    return _log_evidence(told, _rest(told, total), total, dof)
+    numbers = condition(gram, b, width)
+    return _log_evidence(numbers, _rest(numbers, total), total, dof)
 
 
-def _rest(told: Conditioned, total: float) -> float:
-    return max(total - float(told.gained), 1e-12 * total, 1e-300)
+def _rest(numbers: Conditioned, total: float) -> float:
+    return max(total - float(numbers.gain), 1e-12 * total, 1e-300)
 
 
-def _log_evidence(told: Conditioned, rest: float, total: float, dof: int) -> float:
-    return -0.5 * told.log_det - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
+def _log_evidence(numbers: Conditioned, rest: float, total: float, dof: int) -> float:
+    return -0.5 * numbers.log_det - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
 
 
 def best_width(x: Array, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Posterior:

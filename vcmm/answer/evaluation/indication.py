@@ -29,7 +29,7 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     if result.tolerance is not None:
         limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
     statement = result.truth.state(y, result.p, result.interval_kind, limits)
-    if statement.counted is not None or statement.short:
+    if statement.counted_coverage is not None or statement.short:
         result = replace(result, coverage_shown=not statement.short, why_not_shown=statement.short)
     if result.extreme and not isinstance(
         result.truth, PredictedPart
@@ -48,7 +48,7 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
             statement.estimate,
             statement.interval,
             result.coverage_shown,
-            statement.counted,
+            statement.counted_coverage,
             statement.interval_u,
         )
         bias = bias if isinstance(result.truth, Additive) else y - statement.estimate

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.answer.evaluation.added import of_parts
+from vcmm.answer.evaluation.additions import of_parts
 from vcmm.answer.evaluation.belts import (
     Reading,
     UnitedInverse,
@@ -71,7 +71,7 @@ class CountedInverse:
     """The inverse of one characteristic with its counted coverage: of parts of the family, and of parts of another one."""
 
     inverse: Reading
-    counted: tuple[float, float]
+    counted_coverage: tuple[float, float]
     without: Callable[[], tuple[Reading, ...]] = (
         tuple  # made of all drawn parts but a group, group after group
     )
@@ -89,7 +89,7 @@ class CountedInverse:
         if self.blind(p):
             estimate, high = np.nan, np.inf
         u = ends_u(self.groups, p, indicated, rests)
-        return Statement(estimate, (low, high), within, self.shortfall(p), self.counted, u)
+        return Statement(estimate, (low, high), within, self.shortfall(p), self.counted_coverage, u)
 
     def blind(self, p: float) -> bool:
         """Return whether some parts, however far off, indicate next to nothing: then no indication bounds the true value."""
@@ -99,11 +99,13 @@ class CountedInverse:
         """Return why the coverage of the interval is not claimed; empty where it is."""
         if self.blind(p):
             return HIDDEN_FORM
-        return "" if self.is_enough(p) else TOO_FEW.format(*self.counted)
+        return "" if self.is_enough(p) else TOO_FEW.format(*self.counted_coverage)
 
     def is_enough(self, p: float) -> bool:
         """Return whether enough of the sampled parts of both kinds had their true value in the interval for p."""
-        return self.counted[0] >= p - (0.95 - LEAST) and self.counted[1] >= p - (0.95 - LEAST_OTHER)
+        return self.counted_coverage[0] >= p - (0.95 - LEAST) and self.counted_coverage[1] >= p - (
+            0.95 - LEAST_OTHER
+        )
 
 
 @dataclass(frozen=True)
@@ -136,8 +138,8 @@ Reach = tuple[int, int]  # doublings of the largest form, and of the largest way
 
 def _doublings(over_noise: float) -> int:
     """Return how often MOST is doubled to be REACH times as large as the measured value."""
-    asked = REACH * over_noise / MOST
-    return max(int(np.ceil(np.log2(asked))), 0) if asked > 1.0 else 0
+    ratio = REACH * over_noise / MOST
+    return max(int(np.ceil(np.log2(ratio))), 0) if ratio > 1.0 else 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,9 +189,9 @@ class Inversion:
             self._inverses[place] = _count_coverage(c, drawn.column(i), drawn, self.settings.p, ratios)
         return self._inverses[place]
 
-    def expect(self, asked: Iterable[tuple[int, float, float | None]]) -> None:
+    def expect(self, readings: Iterable[tuple[int, float, float | None]]) -> None:
         """Announce later requests (characteristic, indicated value, residuals): parts of one reach are then evaluated for these alone."""
-        for i, y, rest in asked:
+        for i, y, rest in readings:
             if i in self.numbers:
                 self._expected_pairs.setdefault(self.reach(i, y, rest), set()).add(i)
 
@@ -198,9 +200,9 @@ class Inversion:
         characteristic i and of the others expected of such parts (all, where nothing was announced).
         """
         kept = self._parts.setdefault(reach, [])
-        held = {n for parts in kept for n in parts.numbers}
-        if i not in held:
-            numbers = sorted({i} | (self._expected_pairs.get(reach, set(self.numbers)) - held))
+        numbers_held = {n for parts in kept for n in parts.numbers}
+        if i not in numbers_held:
+            numbers = sorted({i} | (self._expected_pairs.get(reach, set(self.numbers)) - numbers_held))
             form, off = (MOST * 2.0**n for n in reach)
             kept.append(DrawnParts(self, tuple(numbers), Largest(form, off)))
         return next(parts for parts in kept if i in parts.numbers)
@@ -213,9 +215,11 @@ class Inversion:
         kept = self._form_parts.setdefault(ratio, [])
         entry = next((pair for pair in kept if i in pair[0]), None)
         if entry is None:
-            held = {n for pair in kept for n in pair[0]}
-            asked = set().union(*self._expected_pairs.values()) if self._expected_pairs else set(self.numbers)
-            numbers = tuple(sorted({i} | (asked - held)))
+            numbers_held = {n for pair in kept for n in pair[0]}
+            expected = (
+                set().union(*self._expected_pairs.values()) if self._expected_pairs else set(self.numbers)
+            )
+            numbers = tuple(sorted({i} | (expected - numbers_held)))
             entry = numbers, DrawnParts(self, numbers, ANY).with_form(ratio)
             kept.append(entry)
         return entry[0].index(i), entry[1]
@@ -351,8 +355,8 @@ def inversion_of(task: Task, settings: Settings, numbers: Sequence[int]) -> Inve
 def in_contact(task: Task) -> bool:
     """Return whether a characteristic needs elements by contact, which take a hundred times as long as least squares."""
     contact = any(
-        set(asked) - {POINTS}
-        for asked in criteria_needed(task.part.characteristics, task.part.features).values()
+        set(criteria) - {POINTS}
+        for criteria in criteria_needed(task.part.characteristics, task.part.features).values()
     )
     return contact or any(c.filter is not None and c.criterion == "C" for c in task.part.characteristics)
 
@@ -371,9 +375,12 @@ def _count_coverage(
     inverse = of_share[0] if len(of_share) == 1 else UnitedInverse(tuple(of_share))
     blind = sorted_by_roughness(c) and ratios is None
     at = FIXED_BLIND if blind else FIXED if ratios is None else ratios
-    held = [coverage(inverse, k, pairs, p, not blind) for pairs in drawn.anew]
+    coverages = [coverage(inverse, k, pairs, p, not blind) for pairs in drawn.anew]
     for ratio in at:
         column, parts = drawn.inversion.parts_with_form(drawn.numbers[k], ratio)
-        held += [coverage(inverse, column, pairs, p, not blind) for pairs in parts]
-    least, other = min(held), min(coverage(inverse, k, pairs, p, not blind) for pairs in drawn.other_families)
+        coverages += [coverage(inverse, column, pairs, p, not blind) for pairs in parts]
+    least, other = (
+        min(coverages),
+        min(coverage(inverse, k, pairs, p, not blind) for pairs in drawn.other_families),
+    )
     return CountedInverse(inverse, (least, other), lambda: inverses_without(c, k, drawn.known_of_shares))

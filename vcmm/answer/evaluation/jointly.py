@@ -88,13 +88,13 @@ class _Share:
 def _common(model: LinearModel, together: Sequence[tuple[CharacteristicResult, float]], seed: int) -> _Share:
     order = [c.name for c in model.characteristics]
     numbers = tuple(order.index(c.name) for c, _ in together)
-    held, rng = np.zeros(3), np.random.default_rng([seed, FORMS])
+    counts, rng = np.zeros(3), np.random.default_rng([seed, FORMS])
     for drawn in _drawn_values(model, numbers, seed):
         inside = np.ones((3, len(drawn)), dtype=bool)
         for k, (c, y) in enumerate(together):
             inside &= _within(c, y, drawn[:, k] + _by_form(c, len(drawn), rng))
-        held += inside.sum(axis=1)
-    return _Share(*(float(x) for x in held / TRIALS))
+        counts += inside.sum(axis=1)
+    return _Share(*(float(x) for x in counts / TRIALS))
 
 
 _DRAWN: WeakKeyDictionary[LinearModel, dict[tuple[tuple[int, ...], int], list[Array]]] = WeakKeyDictionary()

@@ -264,8 +264,8 @@ def _operator(
         change = np.concatenate([change, np.eye(touches, len(rows))])
         full = np.zeros((len(change), t.run.n))
         full[:, rows] = change
-        held = len(rows) if name in shapes else 0
-        blocks[name] = FeatureBlock(feature.kind, start, fitted.sizes.shape[-1], held, touches)
+        row_count = len(rows) if name in shapes else 0
+        blocks[name] = FeatureBlock(feature.kind, start, fitted.sizes.shape[-1], row_count, touches)
         rows_of.append(full)
         start = blocks[name].stop
     return blocks, np.concatenate(rows_of)

@@ -46,8 +46,8 @@ def between_touches(task: Task, c: Characteristic) -> tuple[str, ...]:
         )
         if 1.0 - shown > UNSEEN:
             ends.append(f"{left:.2g} mm from the end of {name}: a cubic shows {shown:.0%} of itself")
-    held, claimed = SCRATCHED.get(c.type, (0, 0))
-    counted = COUNTED.format(kind=c.type, held=held, claimed=claimed) if claimed else ""
+    covering, claimed = SCRATCHED.get(c.type, (0, 0))
+    counted = COUNTED.format(kind=c.type, held=covering, claimed=claimed) if claimed else ""
     counted += DENTED if c.type == "flatness" else ""
     out = [NARROW.format(where=", ".join(places)) + counted] if places else []
     return (*out, *([BEYOND.format(where=", ".join(ends))] if ends else []))

@@ -267,7 +267,10 @@ def _block(
     """Return the same parts for every noise (count, n)."""
     touched, surface = surfaces(drawing, len(noise[0]), place, how)
     true = values(drawing.surface, surface)
-    return [(true, values(drawing.measured, touched + one), _rest(drawing, touched + one)) for one in noise]
+    return [
+        (true, values(drawing.measured, touched + displacements), _rest(drawing, touched + displacements))
+        for displacements in noise
+    ]
 
 
 def surfaces(

@@ -86,21 +86,21 @@ def budget_interaction(c: CharacteristicResult) -> float:
     linear output do the squares add to u^2 (JCGM 100, 5.1.2).
     """
     share = c.interaction_share
-    told = c.u >= LEAST_U and math.isfinite(share) and abs(share) > ROUNDING
-    return share if told else 0.0
+    matters = c.u >= LEAST_U and math.isfinite(share) and abs(share) > ROUNDING
+    return share if matters else 0.0
 
 
 @dataclass(frozen=True)
 class TrueValue:
-    """Statement about the true value beside the indicated one, mm. claimed: whether the interval was shown to hold it;
-    counted: the share of sampled parts in which it did, and the share of parts of another kind. interval_u: standard uncertainty of
+    """Statement about the true value beside the indicated one, mm. is_claimed: whether the interval was shown to hold it;
+    counted_coverage: the share of sampled parts in which it did, and the share of parts of another kind. interval_u: standard uncertainty of
     its two ends from the number of draws, None where that is not known.
     """
 
     estimate: float
     interval: tuple[float, float]
-    claimed: bool
-    counted: tuple[float, float] | None = None
+    is_claimed: bool
+    counted_coverage: tuple[float, float] | None = None
     interval_u: tuple[float, float] | None = None
 
 

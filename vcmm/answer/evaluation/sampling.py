@@ -174,11 +174,11 @@ def _place(values: Array) -> tuple[float, float]:
 
 def with_products(model: LinearModel, terms: Sequence[Term]) -> tuple[list[Term], Callable[[Array], Array]]:
     """Return terms whose extra rows carry the departures that meet in products, and the evaluation that multiplies them."""
-    widened, multiplied = multiplying(model, terms)
-    if multiplied is None:
+    widened, multiply = multiplying(model, terms)
+    if multiply is None:
         return widened, model.values
     layout: Callable[[Array], Array] = np.asarray if _of_sizes(model) else np.ascontiguousarray
-    return widened, lambda block: model.values(layout(multiplied(block)))
+    return widened, lambda block: model.values(layout(multiply(block)))
 
 
 def _of_sizes(model: LinearModel) -> bool:
@@ -203,7 +203,7 @@ def multiplying(
         return list(terms), None
     k, place = len(model.q0), {end: i for i, end in enumerate(carried)}
 
-    def multiplied(block: Array) -> Array:
+    def multiply(block: Array) -> Array:
         q = block[:, :k].copy(order="F")
         for first, second, gain in pairs:
             product = block[:, k + place[first]] * block[:, k + place[second]]
@@ -211,7 +211,7 @@ def multiplying(
                 q[:, i] += product * gain[i]
         return q
 
-    return [_with_departures(model, j, t, carried) for j, t in enumerate(terms)], multiplied
+    return [_with_departures(model, j, t, carried) for j, t in enumerate(terms)], multiply
 
 
 def _with_departures(model: LinearModel, j: int, term: Term, carried: Sequence[tuple[int, int]]) -> Term:

@@ -30,7 +30,7 @@ class Statement:
     interval: tuple[float, float]
     p_conform: float | None
     short: str = ""  # why its coverage may not be claimed, where that was counted
-    counted: tuple[float, float] | None = None  # of drawn parts, and of parts of another kind
+    counted_coverage: tuple[float, float] | None = None  # of drawn parts, and of parts of another kind
     interval_u: tuple[float, float] | None = None  # of the ends, from the number of draws
     p_reach: tuple[float, float] | None = (
         None  # least and most probability to conform of indications off by a bias that is left in, either way

@@ -339,8 +339,8 @@ class Evaluation:
             return ""  # counted where the value is read
         if not outcome.tangent:
             bare = any(self.features[n].kind == "mesh" for n in gps.needs(c) if n in self.features)
-            told = ", and no forms are drawn on a mesh" if bare else ""
-            return f"{c.type} is an extreme value: its spread says nothing of the true value{told}"
+            on_mesh = ", and no forms are drawn on a mesh" if bare else ""
+            return f"{c.type} is an extreme value: its spread says nothing of the true value{on_mesh}"
         return ""
 
     def _bias_left_in(self, outcome: _Outcome, i: int, truth: Additive) -> float:
@@ -374,15 +374,15 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
             '[job] known_bias = "corrected"'
         )
     if r.extreme and not predicts:
-        told = f"{r.name}: {r.type} grows with noise and does not fall with it; "
+        text = f"{r.name}: {r.type} grows with noise and does not fall with it; "
         if r.why_not_shown:
-            told += f"its coverage is not demonstrated: {r.why_not_shown}"
+            text += f"its coverage is not demonstrated: {r.why_not_shown}"
         elif abs(r.bias) <= NOTHING * r.expanded:
-            told += "no noise correction was applied"
+            text += "no noise correction was applied"
         else:
             size = f"{abs(r.bias) * scale:.3g} {unit}"
-            told += f"indicated value corrected by {'-' if r.bias > 0 else '+'}{size}"
-        out.append(told)
+            text += f"indicated value corrected by {'-' if r.bias > 0 else '+'}{size}"
+        out.append(text)
     if not np.isfinite(r.u):
         out.append(
             f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval is valid nevertheless"

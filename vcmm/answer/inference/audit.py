@@ -89,10 +89,10 @@ class AuditResult:
         """Probability of a count as far or further out, if the coverage were at the end of the band: 1 inside (exact binomial test)."""
         from scipy.special import betainc, betaincc  # the binomial sums; scipy.stats takes a second to import
 
-        held, n = round(self.attained * self.parts), self.parts
+        covering, n = round(self.attained * self.parts), self.parts
         if self.attained < self.least:
-            return float(betaincc(held + 1, n - held, self.least))
-        return float(betainc(held, n - held + 1, self.most)) if self.attained > self.most else 1.0
+            return float(betaincc(covering + 1, n - covering, self.least))
+        return float(betainc(covering, n - covering + 1, self.most)) if self.attained > self.most else 1.0
 
     @property
     def outside(self) -> bool:
@@ -181,9 +181,9 @@ def audit_task(
     return tuple(row for results in rows.values() for row in results)
 
 
-def piece(job: CountingJob, asked: Sequence[int]) -> list[Any]:
+def piece(job: CountingJob, block: Sequence[int]) -> list[Any]:
     """Compute one block of an audit, on any worker: indicated values (count, C), or the counts of one kind of part as plain values."""
-    first, count = asked
+    first, count = block
     if (first, count) == BY_POINTS:
         assert job.scenario is not None
         settings = replace(job.scenario.settings, seed=job.task.result.seed)
@@ -239,16 +239,16 @@ def _count_held(
 ) -> AuditResult:
     """Count parts measured by points, whose residuals show the roughness of every part."""
     p, inverse, k = result.p, inversion.inverse(i, 0.0, 0.0), inversion.column(i)
-    held, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
+    share, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
     best: IntervalLengths | None = None
     if isinstance(inverse, CountedInverse):
         best = beside_oracle(inversion, i, drawn) if kind == PRIOR else None
-        held, width = coverage(inverse.inverse, k, drawn, p), _width(inverse.inverse, k, drawn, p)
+        share, width = coverage(inverse.inverse, k, drawn, p), _width(inverse.inverse, k, drawn, p)
         parts = len(there(k, drawn)[0])
     why = inverse.shortfall(p)
     least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
     return AuditResult(
-        name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=parts, width=width,
+        name=result.name, unit=result.unit, kind=kind, target=p, attained=share, parts=parts, width=width,
         claimed=not why, least=least, most=p + ABOVE if kind == PRIOR and not _wider(inverse) else 1.0, why=why,
         oracle=best.oracle if best else None, oracle_held=best.oracle_held if best else None,
     )  # fmt: skip

@@ -19,7 +19,7 @@ import numpy as np
 from vcmm.answer.evaluation.form_family import KNOWN, OTHER
 from vcmm.answer.evaluation.pairs import Drawing, Largest, prepare_drawing, surfaces, values
 from vcmm.answer.evaluation.sampling import Progress
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.job import EvaluatedPart, evaluate_points
 from vcmm.core.run import Array
 from vcmm.task.measuring.scenario import Scenario
@@ -124,10 +124,12 @@ def _count(i: int, kind: str, evaluated: Sequence[EvaluatedPart], true: Array) -
     """Count the claimed intervals; where none is claimed, all."""
     there = [(p.characteristics[i].result, float(t)) for p, t in zip(evaluated, true) if np.isfinite(t)]
     claimed = [
-        (r, t) for r, t in there if r.coverage_shown and (r.true_value is None or r.true_value.claimed)
+        (r, t) for r, t in there if r.coverage_shown and (r.true_value is None or r.true_value.is_claimed)
     ]
     spans = [(r.true_value.interval if r.true_value else r.interval, t) for r, t in claimed or there]
-    held = sum(low <= t <= high for (low, high), t in spans)
+    covering = sum(low <= t <= high for (low, high), t in spans)
     width = float(np.mean([high - low for (low, high), _ in spans])) if spans else 0.0
     why = next((r.why_not_shown for r, _ in there if r.why_not_shown), "") if not claimed else ""
-    return HeldByPoints(i, kind, parts=len(there), claimed=len(claimed), covering=held, width=width, why=why)
+    return HeldByPoints(
+        i, kind, parts=len(there), claimed=len(claimed), covering=covering, width=width, why=why
+    )

@@ -85,8 +85,8 @@ class Shape:
         """Sample the amounts (c, m) mm given the residuals, for forms of these sizes (m,); normals (c, m)."""
         z, s = self.filter @ residuals, self.strength
         more, k = 1.0 + np.multiply.outer(s**2, size**2), len(s)
-        held = size**2 * (s * z)[:, None] / more + size / np.sqrt(more) * normals[:k]
-        return np.concatenate([held, size * normals[k : self.waves]])
+        amounts = size**2 * (s * z)[:, None] / more + size / np.sqrt(more) * normals[:k]
+        return np.concatenate([amounts, size * normals[k : self.waves]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,12 +321,12 @@ def _read_with(
     residuals: Array,
     p: float,
     floors: Mapping[int, float],
-    told: tuple[dict[int, tuple[Array, str]], dict[int, dict[str, None]]],
+    findings: tuple[dict[int, tuple[Array, str]], dict[int, dict[str, None]]],
 ) -> None:
-    """Put into `told` the effects that exceed those already there, and shapes that have no bound. rungs: noises of
+    """Put into `findings` the effects that exceed those already there, and shapes that have no bound. rungs: noises of
     which the residuals give the probability of each.
     """
-    (moved, unseen), of_rungs = told, [forms.shapes(rung) for rung in rungs]
+    (moved, unseen), of_rungs = findings, [forms.shapes(rung) for rung in rungs]
     noises, rms = [forms.noises.whitening(r)[1] for r in rungs], float(np.sqrt((residuals**2).mean()))
     grid = np.geomspace(LEAST * min(noises), CAP * max(*noises, rms), SIZES)
     alone = np.array([forms.without_form(rung, residuals) for rung in rungs])

@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.inversion import TrueValueByBelt
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.residual_tests import ALARM, MOST_FORM_POINTS, Ints, Memory, Outlier, ResidualTests
 from vcmm.answer.inference.rounding import coarse, leading, said_of_digits, step_of
 from vcmm.core.run import Array

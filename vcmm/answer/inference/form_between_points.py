@@ -25,14 +25,14 @@ def is_moved_by_form(c: CharacteristicResult) -> bool:
     return isinstance(c.truth, Additive) and not c.extreme
 
 
-def with_form(c: CharacteristicResult, told: Sequence[FormTold]) -> CharacteristicResult:
+def with_form(c: CharacteristicResult, statements: Sequence[FormTold]) -> CharacteristicResult:
     """Return the result, for any indicated value, with the forms of its features."""
     truth = c.truth
-    if not told or not isinstance(truth, Additive):
+    if not statements or not isinstance(truth, Additive):
         return c
-    why = c.why_not_shown or _unseen(told)
+    why = c.why_not_shown or _unseen(statements)
     c = replace(c, why_not_shown=why, coverage_shown=not why)
-    added = [(form, float(np.sqrt((form.sizes**2).mean()))) for form in told]
+    added = [(form, float(np.sqrt((form.sizes**2).mean()))) for form in statements]
     added = [(form, u) for form, u in added if u > MATTERS * c.expanded]
     if not added:
         return c
@@ -56,10 +56,10 @@ def _line(form: FormTold, u_i: float, u: float) -> BudgetLine:
     )  # fmt: skip
 
 
-def _unseen(told: Sequence[FormTold]) -> str:
+def _unseen(statements: Sequence[FormTold]) -> str:
     """Return why the form is not bounded; empty where the points bound it."""
     remarks = []
-    for form in told:
+    for form in statements:
         if form.unseen:
             more = f" and {len(form.unseen) - MOST_NAMED} more" if len(form.unseen) > MOST_NAMED else ""
             shapes = ", ".join(form.unseen[:MOST_NAMED])

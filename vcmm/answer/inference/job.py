@@ -23,7 +23,7 @@ from vcmm.answer.inference.between_points import FeatureForms, FormTold, forms_o
 from vcmm.answer.inference.coarse_mesh import coarse_mesh
 from vcmm.answer.inference.doubts import LARGEST, doubts_of, outward, without_claim
 from vcmm.answer.inference.form_between_points import UNSEEN, is_moved_by_form, with_form
-from vcmm.answer.inference.given import GivenPoints, GivenValue
+from vcmm.answer.inference.given_points import GivenPoints, GivenValue
 from vcmm.answer.inference.point_checks import repetition_remarks
 from vcmm.answer.inference.points import task_and_rows
 from vcmm.answer.inference.power import NO_POINTS, memory_not_covered
@@ -342,10 +342,10 @@ def _part(
             result = replace(result, not_covered=(*result.not_covered, *part.unseen))
         read = _read(result, y, rest, settings, (part.bends or {}).get(i))
         out.append(EvaluatedCharacteristic(read, y, part.forms is not None))
-    told = [w for e in out for w in warnings_of(e.result)]
+    of_results = [w for e in out for w in warnings_of(e.result)]
     warnings = tuple(
         w
-        for w in (*remarks(scenario), *told, *part.remarks)
+        for w in (*remarks(scenario), *of_results, *part.remarks)
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not demonstrated" not in w  # said below of what was measured
     )
@@ -358,7 +358,7 @@ def _claims_missing(evaluated: Sequence[EvaluatedCharacteristic], doubts: Mappin
     return [
         f"{e.result.name}: {e.result.why_not_shown}"
         for e in evaluated
-        if (e.result.true_value and not e.result.true_value.claimed)
+        if (e.result.true_value and not e.result.true_value.is_claimed)
         or e.result.why_not_shown.startswith(UNSEEN)
         or (e.result.name in doubts and not e.result.coverage_shown)
     ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
@@ -90,14 +90,14 @@ def _check_complete(scenario: Scenario, rows: Mapping[str, Ints], given: GivenPo
     """Check that every feature that a characteristic or the alignment needs has points."""
     from vcmm.part.gps.characteristics import needs
 
-    asked = {n: f'the characteristic "{c.name}"' for c in scenario.part.characteristics for n in needs(c)}
+    reasons = {n: f'the characteristic "{c.name}"' for c in scenario.part.characteristics for n in needs(c)}
     scheme = scenario.plan.alignment
     if scheme:
         for role in (scheme.plane, scheme.line, scheme.origin):
-            asked |= {n: "the alignment" for n in ((role,) if isinstance(role, str) else role) if n}
+            reasons |= {n: "the alignment" for n in ((role,) if isinstance(role, str) else role) if n}
     missing = [
         f'{given.where[0]}: {_of(given)}no points of "{n}", which {why} needs'
-        for n, why in asked.items()
+        for n, why in reasons.items()
         if n not in rows
     ]
     if missing:

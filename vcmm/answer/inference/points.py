@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.point_checks import OnSurface, check_points, feature_rows, surfaces
 from vcmm.answer.inference.rounding import with_digits
 from vcmm.core.errors import DataError, VcmmError, choose_from

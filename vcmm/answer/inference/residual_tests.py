@@ -92,8 +92,8 @@ class ResidualTests:
     def draws(self) -> int:
         """Number of parts of the null. ALARM (draws + 1) is a whole number, so that the rate of the test is ALARM and no less."""
         few, many = DRAWS
-        asked = int(np.clip(NUMBERS / max(self.model.task.touches.run.n, 1), few, many))
-        return int((asked + 1) * ALARM) * round(1 / ALARM) - 1
+        count = int(np.clip(NUMBERS / max(self.model.task.touches.run.n, 1), few, many))
+        return int((count + 1) * ALARM) * round(1 / ALARM) - 1
 
     @property
     def block(self) -> int:

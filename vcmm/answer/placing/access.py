@@ -47,11 +47,11 @@ def room(tooling: Tooling, solid: Solid, rows: TouchSequence, rotation: Array) -
     ways = [(rows.tip, rows.start)] + (
         [(rows.tip, rows.end)] if not np.allclose(rows.start, rows.end) else []
     )
-    asked = [tooling.body(b, every, *way, rotation) for way in ways for b in range(len(NAMES))]
+    queries = [tooling.body(b, every, *way, rotation) for way in ways for b in range(len(NAMES))]
     graze, clamps = np.full(rows.n, -GRAZE), clamps_of(solid)
-    asked.append(tooling.ball(every, rows.tip, rows.start, graze))
-    asked.append(tooling.ball(every, rows.start, rows.start, np.minimum(tooling.around.safe, 0.5 * slope)))
-    lacks = lacking(solid, asked)
+    queries.append(tooling.ball(every, rows.tip, rows.start, graze))
+    queries.append(tooling.ball(every, rows.start, rows.start, np.minimum(tooling.around.safe, 0.5 * slope)))
+    lacks = lacking(solid, queries)
     bodies = {name: lacks[b : -2 : len(NAMES)].max(axis=0) for b, name in enumerate(NAMES)}
     tip = lacks[-2:].max(axis=0)
     if clamps.parts:  # a clamp is no mesh with chords: the tip may not be inside it at all

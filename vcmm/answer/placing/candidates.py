@@ -82,10 +82,10 @@ def accessible(scenario: Scenario, feature: Feature, stylus: str, points: Array)
     corners = part_points(scenario.part)
     check = Feasibility(candidate, rows, tooling, solid, reach=corners, corners=corners)
     rotation, every = scenario.pose.rotation, np.arange(rows.n)
-    asked = [tooling.body(b, every, rows.tip, rows.start, rotation.T) for b in range(len(NAMES))]
-    asked.append(tooling.ball(every, rows.tip, rows.start, np.full(rows.n, -GRAZE)))
-    asked.append(tooling.ball(every, rows.start, rows.start, np.zeros(rows.n)))
-    lacks = lacking(solid, asked).max(axis=0)
+    bodies = [tooling.body(b, every, rows.tip, rows.start, rotation.T) for b in range(len(NAMES))]
+    bodies.append(tooling.ball(every, rows.tip, rows.start, np.full(rows.n, -GRAZE)))
+    bodies.append(tooling.ball(every, rows.start, rows.start, np.zeros(rows.n)))
+    lacks = lacking(solid, bodies).max(axis=0)
     wanted, (low, high) = check.positions(Pose(rotation[None], scenario.pose.shift[None]))[0], check.limits()
     over = np.maximum(low - wanted, wanted - high)[:-1].max(axis=1).reshape(3, -1).max(axis=0)
     return np.asarray((lacks == 0.0) & (over <= ROUNDING) & (check.steep(rotation) == 0.0))
@@ -144,7 +144,7 @@ def problem_of(
     jac = tuple(moving[n].rows(places[n], steps[i].normals) for i, n in enumerate(names))
     everything = np.concatenate([machine, fields], axis=1)
     candidates = TouchCandidates(
-        names, number, task.touches.points, task.touches.normals, rows=jac, shared=everything, touch=touch,
+        names, number, task.touches.points, task.touches.normals, rows=jac, common=everything, touch=touch,
         short=short, seconds=seconds,
     )  # fmt: skip
     drifting = np.concatenate(slopes, axis=1)

@@ -40,19 +40,19 @@ class Scan:
 
 @dataclass(frozen=True)
 class Certificate:
-    """scanned: poses of the scan. better: by which share of the value the best of them is better (0: none).
+    """scan_count: poses of the scan. better: by which share of the value the best of them is better (0: none).
 
     earlier: by which share a scan before this one was better than the result of the search; it went on from there (0:
-    there was none). hidden: estimate of the share by which a pose between those of the scan could be better, by the
+    there was none). hidden_gain: estimate of the share by which a pose between those of the scan could be better, by the
     slopes measured. floor: share by which the objective would be smaller if every influence were as small as at its own
     best pose, of the scan or the one found; an estimate over these poses (None where the objective is no sum of influences).
     spacing: largest distance from the scan that was seen at even draws, in units of the fixture's ranges.
     """
 
     method: str
-    scanned: int
+    scan_count: int
     better: float
-    hidden: float
+    hidden_gain: float
     floor: float | None
     spacing: float
     earlier: float = 0.0
@@ -70,11 +70,11 @@ class Certificate:
             if self.floor is None
             else f", with every influence as small as at its own best of these poses, all at once, by {self.floor:.2%}"
         )
-        slopes = f"by the slopes measured a pose between them could be better by {self.hidden:.2%}"
-        if self.hidden >= 1.0:
+        slopes = f"by the slopes measured a pose between them could be better by {self.hidden_gain:.2%}"
+        if self.hidden_gain >= 1.0:
             slopes = "too coarse for the slopes measured to say what lies between them (scan more)"
         return (
-            f"{verdict} among {self.scanned} poses that the search never saw{before}, spacing {self.spacing:.3f} of the ranges; "
+            f"{verdict} among {self.scan_count} poses that the search never saw{before}, spacing {self.spacing:.3f} of the ranges; "
             f"estimates, no bounds: {slopes}{floor}"
         )
 

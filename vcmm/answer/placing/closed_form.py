@@ -167,13 +167,13 @@ class AtPoses:
     closed: ClosedForm
     touches: Carrier
     m: int
-    moved: list[tuple[KnownInput, Array]]
+    input_moves: list[tuple[KnownInput, Array]]
     product_moves: list[Array]
 
     def variances(self, weights: Array) -> tuple[Array, Array]:
         """Return the variances of q = weights (C, n) . displacements: per influence (m, C, I), and of products (m, C)."""
         out = []
-        for known_input, moved in self.moved:
+        for known_input, moved in self.input_moves:
             if known_input.copies == self.closed.rows.n:  # every touch has its own draw
                 out.append((moved**2).sum(axis=2) @ (weights**2).T)
             else:
@@ -184,7 +184,7 @@ class AtPoses:
     def covariances(self, weights: Array) -> Array:
         """Return the covariances (m, C, C) of q = weights . displacements, all influences and products together."""
         total = np.zeros((self.m, len(weights), len(weights)))
-        for known_input, moved in self.moved:
+        for known_input, moved in self.input_moves:
             if known_input.copies == self.closed.rows.n:
                 total += (weights * (moved**2).sum(axis=2)[:, None, :]) @ weights.T
             else:

@@ -33,7 +33,7 @@ CRITERIA = ("U", "A", "D")
 class TouchCandidates:
     """N possible touches. feature (N,): number of the feature; rows: its motions per feature, (N_f, p_f).
 
-    shared (N, K) mm; touch, short (N,) mm: standard deviations; seconds (F,): duration of a touch on each feature.
+    common (N, K) mm; touch, short (N,) mm: standard deviations; seconds (F,): duration of a touch on each feature.
     points, normals (N, 3) in the drawing frame.
     """
 
@@ -42,7 +42,7 @@ class TouchCandidates:
     points: Array
     normals: Array
     rows: tuple[Array, ...]
-    shared: Array
+    common: Array
     touch: Array
     short: Array
     seconds: Array
@@ -110,18 +110,18 @@ class Design:
                 )
             self.log_dets[f] = float(np.linalg.slogdet(matrix)[1])
         self.inverse[f] = np.linalg.inv(matrix)
-        self.h[f] = (jac.T * w) @ self.c.shared[rows]
+        self.h[f] = (jac.T * w) @ self.c.common[rows]
         self.noise[f] = (jac.T * (w * self.c.touch[rows] ** 2 + w**2 * self.c.short[rows] ** 2)) @ jac
         self.read[f] = self.target.rows[:, s] @ self.inverse[f] @ self.h[f]
 
     def _add_up(self) -> None:
         self.log_det = sum(self.log_dets)
-        self.gain = sum(self.read, np.zeros((len(self.target.rows), self.c.shared.shape[1])))
+        self.gain = sum(self.read, np.zeros((len(self.target.rows), self.c.common.shape[1])))
 
     def variances(self, rows: Array | None = None) -> Array:
         """Return u^2 (R,) of output rows (by default those of the target)."""
         b = self.target.rows if rows is None else rows
-        gain, scatter = np.zeros((len(b), self.c.shared.shape[1])), np.zeros(len(b))
+        gain, scatter = np.zeros((len(b), self.c.common.shape[1])), np.zeros(len(b))
         for f, s in enumerate(self.columns):
             q = b[:, s] @ self.inverse[f]
             gain += q @ self.h[f]
@@ -158,7 +158,7 @@ class Design:
             return np.where(possible, -np.log(safe), np.inf)
         b = self.target.rows[:, self.columns[f]]
         beta = sign * (v @ b.T) / safe[:, None]  # (N_f, R)
-        surprise = self.c.shared[rows] - v @ self.h[f]
+        surprise = self.c.common[rows] - v @ self.h[f]
         shared = 2.0 * beta * (surprise @ self.gain.T) + beta**2 * np.sum(surprise**2, axis=1)[:, None]
         wq = self.noise[f] @ self.inverse[f] @ b.T
         w = self.counts[rows].astype(float)

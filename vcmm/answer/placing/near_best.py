@@ -41,13 +41,13 @@ class Map:
 @dataclass(frozen=True, eq=False)
 class Region:
     """Poses within `within` of the best. share: of the feasible poses of the scan; box: name -> range, all poses of
-    which are within it (checked on `checked` poses); convenient: a rounded pose (6,) within it, or None, and its value.
+    which are within it (checked on `pose_count` poses); convenient: a rounded pose (6,) within it, or None, and its value.
     """
 
     within: float
     share: float
     box: dict[str, tuple[float, float]]
-    checked: int
+    pose_count: int
     convenient: Array | None
     convenient_value: float
 

@@ -263,7 +263,7 @@ def process(c: Characteristic, goal: Goal, nominal: float) -> tuple[float, float
 
 
 def _cost(costs: Mapping[str, float], judged: WrongDecisions) -> Array:
-    total: Array = np.zeros(len(judged.undecided))
+    total: Array = np.zeros(len(judged.no_decision))
     for name, price in costs.items():
         total = total + price * getattr(judged, name)
     return total

@@ -21,7 +21,7 @@ class FormCheck:
     """Draws of one feature: errors (N_f, draws) that touches share, scatter (N_f, draws) of one touch each, true range."""
 
     feature: int
-    shared: Array
+    common: Array
     scatter: Array
     short: Array
     true: Array
@@ -33,13 +33,13 @@ class FormCheck:
         f = c.names.index(feature)
         rows = c.of(f)
         rng = np.random.default_rng([seed, f])
-        z = rng.normal(size=(c.shared.shape[1], DRAWS))
-        form = c.shared[rows, problem.form] @ z[problem.form]
+        z = rng.normal(size=(c.common.shape[1], DRAWS))
+        form = c.common[rows, problem.form] @ z[problem.form]
         jac = c.rows[f]
         rest = form - jac @ np.linalg.lstsq(jac, form, rcond=None)[0]
         scatter = c.touch[rows, None] * rng.normal(size=(len(rows), DRAWS))
         short = c.short[rows, None] * rng.normal(size=(len(rows), DRAWS))
-        return cls(f, c.shared[rows] @ z, scatter, short, np.ptp(rest, axis=0))
+        return cls(f, c.common[rows] @ z, scatter, short, np.ptp(rest, axis=0))
 
     @property
     def typical(self) -> float:
@@ -52,7 +52,7 @@ class FormCheck:
         w = design.counts[rows]
         used = np.flatnonzero(w)
         jac = design.c.rows[self.feature][used]
-        error = (self.shared + self.short)[used] + self.scatter[used] / np.sqrt(w[used])[:, None]
+        error = (self.common + self.short)[used] + self.scatter[used] / np.sqrt(w[used])[:, None]
         fitted = design.inverse[self.feature] @ ((jac.T * w[used]) @ error)
         return float(np.mean((np.ptp(error - jac @ fitted, axis=0) - self.true) ** 2))
 

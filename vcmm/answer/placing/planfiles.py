@@ -72,7 +72,7 @@ def plan_json(scenario: Scenario, result: PlanResult) -> dict[str, Any]:
         "styli": dict(result.styli),
         "form_um": {name: 1e3 * value for name, value in result.forms.items()},
         "pareto": [_entry(p, units) for p in result.pareto],
-        "chosen": _entry(result.chosen, units),
+        "chosen": _entry(result.choice, units),
         "present": _entry(result.present, units),
         "steps": [
             {"feature": s.feature, "stylus": s.stylus, "points": len(s.points)} for s in result.plan.steps

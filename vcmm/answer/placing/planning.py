@@ -52,7 +52,7 @@ class PlanResult:
     """pareto: no plan of it takes longer and is worse than another. plan: the best within the budget. styli: chosen ones."""
 
     pareto: tuple[PlanPoint, ...]
-    chosen: PlanPoint
+    choice: PlanPoint
     present: PlanPoint
     plan: Plan
     plans: tuple[Plan, ...]

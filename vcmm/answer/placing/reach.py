@@ -238,11 +238,17 @@ class Feasibility:
         """
         direct = of_part.direct if table is None else np.maximum(of_part.direct, table.room.direct)
         pairs = of_part.pairs
-        asked = drawn_back(self.rows, pairs[direct > 0.0])
+        drawn_moves = drawn_back(self.rows, pairs[direct > 0.0])
         way = Way(
-            self.tooling, self.rows, poses, asked, pairs[direct > 0.0], zero=self.zero, limits=self.limits()
+            self.tooling,
+            self.rows,
+            poses,
+            drawn_moves,
+            pairs[direct > 0.0],
+            zero=self.zero,
+            limits=self.limits(),
         )
-        over, ends = moves_lacking(way, self.reach, self.part_back(poses.rotation[0], asked), table)
+        over, ends = moves_lacking(way, self.reach, self.part_back(poses.rotation[0], drawn_moves), table)
         moves = np.zeros((len(over), len(pairs)))
         moves[:, direct > 0.0] = np.minimum(over, direct[direct > 0.0])
         return moves, ends

@@ -93,8 +93,8 @@ def place_json(placed: PlacementResult) -> dict[str, Any]:
         "median": at_json(placed, placed.median),
         "worst": at_json(placed, placed.worst),
         "certificate": {
-            "method": certificate.method, "text": certificate.text, "scanned": certificate.scanned, "better": certificate.better,
-            "earlier": certificate.earlier, "hidden": certificate.hidden if certificate.hidden < 1.0 else None, "floor": certificate.floor, "spacing": certificate.spacing,
+            "method": certificate.method, "text": certificate.text, "scanned": certificate.scan_count, "better": certificate.better,
+            "earlier": certificate.earlier, "hidden": certificate.hidden_gain if certificate.hidden_gain < 1.0 else None, "floor": certificate.floor, "spacing": certificate.spacing,
         },
         "search": {
             "evaluations": placed.evaluations, "feasible_share": placed.feasible_share,
@@ -105,7 +105,7 @@ def place_json(placed: PlacementResult) -> dict[str, Any]:
             "u_gain": sure.u_gain, "confirmed": sure.is_confirmed,
         },
         "flat": {
-            "within": flat.within, "share": flat.share, "box": {freedom_key(n): list(r) for n, r in flat.box.items()}, "checked": flat.checked,
+            "within": flat.within, "share": flat.share, "box": {freedom_key(n): list(r) for n, r in flat.box.items()}, "checked": flat.pose_count,
             "convenient": None if flat.convenient is None else {"pose": pose_json(flat.convenient), "value": flat.convenient_value},
         },
         "why": why_json(placed),

@@ -83,27 +83,30 @@ def search(
 ) -> SearchOutcome:
     """Search for the lowest value over all boxes with at most so many evaluations of the objective."""
     report = progress or (lambda text, share: None)
-    asked = [CountedObjective(box, objective) for box in boxes]
-    sample = int(np.clip(0.25 * evaluations / len(asked), 16, 1024))
-    for k, counted in enumerate(asked):
+    objectives = [CountedObjective(box, objective) for box in boxes]
+    sample = int(np.clip(0.25 * evaluations / len(objectives), 16, 1024))
+    for k, counted in enumerate(objectives):
         counted(_sobol(counted.box.d, sample, seed))
-        report("sampling the fixture", 0.6 * (k + 1) / len(asked))
-    every, asked = asked, sorted((a for a in asked if a.best(1)), key=lambda a: a.best(1)[0][0])
-    if not asked:
+        report("sampling the fixture", 0.6 * (k + 1) / len(objectives))
+    every, objectives = (
+        objectives,
+        sorted((a for a in objectives if a.best(1)), key=lambda a: a.best(1)[0][0]),
+    )
+    if not objectives:
         raise _nothing(every)
-    minima = _polish_minima(asked, evaluations, report)
+    minima = _polish_minima(objectives, evaluations, report)
     value, unit, counted = min(minima, key=lambda item: item[0])
     six, _ = counted.box.poses(unit[None])
     others = tuple(
         (v, other.box.poses(u[None])[0][0])
         for v, u, other in sorted(minima, key=lambda m: m[0])[:MOST_MINIMA]
     )
-    return SearchOutcome(counted.box, unit, six[0], value, sum(a.count for a in asked), others)
+    return SearchOutcome(counted.box, unit, six[0], value, sum(a.count for a in objectives), others)
 
 
-def _nothing(asked: Sequence[CountedObjective]) -> ModelLimit:
+def _nothing(objectives: Sequence[CountedObjective]) -> ModelLimit:
     """Return why no pose of the sample has a value."""
-    count, reached = sum(a.count for a in asked), sum(a.feasible for a in asked)
+    count, reached = sum(a.count for a in objectives), sum(a.feasible for a in objectives)
     if not reached:
         return ModelLimit(
             f"none of the {count} poses that were tried can be used: fixture, travels and the other constraints leave a range that is "
@@ -122,35 +125,35 @@ def _sobol(d: int, count: int, seed: int) -> Array:
 
 
 def _polish_minima(
-    asked: Sequence[CountedObjective], evaluations: int, report: Callable[[str, float], None]
+    objectives: Sequence[CountedObjective], evaluations: int, report: Callable[[str, float], None]
 ) -> list[tuple[float, Array, CountedObjective]]:
     """Descend a few steps from many starts, the rest of the way from the best of those, with the compass at the end.
 
     The remaining evaluations are divided anew before every descent, so that starts that end early leave theirs to
     the others.
     """
-    starts = [(v, u, counted) for counted in asked[:MOST_BOXES] for v, u in counted.best(STARTS)]
+    starts = [(v, u, counted) for counted in objectives[:MOST_BOXES] for v, u in counted.best(STARTS)]
     kept = sorted(starts, key=lambda item: item[0])[:STARTS]
     for k, (value, unit, counted) in enumerate(kept):
         most = min(
-            SHORT * (counted.box.d + 1), _evaluations_left(asked, evaluations) // (2 * (len(kept) - k))
+            SHORT * (counted.box.d + 1), _evaluations_left(objectives, evaluations) // (2 * (len(kept) - k))
         )
         kept[k] = (*_descend(counted, unit, value, most), counted)
         report("descending", 0.6 + 0.2 * (k + 1) / len(kept))
     kept = _different(kept)
     for k, (value, unit, counted) in enumerate(kept[:FULL]):
-        most = _evaluations_left(asked, evaluations) * 2 // (3 * (min(FULL, len(kept)) - k))
+        most = _evaluations_left(objectives, evaluations) * 2 // (3 * (min(FULL, len(kept)) - k))
         kept[k] = (*_descend(counted, unit, value, most), counted)
         report("descending", 0.8 + 0.15 * (k + 1) / FULL)
     kept.sort(key=lambda item: item[0])
     for k, (value, unit, counted) in enumerate(kept[:3]):
-        most = _evaluations_left(asked, evaluations) // (2 if k < 2 else 1)
+        most = _evaluations_left(objectives, evaluations) // (2 if k < 2 else 1)
         kept[k] = (*_compass(counted, unit, value, most), counted)
     return kept
 
 
-def _evaluations_left(asked: Sequence[CountedObjective], evaluations: int) -> int:
-    return evaluations - sum(a.count for a in asked)
+def _evaluations_left(objectives: Sequence[CountedObjective], evaluations: int) -> int:
+    return evaluations - sum(a.count for a in objectives)
 
 
 def _different(
@@ -192,14 +195,14 @@ def _descend(counted: CountedObjective, unit: Array, value: float, evaluations: 
         return value, unit
     scale = max(abs(value), 1e-300)
 
-    def asked(at: Array) -> tuple[float, Array]:
+    def scaled_value(at: Array) -> tuple[float, Array]:
         here, slope = _forward(counted, at)
         return (here / scale if np.isfinite(here) else 10.0), slope / scale
 
     most = evaluations // (counted.box.d + 1)
     options: Any = {"maxfun": most, "maxiter": most, "ftol": 1e-9, "gtol": 1e-7}
     done = minimize(
-        asked, unit, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * counted.box.d, options=options
+        scaled_value, unit, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * counted.box.d, options=options
     )
     return (float(done.fun) * scale, np.asarray(done.x)) if done.fun * scale < value else (value, unit)
 

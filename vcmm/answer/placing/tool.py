@@ -175,8 +175,8 @@ class Tooling:
         if not len(which):
             return np.zeros(0)
         keep = np.full(len(which), min(self.around.safe, 0.5 * self.rows.plan.touch.approach))
-        asked = [self.body(b, which, begin, end, rotation) for b in range(len(NAMES))]
-        return np.asarray(lacking(solid, [self.ball(which, begin, end, keep), *asked]).max(axis=0))
+        bodies = [self.body(b, which, begin, end, rotation) for b in range(len(NAMES))]
+        return np.asarray(lacking(solid, [self.ball(which, begin, end, keep), *bodies]).max(axis=0))
 
 
 def _round_quill(tool: Bodies) -> Bodies:

@@ -71,9 +71,9 @@ def region_text(placed: HasRegion) -> str:
     whole = f"{flat.share:.1%} of the poses of the fixture lie within {flat.within:.0%} of the value found"
     if not ranges:
         return whole
-    if not flat.checked:
+    if not flat.pose_count:
         return f"{whole}; no box around the pose found stays within it"
-    return f"{whole}; all {flat.checked} poses tried in the box " + ", ".join(ranges) + " do"
+    return f"{whole}; all {flat.pose_count} poses tried in the box " + ", ".join(ranges) + " do"
 
 
 def goal_text(goal: Any) -> str:

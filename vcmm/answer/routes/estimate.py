@@ -65,7 +65,7 @@ class RouteAgreement:
     difference: float
     expanded: float
     covariance: float
-    shared: tuple[str, ...]
+    common_inputs: tuple[str, ...]
 
     @property
     def en(self) -> float:

@@ -171,48 +171,54 @@ class _Question:
     unit: str
     indicated: float
     shows: tuple[float, float]
-    modelled: UncertaintyResult | None
+    model_result: UncertaintyResult | None
 
 
 def _ask_routes(
-    scenario: Scenario, question: _Question, data: RouteData, known: Corrections, truth: float | None
+    scenario: Scenario,
+    question: _Question,
+    data: RouteData,
+    corrections_known: Corrections,
+    truth: float | None,
 ) -> RoutedCharacteristic:
     y = data.readings.get(question.name)
     reading = question.indicated if y is None else y
-    warmth, found = _warmth(scenario, question.shows[0]), []
-    if question.modelled is not None:
-        of = _of(question.modelled, question.name)
-        found.append(model_route(of, question.modelled.model, reading, scenario.settings.rule))
+    warmth, routes = _warmth(scenario, question.shows[0]), []
+    if question.model_result is not None:
+        of = _of(question.model_result, question.name)
+        routes.append(model_route(of, question.model_result.model, reading, scenario.settings.rule))
     if question.name in data.repeats and question.name in data.calibrations:
         warm = replace(warmth, temperature=data.temperatures.get(question.name, warmth.temperature))
-        found.append(
+        routes.append(
             calibrated_part(reading, data.repeats[question.name], data.calibrations[question.name], warm)
         )
-    if question.name in data.positions and question.modelled is not None:
-        found.append(several_positions(data.positions[question.name], question.shows, known, warmth))
+    if question.name in data.positions and question.model_result is not None:
+        routes.append(
+            several_positions(data.positions[question.name], question.shows, corrections_known, warmth)
+        )
     return RoutedCharacteristic(
-        name=question.name, unit=question.unit, reading=reading, is_handed_in=y is not None, truth=truth, routes=tuple(found),
-        agreements=agreements(found),
+        name=question.name, unit=question.unit, reading=reading, is_handed_in=y is not None, truth=truth, routes=tuple(routes),
+        agreements=agreements(routes),
     )  # fmt: skip
 
 
 def model_route(c: CharacteristicResult, model: LinearModel, reading: float, rule: str) -> RouteEstimate:
     """Return the virtual CMM at a reading: known bias corrected, contributions by Input, those sampled anew together as scatter."""
-    said = at_indication(c, reading, rule)
-    inputs = {one.input.id: one.input for one in model.influences}
+    indication = at_indication(c, reading, rule)
+    inputs = {influence.input.id: influence.input for influence in model.influences}
     scatter, kept = [], []
     for line in c.budget:
-        one = inputs.get(line.input)
-        if one is not None and one.effect == PartExpansion.name:
+        quantity = inputs.get(line.input)
+        if quantity is not None and quantity.effect == PartExpansion.name:
             kept.append(Contribution(PART_EXPANSION, line.u, line.dof))
-        elif one is not None and hidden_machine.anew(one):
+        elif quantity is not None and hidden_machine.anew(quantity):
             scatter.append(line.u)
         else:
             kept.append(Contribution(line.input, line.u, line.dof))
-    found = (Contribution(READING, math.hypot(*scatter)), *kept)
-    half = (said.interval[1] - said.interval[0]) / 2
-    u = math.hypot(*(p.u for p in found))
-    return RouteEstimate(MODEL, sum(said.interval) / 2, found, half / u)
+    contributions = (Contribution(READING, math.hypot(*scatter)), *kept)
+    half = (indication.interval[1] - indication.interval[0]) / 2
+    u = math.hypot(*(p.u for p in contributions))
+    return RouteEstimate(MODEL, sum(indication.interval) / 2, contributions, half / u)
 
 
 def _warmth(scenario: Scenario, length: float) -> Warmth:
@@ -232,7 +238,7 @@ def simulate(
     """Return (measured data, true values): one sampled machine, one part, one calibrated part, standards."""
     report = progress or (lambda text, share: None)
     machine, names = hidden_machine.HiddenMachine(seed + 1), [c.name for c in task.part.characteristics]
-    own = hidden_machine.hidden_part(task, machine.seed, "the part")
+    hidden_task = hidden_machine.hidden_part(task, machine.seed, "the part")
     same = hidden_machine.hidden_part(task, machine.seed, "the calibrated part")
     report("repeats of a calibrated part", 0.0)
     rng = np.random.default_rng(machine.seed)
@@ -248,16 +254,19 @@ def simulate(
         n: CalibratedValue(float(v + u * rng.standard_normal()), u)
         for n, v, u in zip(names, true_same, better)
     }
-    reading = machine.measure(own, hidden_machine.OWN, 0, 1)[0]
+    reading = machine.measure(hidden_task, hidden_machine.OWN, 0, 1)[0]
     report("repeats in several positions", 0.4)
     places = hidden_machine.usable_positions(scenario)
-    found = {
+    readings = {
         name: machine.measure(
-            _task_at(scenario, pose, own), hidden_machine.OWN, 200 + 50 * i, hidden_machine.PER_POSITION
+            _task_at(scenario, pose, hidden_task),
+            hidden_machine.OWN,
+            200 + 50 * i,
+            hidden_machine.PER_POSITION,
         )
         for i, (name, pose) in enumerate(places.items())
     }
-    positions = {n: {place: values[:, i] for place, values in found.items()} for i, n in enumerate(names)}
+    positions = {n: {place: values[:, i] for place, values in readings.items()} for i, n in enumerate(names)}
     report("standards of length and a ring", 0.8)
     data = RouteData(
         readings=dict(zip(names, map(float, reading))), calibrations=calibrations,
@@ -265,9 +274,9 @@ def simulate(
         positions=positions if len(places) > 1 else {},
         standards=hidden_machine.standards(scenario, machine, places),
     )  # fmt: skip
-    return data, dict(zip(names, map(float, hidden_machine.true_values(own))))
+    return data, dict(zip(names, map(float, hidden_machine.true_values(hidden_task))))
 
 
-def _task_at(scenario: Scenario, pose: Pose, own: Task) -> Task:
+def _task_at(scenario: Scenario, pose: Pose, hidden_task: Task) -> Task:
     """Return the same part elsewhere in the machine."""
-    return replace(scenario.at(pose).task(), form=own.form)
+    return replace(scenario.at(pose).task(), form=hidden_task.form)

@@ -94,25 +94,25 @@ def corrections(standards: Sequence[StandardReadings]) -> Corrections:
     if not standards:
         return Corrections()
     kinds = {s.kind for s in standards}
-    known = (bool(kinds & {LENGTH, CENTRES}), bool(kinds & {RING, SPHERE}))
+    is_known = (bool(kinds & {LENGTH, CENTRES}), bool(kinds & {RING, SPHERE}))
     errors, us = np.array([s.error for s in standards]).T
-    design = np.array([[s.calibrated, PER_TIP[s.kind]] for s in standards])[:, known]
+    design = np.array([[s.calibrated, PER_TIP[s.kind]] for s in standards])[:, is_known]
     weighted = design / us[:, None]
     covariance = np.linalg.inv(weighted.T @ weighted)
-    found = covariance @ weighted.T @ (errors / us)
-    over = len(standards) - len(found)
+    numbers = covariance @ weighted.T @ (errors / us)
+    over = len(standards) - len(numbers)
     if over > 0:
-        covariance = covariance * max(1.0, float((((errors - design @ found) / us) ** 2).sum()) / over)
-    at = np.flatnonzero(known)
+        covariance = covariance * max(1.0, float((((errors - design @ numbers) / us) ** 2).sum()) / over)
+    at = np.flatnonzero(is_known)
     value, whole = np.zeros(2), np.zeros((2, 2))
-    value[at], whole[np.ix_(at, at)] = found, covariance
-    return Corrections(value, whole, known, min(s.dof for s in standards))
+    value[at], whole[np.ix_(at, at)] = numbers, covariance
+    return Corrections(value, whole, is_known, min(s.dof for s in standards))
 
 
 def several_positions(
     readings: Mapping[str, Array],
     shows: tuple[float, float],
-    known: Corrections,
+    corrections_known: Corrections,
     warmth: Warmth | None = None,
 ) -> RouteEstimate:
     """Return the result of the route. readings: position -> repeats there (n,), mm or rad. shows: c of the characteristic, mm and 1.
@@ -126,19 +126,23 @@ def several_positions(
         )
     means, c = np.array([float(np.mean(v)) for v in readings.values()]), np.array(shows)
     between = Contribution("from position to position", float(np.std(means, ddof=1)) / math.sqrt(m), m - 1)
-    found = (
+    contributions = (
         between,
-        Contribution(BY_STANDARDS, float(np.sqrt(c @ known.covariance @ c)), known.dof),
+        Contribution(
+            BY_STANDARDS, float(np.sqrt(c @ corrections_known.covariance @ c)), corrections_known.dof
+        ),
         Contribution(PART_EXPANSION, (warmth or Warmth()).u),
     )
     remarks = [
         f"no {word} was measured: the error of {what} is in the value and not in U, so no E_n is given"
-        for word, what, one, seen in zip(
-            ("standard of length", "ring or sphere"), ("the scale", "the tip"), c, known.is_shown
+        for word, what, error, is_shown in zip(
+            ("standard of length", "ring or sphere"), ("the scale", "the tip"), c, corrections_known.is_shown
         )
-        if not seen and abs(one) > 1e-6
+        if not is_shown and abs(error) > 1e-6
     ]
-    kept = tuple(one for one in found if one.u > 0 or one is between)
+    kept = tuple(
+        contribution for contribution in contributions if contribution.u > 0 or contribution is between
+    )
     k = coverage_factor(effective_dof(kept))
-    value = float(means.mean() - c @ known.value)
+    value = float(means.mean() - c @ corrections_known.value)
     return RouteEstimate(POSITIONS, value, kept, k, tuple(remarks), not remarks)

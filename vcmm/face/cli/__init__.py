@@ -191,8 +191,8 @@ def run(words: list[str]) -> int:
         print(list_problems((*problems, *_where_to_get_it(problems))), file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt as error:
-        told = ("interrupted; nothing was half-written", *getattr(error, "__notes__", ()))
-        print(f"vcmm: {'; '.join(told)}", file=sys.stderr)
+        notes = ("interrupted; nothing was half-written", *getattr(error, "__notes__", ()))
+        print(f"vcmm: {'; '.join(notes)}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader has closed the pipe (| head): Python must not try to flush it again
         _silence()

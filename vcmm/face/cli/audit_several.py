@@ -75,7 +75,7 @@ class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
         """Return 1: a claimed coverage lies outside; 70: a task met an internal error."""
         if any(r["ours"] for r in result):
             return 70
-        return int(any(row.audited.outside for row in _rows(result)))
+        return int(any(row.audit.outside for row in _rows(result)))
 
     def show(self, loaded: list[Task], result: list[dict[str, Any]]) -> None:
         show_table(tasks_table(_rows(result)))

@@ -202,7 +202,7 @@ class CalibrateJob(Job[CalibrationInput, Calibrated]):
             report,
             interpolation=interpolation_of(self.options.interpolation),
             growth=self.options.growth,
-            correlated=loaded.correlated,
+            correlated=loaded.covariances,
         )
         self._write(calibration)
         return Calibrated(calibration, self.request.tests())

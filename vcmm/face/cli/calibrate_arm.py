@@ -60,35 +60,35 @@ class ArmFound(NamedTuple):
 class ArmJob(Job[ArmInput, ArmFound]):
     """Poses in, a machine file with its joint covariance out."""
 
-    wanted: CalibrationFiles
+    request: CalibrationFiles
     schema = "vcmm.arm/1"
 
     def check(self) -> None:
-        others = [f.name for f in (*self.wanted.files, *self.wanted.test) if not is_poses(f)]
+        others = [f.name for f in (*self.request.files, *self.request.test) if not is_poses(f)]
         if others:
             raise UsageError(
                 f'poses are calibrated by themselves, and {", ".join(others)} is of another kind; give the recordings of kind "pose" alone'
             )
-        if self.wanted.machine is None:
+        if self.request.machine is None:
             raise UsageError(
                 "poses need the nominal arm: name its machine file with --machine (structure, and of every joint centre and direction); "
                 "--structure alone says nothing of its links"
             )
-        if self.wanted.out is not None:
-            output_folder(self.wanted.out.parent)
+        if self.request.out is not None:
+            output_folder(self.request.out.parent)
 
     def load(self) -> ArmInput:
-        assert self.wanted.machine is not None
-        machine = load_machine(self.wanted.machine)
+        assert self.request.machine is not None
+        machine = load_machine(self.request.machine)
         stated = [e.id for e in machine.effects if not isinstance(e, Scatter)]
         if stated:
             raise UsageError(
-                f"{self.wanted.machine}: the arm has errors already ({', '.join(stated[:4])}); a calibration from poses starts from the nominal arm: "
+                f"{self.request.machine}: the arm has errors already ({', '.join(stated[:4])}); a calibration from poses starts from the nominal arm: "
                 "name the file without them"
             )
         return ArmInput(
-            [load_poses(p, machine) for p in self.wanted.files],
-            [load_poses(p, machine) for p in self.wanted.test],
+            [load_poses(p, machine) for p in self.request.files],
+            [load_poses(p, machine) for p in self.request.test],
             machine,
         )
 
@@ -97,23 +97,23 @@ class ArmJob(Job[ArmInput, ArmFound]):
         report("geometry, elastic and eccentric joints", 0.1)
         fit = fit_arm(poses, machine)
         before = np.concatenate([_residuals_of(p, machine) for p in poses])
-        out = self.wanted.out
+        out = self.request.out
         after = fit.machine
         if out is not None:
-            assert self.wanted.machine is not None
+            assert self.request.machine is not None
             write_files(
-                out.parent, arm_texts(fit, self.wanted.machine, out, [f.name for f in self.wanted.files])
+                out.parent, arm_texts(fit, self.request.machine, out, [f.name for f in self.request.files])
             )
             say(f"wrote {out}, {out.stem}_errors.csv, {out.stem}_covariance.csv")
             after = load_machine(out)
-        asked = [put_to_poses(t, machine, after, fit.placements[0]) for t in tests]
-        return ArmFound(fit, float(np.sqrt(np.mean(before**2))), asked)
+        at_poses = [put_to_poses(t, machine, after, fit.placements[0]) for t in tests]
+        return ArmFound(fit, float(np.sqrt(np.mean(before**2))), at_poses)
 
     def record(self, loaded: ArmInput, result: ArmFound) -> Record:
         fit = result.fit
         position, turn = fit.rms
         body: dict[str, Any] = {
-            "machine": None if self.wanted.out is None else str(self.wanted.out),
+            "machine": None if self.request.out is None else str(self.request.out),
             "poses": sum(p.n for p in fit.recordings),
             "rms_before_um": result.before * 1e3,
             "rms_after_um": position * 1e3,
@@ -126,7 +126,7 @@ class ArmJob(Job[ArmInput, ArmFound]):
             "placements": [_placement(r, p) for r, p in zip(fit.recordings, fit.placements)],
             "tests": records(POSE_TESTS, result.tests),
         }
-        return Record(body, self.wanted.read(), warnings=remarks(fit))
+        return Record(body, self.request.read(), warnings=remarks(fit))
 
     def show(self, loaded: ArmInput, result: ArmFound) -> None:
         fit = result.fit

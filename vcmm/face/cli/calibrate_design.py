@@ -50,7 +50,7 @@ class DesignJob(Job[list[PlannedSetup], Proposals]):
     """The set-ups of a plan. budget: minutes. Exit code 1 where even all of them leave something open."""
 
     path: Path
-    planned: list[PlannedSetup]
+    setups: list[PlannedSetup]
     budget: float | None
     plan_machine: Machine
     schema = "vcmm.design/1"
@@ -60,7 +60,7 @@ class DesignJob(Job[list[PlannedSetup], Proposals]):
         return self.path, "setups"
 
     def load(self) -> list[PlannedSetup]:
-        return self.planned
+        return self.setups
 
     def run(self, loaded: list[PlannedSetup], report: Progress) -> Proposals:
         plan, budget = plan_of(loaded, self.plan_machine), self.budget

@@ -114,7 +114,7 @@ class FaceJob(Job[ScannedFace, MappedFace]):
         if better is not None:
             before, after = (d.largest * 1e3 for d in (better.before, better.after))
             print(
-                f"program: up to {before:.3g} µm beside its path before, {after:.3g} µm after; {better.blocks.changed} blocks changed, {better.blocks.added} added"
+                f"program: up to {before:.3g} µm beside its path before, {after:.3g} µm after; {better.blocks.changes} blocks changed, {better.blocks.additions} added"
             )
         say_warnings(result.notes)
 
@@ -159,5 +159,5 @@ def _program(better: CompensatedProgram) -> dict[str, Any]:
         "name": better.name,
         "dialect": better.dialect,
         "deviation": made,
-        "changed": better.blocks.changed,
+        "changed": better.blocks.changes,
     }

@@ -39,7 +39,7 @@ class CalibrationInput:
     recordings: Sequence[Recording]
     machine: Machine
     certificates: dict[str, InstrumentCertificate]
-    correlated: dict[str, Array]
+    covariances: dict[str, Array]
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ class ChosenPoses(NamedTuple):
     """Rotary positions of a plan, by their number in it: chosen, and all."""
 
     plan: PosePlan
-    chosen: list[int]
+    numbers: list[int]
 
     @property
     def everything(self) -> list[int]:
@@ -32,7 +32,7 @@ class PosesJob(Job[list[PlannedSetup], ChosenPoses]):
     """The rotary positions to touch at, with the standard uncertainty expected of every error. Exit code 1 where even all leave one open."""
 
     path: Path
-    planned: list[PlannedSetup]
+    setups: list[PlannedSetup]
     machine: Machine
     budget: float | None
     schema = "vcmm.design/1"
@@ -42,7 +42,7 @@ class PosesJob(Job[list[PlannedSetup], ChosenPoses]):
         return self.path, "setups"
 
     def load(self) -> list[PlannedSetup]:
-        return self.planned
+        return self.setups
 
     def run(self, loaded: list[PlannedSetup], report: Progress) -> ChosenPoses:
         plan = pose_plan(loaded, self.machine)
@@ -51,7 +51,7 @@ class PosesJob(Job[list[PlannedSetup], ChosenPoses]):
     def body(self, result: ChosenPoses) -> dict[str, Any]:
         (plan, chosen), everything, budget = result, result.everything, self.budget
         return {
-            "setups": len(self.planned),
+            "setups": len(self.setups),
             "all": _record(plan, everything),
             "budget_minutes": budget,
             "best_within_budget": None if budget is None else _record(plan, chosen),
@@ -73,7 +73,7 @@ class PosesJob(Job[list[PlannedSetup], ChosenPoses]):
         return int(bool(result.plan.identified(result.everything).combinations))
 
     def show(self, loaded: list[PlannedSetup], result: ChosenPoses) -> None:
-        _show(result.plan, result.chosen, result.everything, self.body(result))
+        _show(result.plan, result.numbers, result.everything, self.body(result))
 
 
 def in_order_of_angles(plan: PosePlan, chosen: list[int]) -> list[int]:

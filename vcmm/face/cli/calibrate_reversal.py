@@ -79,7 +79,7 @@ def _body(results: Sequence[ReversalResult], out: Path | None) -> dict[str, Any]
             {"combination": list(c.names), "text": c.text} for result in results for c in result.combinations
         ],
         "condition": max(result.condition for result in results),
-        "residual_um": max(one.scatter for one in results if one.file.kind != "half-turn") * 1e3
+        "residual_um": max(result.scatter for result in results if result.file.kind != "half-turn") * 1e3
         if any(result.file.kind != "half-turn" for result in results)
         else None,
         "reversals": [result.document() for result in results],

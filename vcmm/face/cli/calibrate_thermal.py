@@ -55,10 +55,10 @@ class ThermalJob(Job[ThermalInput, ThermalTerms]):
         for file in (self.request.out, self.report):
             if file is not None:
                 output_folder(file.parent)
-        asked = [load_recording(path, given.machine)[0] for path in self.request.test]
-        for recording in asked:
+        tests = [load_recording(path, given.machine)[0] for path in self.request.test]
+        for recording in tests:
             warm_readings(recording, given.machine)  # refused before anything is written
-        return ThermalInput(given, asked)
+        return ThermalInput(given, tests)
 
     def run(self, loaded: ThermalInput, report: Progress) -> ThermalTerms:
         given, wanted = loaded.calibration, self.request
@@ -100,9 +100,9 @@ class ThermalJob(Job[ThermalInput, ThermalTerms]):
             print(f"a net from the same sensors leaves {left:.3f} µm of {test.name} (compared, not written)")
 
 
-def _nets(asked: Sequence[Recording], given: CalibrationInput, sensors: list[str]) -> list[float]:
+def _nets(tests: Sequence[Recording], given: CalibrationInput, sensors: list[str]) -> list[float]:
     """Return the residuals in um of a net from the same sensors for every test."""
-    return [net_left(given.recordings, recording, given.machine, sensors) * 1e3 for recording in asked]
+    return [net_left(given.recordings, recording, given.machine, sensors) * 1e3 for recording in tests]
 
 
 def _figures(model: ThermalModel) -> dict[str, Any]:

@@ -71,7 +71,7 @@ class CertificateJob(Job[Path, CertificateWorth]):
         return {"certificate.json": content}
 
     def exit_code(self, loaded: Path, result: CertificateWorth) -> int:
-        return int(smallest(result.covered) < LEAST)
+        return int(smallest(result.coverage) < LEAST)
 
     def show(self, loaded: Path, result: CertificateWorth) -> None:
         show_answers(certificate_answers(result, LEAST))

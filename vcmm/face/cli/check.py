@@ -53,10 +53,10 @@ Row = list[str]  # what it is, and how it was understood
 
 
 class CheckedFile(NamedTuple):
-    """Summary of a file; lost: remarks after which part or tool would be spoilt."""
+    """Summary of a file; losses: remarks after which part or tool would be spoilt."""
 
     rows: list[Row]
-    lost: list[str]
+    losses: list[str]
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class CheckJob(Job[str, CheckedFile]):
 
     def record(self, loaded: str, result: CheckedFile) -> Record:
         body = {
-            "file": str(self.file), "kind": loaded, "understood": dict(result.rows), "spoilt": result.lost,
+            "file": str(self.file), "kind": loaded, "understood": dict(result.rows), "spoilt": result.losses,
         }  # fmt: skip
         return Record(body, sources(self.file))
 
@@ -96,10 +96,10 @@ class CheckJob(Job[str, CheckedFile]):
         return {"check.json": content}
 
     def exit_code(self, loaded: str, result: CheckedFile) -> int:
-        return int(bool(result.lost))
+        return int(bool(result.losses))
 
     def show(self, loaded: str, result: CheckedFile) -> None:
-        lost = [["spoilt", text] for text in result.lost]
+        lost = [["spoilt", text] for text in result.losses]
         title = f"the file is right, the program is not: {len(lost)} remarks" if lost else "no problems found"
         rows = [*lost, *result.rows]
         show_table(listing(f"{self.file}: {title}", ["", "understood as"], rows, words=(0, 1)))
@@ -133,9 +133,12 @@ def _certificate_rows(file: Path, machine: Machine) -> list[Row]:
         if limits := certificate.limits(test):
             for figure in predict_figures(machine, test, limits, trials=400):
                 if figure.p_pass is not None:
-                    told = "" if figure.p_pass >= 0.5 else ": errors or certificate are wrong"
+                    doubt = "" if figure.p_pass >= 0.5 else ": errors or certificate are wrong"
                     rows.append(
-                        [f"certificate {figure.name}", f"kept in {figure.p_pass:.0%} of drawn machines{told}"]
+                        [
+                            f"certificate {figure.name}",
+                            f"kept in {figure.p_pass:.0%} of drawn machines{doubt}",
+                        ]
                     )
     return rows
 

@@ -88,8 +88,8 @@ def compensate_command(
     json
         Print one JSON document.
     """
-    asked = {"--surface": surface, "--orientation": orientation, "--plot": plot, "--diff": diff}
-    _only_a_program(asked, {"--offset-only": offset_only, "--points": points, "--table": table})
+    given_options = {"--surface": surface, "--orientation": orientation, "--plot": plot, "--diff": diff}
+    _only_a_program(given_options, {"--offset-only": offset_only, "--points": points, "--table": table})
     if points is not None or table is not None:
         return _machine_form(program, points, table, out, json)
     made_for = _MadeFor(setup, dialect, set_on)
@@ -110,10 +110,10 @@ def compensate_command(
 def _only_a_program(options: dict[str, bool], forms: dict[str, object]) -> None:
     """Raises UsageError for options that only a rewritten program has, with a form that writes none."""
     form = next((name for name, given in forms.items() if given), None)
-    asked = ", ".join(name for name, on in options.items() if on)
-    if form is not None and asked:
+    named = ", ".join(name for name, on in options.items() if on)
+    if form is not None and named:
         raise UsageError(
-            f"{asked} with {form}: that form rewrites no program, so there is nothing to do it to; take {form} away, or {asked}"
+            f"{named} with {form}: that form rewrites no program, so there is nothing to do it to; take {form} away, or {named}"
         )
 
 
@@ -258,7 +258,7 @@ class CompensateJob(Job[GivenProgram, Rewritten]):
             say(f"wrote {page}")
 
     def exit_code(self, loaded: GivenProgram, result: Rewritten) -> int:
-        met = result.program.met if result.proof.after is None else result.proof.met
+        met = result.program.is_met if result.proof.after is None else result.proof.is_met
         return 0 if met else 1
 
     def show(self, loaded: GivenProgram, result: Rewritten) -> None:
@@ -317,9 +317,9 @@ def _show(result: CompensatedProgram, proof: CutProof) -> None:
     show_table(shifts(result))
     r, b = result.rounding, result.blocks
     print(
-        f"path, tolerance {result.used * 1e3:g} µm: {'met everywhere' if result.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
+        f"path, tolerance {result.tolerance_used * 1e3:g} µm: {'met everywhere' if result.is_met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
         f"up to {r.largest * 1e3:.2f} µm, {r.share:.0%} of the mean square that is left)\n"
-        f"blocks with motion: {b.before} before, {b.after} after (x {b.growth:.2f}), {b.changed} changed, {b.added} added; "
+        f"blocks with motion: {b.before} before, {b.after} after (x {b.growth:.2f}), {b.changes} changed, {b.additions} added; "
         f"at most {b.rate_after:.1f} blocks/s (was {b.rate_before:.1f}), line {b.rate_line}"
     )
     if proof.after is None:

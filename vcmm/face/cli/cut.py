@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.units import quantity
@@ -225,7 +225,7 @@ class CutJob(SharedJob[CutTask, CutPart]):
         return ["stock.stl"]
 
     def exit_code(self, loaded: CutTask, result: CutPart) -> int:
-        return int(result.code or (loaded.proof is not None and not loaded.proof.met))
+        return int(result.code or (loaded.proof is not None and not loaded.proof.is_met))
 
     def show(self, loaded: CutTask, result: CutPart) -> None:
         """Show the proof of another program, the prediction, and the measured part where there is one."""
@@ -269,7 +269,7 @@ def show(result: CutResult) -> None:
     )
     if result.blank is not None:
         print(
-            f"stock ({result.blank.kept_as}): {result.blank.removed / 1e3:.1f} cm³ removed, "
+            f"stock ({result.blank.kept_as}): {result.blank.removed_volume / 1e3:.1f} cm³ removed, "
             f"{len(result.blank.collisions)} rapids through material"
         )
     say_warnings(result.warnings)

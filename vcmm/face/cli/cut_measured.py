@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.face.job import Progress
 from vcmm.files.columns import run_columns
 from vcmm.files.own.machine import load_machine

@@ -98,11 +98,11 @@ def diagnose_command(
 
 
 class Diagnosed(NamedTuple):
-    """What was found; improved: file name -> text of the machine file; page: the report, "" where none is requested; attempt: the error
+    """What was found; machine_files: file name -> text of the machine file; page: the report, "" where none is requested; attempt: the error
     after the names were found, which the answer names."""
 
     diagnosis: Diagnosis
-    improved: dict[str, str]
+    machine_files: dict[str, str]
     page: str
     attempt: Attempt
 
@@ -148,7 +148,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
 
     def record(self, loaded: tuple[Recording, Machine], result: Diagnosed) -> Record:
         body = {k: v for k, v in diagnosis_json(result.diagnosis).items() if k != "schema"}
-        written = self.folder is not None and result.improved
+        written = self.folder is not None and result.machine_files
         body["improved_machine"] = str(self.folder / "machine.toml") if self.folder and written else None
         files = sources(self.recording) + ([self.machine] if self.machine else [])
         return Record(body, files, self.seed, result.diagnosis.warnings)
@@ -156,7 +156,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
     def texts(
         self, loaded: tuple[Recording, Machine], result: Diagnosed, content: str, folder: Path
     ) -> dict[str, str]:
-        return diagnosis_texts(content, result.page, result.improved)
+        return diagnosis_texts(content, result.page, result.machine_files)
 
     def export(self, loaded: tuple[Recording, Machine], result: Diagnosed, content: dict[str, Any]) -> None:
         write_report(self.report, result.page)

@@ -46,7 +46,7 @@ class DiagnosedTogether(NamedTuple):
     """Results as of one recording: findings, the machine file with the common effects, the report, the error after the names were found."""
 
     findings: Several
-    improved: dict[str, str]
+    machine_files: dict[str, str]
     page: str
     attempt: Attempt
 
@@ -91,14 +91,14 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
     def record(self, loaded: Recordings, result: DiagnosedTogether) -> Record:
         several = result.findings
         inputs = [p for f in self.recordings for p in sources(f)] + ([self.machine] if self.machine else [])
-        body = _body(several, self.folder if result.improved else None)
+        body = _body(several, self.folder if result.machine_files else None)
         warnings = (*several.together.warnings, *left_out(several))
         return Record(body, list(dict.fromkeys(inputs)), self.seed, warnings)
 
     def texts(
         self, loaded: Recordings, result: DiagnosedTogether, content: str, folder: Path
     ) -> dict[str, str]:
-        return diagnosis_texts(content, result.page, result.improved)
+        return diagnosis_texts(content, result.page, result.machine_files)
 
     def export(self, loaded: Recordings, result: DiagnosedTogether, content: dict[str, Any]) -> None:
         write_report(self.report, result.page)

@@ -56,22 +56,22 @@ def read_back(
     none where the file cannot be read: it is removed then.
     """
 
-    def written() -> Machine | None:
+    def write_and_load() -> Machine | None:
         write_files(output_folder(folder), improved)
         return load_machine(folder / "machine.toml")
 
-    def left(machine: Machine) -> float:
+    def residual_rms(machine: Machine) -> float:
         recordings = [few_enough(load_recording(f, machine, gaps=True)[0]) for f in files]
         return rms_left(few_together(recordings), machine)
 
     if not improved:
         return diagnosis, improved
-    machine = attempt(READ, written, None)
+    machine = attempt(READ, write_and_load, None)
     if machine is None:
         for name in improved:
             (folder / name).unlink(missing_ok=True)
         return diagnosis, {}
-    after = attempt(STEP_COMPARE, lambda: left(machine), diagnosis.fit.after)
+    after = attempt(STEP_COMPARE, lambda: residual_rms(machine), diagnosis.fit.after)
     return replace(diagnosis, fit=replace(diagnosis.fit, after=after)), improved
 
 

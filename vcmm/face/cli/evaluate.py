@@ -182,5 +182,5 @@ def _sheet_name(part: str, taken: Collection[str]) -> str:
         f"sheet{f'-{plain}' if plain else ''}{f'-{n}' if n > 1 else ''}.html"
         for n in range(1, len(taken) + 2)
     )
-    held = {name.lower() for name in taken}
-    return next(name for name in names if name.lower() not in held)
+    lower_names = {name.lower() for name in taken}
+    return next(name for name in names if name.lower() not in lower_names)

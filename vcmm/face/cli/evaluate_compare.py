@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.job import EvaluatedPart
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.knowledge import add_knowledge

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from vcmm.answer.evaluation.virtual_measurement import Measurement
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.compensation.job import compensate
 from vcmm.compensation.result import CompensatedProgram
 from vcmm.compensation.source import write_source
@@ -106,9 +106,9 @@ class Loop:
     program: Path | None
     proof: CutProof
     after: Measurement | None  # values of the characteristics of the next part
-    refused: str
+    refusal: str
     warnings: tuple[str, ...]
-    written: tuple[str, ...]
+    output_files: tuple[str, ...]
     stated: bool  # how well a point was measured
     rest: Array  # (n,) mm: what the machine file with what was found leaves of the measured points
     held_out: HeldOutProof | None = (
@@ -116,10 +116,10 @@ class Loop:
     )
 
     @property
-    def left(self) -> str:
+    def open_words(self) -> str:
         """The part of the measured deviations without a cause in the machine file, in words; "" where there is none."""
         d = self.diagnosis
-        if not self.stated and d.fit.noise > self.proof.allowed:
+        if not self.stated and d.fit.noise > self.proof.limit:
             return (
                 f"the points scatter by {d.fit.noise * 1e3:.2f} µm about what is explained, and --u-point does not say that the measuring does; if it is the part, "
                 "the next one will have it again"
@@ -146,9 +146,9 @@ class Loop:
         )
 
     @property
-    def met(self) -> bool:
+    def is_met(self) -> bool:
         """Whether the next part is within the allowed departure, and nothing of the measured one is open."""
-        return bool(self.proof.met and not (self.refused or self.left or self.setting))
+        return bool(self.proof.is_met and not (self.refusal or self.open_words or self.setting))
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ class LoopJob(Job[Points, Loop]):
     scenario: Path
     measured: MeasuredPart
     seed: int
-    wanted: _LoopRequest
+    request: _LoopRequest
     folder: Path
     schema, names_files_last = "vcmm.loop/1", True
 
@@ -170,7 +170,7 @@ class LoopJob(Job[Points, Loop]):
         findings = diagnose_cut(
             self.scenario, loaded, self.measured.in_machine, self.seed, self.folder, report
         )
-        return _next(findings, self.scenario, self.folder, self.wanted, is_stated=loaded[1] is not None)
+        return _next(findings, self.scenario, self.folder, self.request, is_stated=loaded[1] is not None)
 
     def record(self, loaded: Points, result: Loop) -> Record:
         files = [*sources(self.scenario), self.measured.file]
@@ -180,10 +180,10 @@ class LoopJob(Job[Points, Loop]):
         return {"loop.json": content}
 
     def files_sentence(self, loaded: Points, result: Loop, folder: Path, names: Sequence[str]) -> str:
-        return f"wrote {folder}/" + ", ".join([*result.written, *names])
+        return f"wrote {folder}/" + ", ".join([*result.output_files, *names])
 
     def exit_code(self, loaded: Points, result: Loop) -> int:
-        return 0 if result.met else 1
+        return 0 if result.is_met else 1
 
     def show(self, loaded: Points, result: Loop) -> None:
         show_answers(loop_answers(result))
@@ -196,8 +196,8 @@ def _next(
     findings: LoopFindings, scenario: Path, folder: Path, wanted: _LoopRequest, is_stated: bool
 ) -> Loop:
     """Return the program of the next part: compensated, cut on the improved machine, and written where it is no worse."""
-    written = findings.written
-    given = rewritable(folder / "next.toml" if findings.improved else scenario)
+    written = findings.output_files
+    given = rewritable(folder / "next.toml" if findings.is_improved else scenario)
     cut = given.scenario
     assert cut is not None  # `rewritable` has read one
     allowed = quantity(wanted.tolerance, "length", "--tolerance", "1 um")
@@ -218,9 +218,9 @@ def _next(
         written = (*written, program.name)
         after = measure_cut(replace(cut, program=program))
     return Loop(
-        cut=findings.cut.cut, diagnosis=findings.diagnosis, machine=findings.machine if findings.improved else None,
-        program=None if refused else program, proof=proof, after=after, refused=refused,
-        warnings=tuple(dict.fromkeys((*findings.cut.warnings, *notes, *made.warnings))), written=written, stated=is_stated, rest=left_of(findings.cut.cut, findings.rest), held_out=findings.held_out,
+        cut=findings.cut.cut, diagnosis=findings.diagnosis, machine=findings.machine if findings.is_improved else None,
+        program=None if refused else program, proof=proof, after=after, refusal=refused,
+        warnings=tuple(dict.fromkeys((*findings.cut.warnings, *notes, *made.warnings))), output_files=written, stated=is_stated, rest=left_of(findings.cut.cut, findings.rest), held_out=findings.held_out,
     )  # fmt: skip
 
 

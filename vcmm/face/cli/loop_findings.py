@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -39,8 +39,8 @@ class LoopFindings:
     cut: CameBack
     diagnosis: Diagnosis
     machine: Path
-    improved: bool
-    written: tuple[str, ...]
+    is_improved: bool
+    output_files: tuple[str, ...]
     rest: Array
     held_out: HeldOutProof | None
 
@@ -50,7 +50,7 @@ class _Part:
     """The measured part: scenario file, points with u of one or None, whether they are in the frame of the machine; seed; folder to write into."""
 
     scenario: Path
-    given: tuple[GivenPoints, float | None]
+    points_and_u: tuple[GivenPoints, float | None]
     in_machine: bool
     seed: int
     folder: Path
@@ -87,7 +87,7 @@ def _what_holds(
             named = machine_of(recording)[0]
             assert named is not None
             return LoopFindings(
-                back, tried, named, improved=False, written=(recording.name,), rest=back.cut.observed.rest, held_out=proof
+                back, tried, named, is_improved=False, output_files=(recording.name,), rest=back.cut.observed.rest, held_out=proof
             )  # fmt: skip
         rest, proof = _proof(part, back.cut)
         if _is_open(proof, answers_to_write(tried.answer)):
@@ -97,7 +97,7 @@ def _what_holds(
         if not why:
             names = (recording.name, *improved, "next.toml")
             return LoopFindings(
-                back, tried, part.folder / "machine.toml", improved=True, written=names, rest=rest, held_out=proof
+                back, tried, part.folder / "machine.toml", is_improved=True, output_files=names, rest=rest, held_out=proof
             )  # fmt: skip
         for name in (*improved, "next.toml"):
             (part.folder / name).unlink(missing_ok=True)
@@ -120,7 +120,7 @@ def _write_and_read_again(
 
 def _proof(part: _Part, cut: MeasuredCut) -> tuple[Array, HeldOutProof]:
     """Return the residual of the measured points under the written machine file, and the significance of the difference in passes held out."""
-    rest = rest_of(load_cut(part.folder / "next.toml"), part.given[0], part.in_machine)
+    rest = rest_of(load_cut(part.folder / "next.toml"), part.points_and_u[0], part.in_machine)
     shape = cut.observed.rest - rest
     return rest, held_out_proof(cut.observed, shape, cut.scatter, not part.in_machine, part.seed)
 

@@ -116,8 +116,8 @@ def _check(
 ) -> None:
     """Raises UsageError for options that would be passed over in silence."""
     if not machines or plan:
-        asked = dict(zip(("--workers", "--cluster", "--shard"), (word is not None for word in shared)))
-        _refuse("only the machines of --machines are shared out", asked)
+        options = dict(zip(("--workers", "--cluster", "--shard"), (word is not None for word in shared)))
+        _refuse("only the machines of --machines are shared out", options)
     if plan:
         given = dict(zip(("--evaluations", "--scan", "--trials"), search))
         _refuse("--plan chooses points at one pose", {**given, "--machines": machines, "--draws": draws})

@@ -41,7 +41,7 @@ def in_rounds(
     proof = _proof_of_made(scenario, made, suffix, tolerance)
     last = made
     for _ in range(ROUNDS):
-        if surface is None or proof.after is None or proof.met:
+        if surface is None or proof.after is None or proof.is_met:
             break
         surface = _refine(scenario, surface, last.data, suffix)
         last = make(surface)

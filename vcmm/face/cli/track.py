@@ -100,10 +100,10 @@ class Questions(NamedTuple):
 
 
 class TrackAnswers(NamedTuple):
-    """The machine followed; planned: which check next; rest: missing effects without a name; doubtful: parts. None and empty where not requested."""
+    """The machine followed; plan: which check next; rest: missing effects without a name; doubtful: parts. None and empty where not requested."""
 
     track: Track
-    planned: tables.Planned | None
+    plan: tables.Planned | None
     rest: LearnedRest | None
     doubtful: Sequence[DoubtfulParts]
 
@@ -116,7 +116,7 @@ class TrackJob(Job[Path, TrackAnswers]):
     folder: Path
     target: Path
     following: FollowingOptions
-    asked: Questions
+    questions: Questions
     schema, names_files_last = "vcmm.track/1", True
 
     def load(self) -> Path:
@@ -126,13 +126,13 @@ class TrackJob(Job[Path, TrackAnswers]):
         """Follow the machine; the state is in the folder --out afterwards, for any further questions."""
         followed = track(self.machine, loaded, state=self.target, progress=report, **self.following._asdict())
         doubtful = self._doubtful(followed)
-        planned = self._planned(followed)
-        return TrackAnswers(followed, planned, self._rest() if self.asked.rest else None, doubtful)
+        planned = self._plan(followed)
+        return TrackAnswers(followed, planned, self._rest() if self.questions.rest else None, doubtful)
 
-    def _planned(self, followed: Track) -> tables.Planned | None:
+    def _plan(self, followed: Track) -> tables.Planned | None:
         """Return which check is next; None where it was not requested."""
-        _, limits, checks, days, parts, _ = self.asked
-        task = None if parts and not limits else self.asked.task
+        _, limits, checks, days, parts, _ = self.questions
+        task = None if parts and not limits else self.questions.task
         if task is None and not limits and checks is None and days is None:
             return None
         if task is None or not limits or checks is None:
@@ -143,13 +143,13 @@ class TrackJob(Job[Path, TrackAnswers]):
 
     def _doubtful(self, followed: Track) -> Sequence[DoubtfulParts]:
         """Return the parts between a good check and an alarm; nothing where no list was given."""
-        if self.asked.parts is None:
+        if self.questions.parts is None:
             return ()
-        if self.asked.task is None:
+        if self.questions.task is None:
             raise UsageError(
                 "--parts takes --task SCENARIO as well: the characteristics whose shift is wanted"
             )
-        return followed.doubtful_parts(self.asked.task, self.asked.parts)
+        return followed.doubtful_parts(self.questions.task, self.questions.parts)
 
     def _rest(self) -> LearnedRest:
         """Return the learned residual of all recordings against the machine file."""
@@ -160,7 +160,7 @@ class TrackJob(Job[Path, TrackAnswers]):
 
     def record(self, loaded: Path, result: TrackAnswers) -> Record:
         followed, planned, rest, doubtful = result
-        named = (self.machine, self.asked.task, self.asked.checks, self.asked.parts)
+        named = (self.machine, self.questions.task, self.questions.checks, self.questions.parts)
         given = [*(p for p in named if p is not None), *recordings_in(loaded)]
         track_body = followed.to_dict()
         body = {**track_body, "machine": str(self.target / "machine.toml"), "name": track_body["machine"]}
@@ -192,7 +192,7 @@ class TrackJob(Job[Path, TrackAnswers]):
     def files_sentence(self, loaded: Path, result: TrackAnswers, folder: Path, names: Sequence[str]) -> str:
         followed = result.track
         return (
-            f"{followed.added} recordings taken in, {len(followed.checks)} in the state; wrote {folder}/"
+            f"{followed.new_recordings} recordings taken in, {len(followed.checks)} in the state; wrote {folder}/"
             + ", ".join(names)
         )
 

@@ -68,13 +68,13 @@ def run_files(
     files: by plain name (checked by the caller); folder: an empty one, in which they are read. scenario: the task that is open, which
     measured points and values belong to. What files name elsewhere on this machine is refused by the readers themselves.
     """
-    asked = job or job_of(files)
-    if asked not in WITH_FILES:
-        raise UsageError(f'there is no job "{asked[:40]}" with files.{choose_from(asked, WITH_FILES)}')
+    job_name = job or job_of(files)
+    if job_name not in WITH_FILES:
+        raise UsageError(f'there is no job "{job_name[:40]}" with files.{choose_from(job_name, WITH_FILES)}')
     lay_out(files, folder)
     with confine(folder):
         try:
-            return {"job": asked, **_JOBS[asked](files, folder, scenario, progress)}
+            return {"job": job_name, **_JOBS[job_name](files, folder, scenario, progress)}
         except VcmmError as error:
             problems = [p.replace(f"{folder}/", "") for p in getattr(error, "problems", (str(error),))]
             raise UsageError("\n".join(problems)) from None

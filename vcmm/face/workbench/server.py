@@ -161,11 +161,11 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer with the page, and nothing else."""
-        asked = urlsplit(self.path)
-        given = parse_qs(asked.query).get("token", [""])[0]
+        address = urlsplit(self.path)
+        given = parse_qs(address.query).get("token", [""])[0]
         if not self._is_ours():
             self._refuse(403, FOREIGN_ADDRESS)
-        elif asked.path != "/":
+        elif address.path != "/":
             self._refuse(404, "there is one page only")
         elif not self._knows(given):
             self._refuse(403, "open the address that vcmm serve prints")

@@ -94,8 +94,8 @@ def _travels(machine: Machine) -> list[tuple[str, tuple[float, float]]]:
     return [(a, axis.travel) for a, axis in machine.axes.items()]
 
 
-def rest_of(machine: Machine, held: set[str], why: str) -> list[str]:
-    return [f"{e.id}: {why}" for e in machine.effects if e.id not in held and e.link != "reading"]
+def rest_of(machine: Machine, ids: set[str], why: str) -> list[str]:
+    return [f"{e.id}: {why}" for e in machine.effects if e.id not in ids and e.link != "reading"]
 
 
 def errors_both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, set[str]]:
@@ -103,13 +103,13 @@ def errors_both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Ar
     values, left = component_errors(machine, letter, q)
     sign = -1.0 if letter in machine.chain.work else 1.0
     forward = sign * values[:, "XYZ".index(letter)]
-    held = {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
+    ids = {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
     half = np.zeros(len(q))
     for e in machine.effects:
         if e.where == letter and [p.name for p in parameter_fields(e)] == [e.about.gap_parameter]:
             half += 0.5 * float(getattr(e, e.about.gap_parameter))
-            held.add(e.id)
-    return forward - half, forward + half, held
+            ids.add(e.id)
+    return forward - half, forward + half, ids
 
 
 def cross_errors(machine: Machine, letter: str, q: Array, why: str) -> list[str]:

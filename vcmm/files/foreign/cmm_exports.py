@@ -19,7 +19,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vcmm.answer.inference.given import GivenValue
+from vcmm.answer.inference.given_points import GivenValue
 from vcmm.core.errors import DataError, did_you_mean
 from vcmm.core.text import brief, lines_of
 from vcmm.core.units import UNITS
@@ -58,15 +58,15 @@ class ExportRow:
     column: str
     where: str
     short: str = ""
-    broken: str = ""  # why its number cannot be told
+    defect: str = ""  # why its number cannot be told
     bonus: str | None = "0"  # cell of what the size of the feature pays for; None: no such column
     nominal: str = ""
     deviation: str = ""
 
     def value(self, name: str) -> GivenValue:
         """Return the value in mm or rad, under a name. DataError: no number, an unknown unit, a broken row."""
-        if self.broken:
-            raise DataError(f"{self.where}: {self.broken}")
+        if self.defect:
+            raise DataError(f"{self.where}: {self.defect}")
         unit = UNIT_WORDS.get(self.unit.strip().lower())
         if unit is None:
             stated = (
@@ -136,11 +136,11 @@ def exported_values(
     export = read_export(path)
     if export is None:
         return None
-    asked = [(row, name) for row in export.rows if (name := _requested_name(row, wanted))]
+    requested = [(row, name) for row in export.rows if (name := _requested_name(row, wanted))]
     others = list(
         dict.fromkeys(row.short or row.name for row in export.rows if not _requested_name(row, wanted))
     )
-    rows = [row.value(name) for row, name in asked]
+    rows = [row.value(name) for row, name in requested]
     if not rows:
         hint = did_you_mean(others[0], list(wanted)) if others else ""
         raise DataError(
@@ -154,7 +154,7 @@ def exported_values(
         if others
         else []
     )
-    remarks = [text for row, name in asked for text in row.remarks(name, (nominals or {}).get(name))]
+    remarks = [text for row, name in requested for text in row.remarks(name, (nominals or {}).get(name))]
     return parts, "; ".join([*remarks, *note, *export.notes])
 
 
@@ -247,7 +247,7 @@ def _pcdmis(path: Path, lines: Sequence[str], notes: list[str]) -> Iterator[Expo
 def _rows(table: ReportTable | None) -> Iterator[ExportRow]:
     for name, short, unit, row in table.named_rows() if table else ():
         yield ExportRow(
-            "", name, row.measured, unit, column="MEAS", where=row.where, short=short, broken=row.broken, bonus=row.bonus,
+            "", name, row.measured, unit, column="MEAS", where=row.where, short=short, defect=row.defect, bonus=row.bonus,
             nominal=row.nominal, deviation=row.deviation,
         )  # fmt: skip
 

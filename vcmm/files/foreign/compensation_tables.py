@@ -79,17 +79,17 @@ def control_tables(machine: Machine, form: str, nodes: int = NODES) -> Tables:
 
 def isg_tables(machine: Machine, nodes: int) -> Tables:
     """Return one file with all axes and the squareness errors."""
-    tables, held, of_axes = [], set(), {}
+    tables, ids, of_axes = [], set(), {}
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         values, left = component_errors(machine, letter, q)
         of_axes[letter] = q, values[:, "XYZ".index(letter)]
-        held |= {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
+        ids |= {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
         columns = {f"E{n}{letter}": values[:, i] for i, n in enumerate(NAMES)}
         tables.append(ErrorTable((letter,), (q,), columns, 0))
     square = [e for e in machine.effects if isinstance(e, Squareness)]
     angles = {e.where: float(e.angle) for e in square}
-    held |= {e.id for e in square}
+    ids |= {e.id for e in square}
     lines = [
         f"{machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)",
         *of_the_axes(machine, of_axes),
@@ -97,36 +97,36 @@ def isg_tables(machine: Machine, nodes: int) -> Tables:
     remark = "\n// ".join(lines)
     why = "depends on more than the position of its axis; a table cannot hold it"
     return Tables(
-        {"errors.csv": isg_text(ErrorFile(tuple(tables), angles), remark)}, tuple(rest_of(machine, held, why))
+        {"errors.csv": isg_text(ErrorFile(tuple(tables), angles), remark)}, tuple(rest_of(machine, ids, why))
     )
 
 
 def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
     """Return COMP_FILE of each axis: nominal, actual forwards, actual backwards, mm. Behind the last row a line states the motion: LinuxCNC
     ends its reading at the first line without three numbers (usrmotLoadComp)."""
-    files, held = {}, set()
+    files, ids = {}, set()
     left = []
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         up, down, by_axes = errors_both_ways(machine, letter, q)
-        held |= by_axes
+        ids |= by_axes
         rows = [f"{x:.6f} {x + a:.6f} {x + b:.6f}" for x, a, b in zip(q, up, down)]
         remarks = [f"; {line}" for line in of_the_tool(machine, letter, q, up)]
         files[f"comp_{letter.lower()}.txt"] = "\n".join([*rows, *remarks]) + "\n"
         left += cross_errors(machine, letter, q, "a COMP_FILE corrects an axis along itself only")
-    left += rest_of(machine, held, "not a positioning error of one axis along itself")
+    left += rest_of(machine, ids, "not a positioning error of one axis along itself")
     left.append("write COMP_FILE_TYPE = 0 in [JOINT_n]; BACKLASH is ignored there, it is in the tables")
     return Tables(files, tuple(left))
 
 
 def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
     """Return COM tables, one for each axis: AXISPOS, BACKLASH, C1 to C3 in mm."""
-    files, held, left, of_axes = {}, set(), [], {}
+    files, ids, left, of_axes = {}, set(), [], {}
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         values, _ = component_errors(machine, letter, q)
         up, down, held_here = errors_both_ways(machine, letter, q)
-        held |= held_here
+        ids |= held_here
         of_axes[letter] = q, values[:, "XYZ".index(letter)]
         lines = [f"BEGIN {letter}.COM MM", "NR AXISPOS BACKLASH C1 C2 C3"]
         for i, x in enumerate(q):
@@ -138,7 +138,7 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
             left.append(
                 f"{' '.join(turned)}: rotations are left out (unit of C4 to C6 is not stated in the manual we know)"
             )
-    left += rest_of(machine, held, "not a component error over one axis")
+    left += rest_of(machine, ids, "not a component error over one axis")
     files["signs.txt"] = "\n".join(
         [f"{machine.name}: C1 C2 C3 of the tables", *of_the_axes(machine, of_axes), ""]
     )

@@ -93,12 +93,18 @@ def _qif(path: str | Path, around: Beside) -> ConvertedFiles:
 def _part(kind: str, whole: DrawnPart, around: Beside) -> ConvertedFiles:
     understood = [c for c in whole.characteristics if c["name"] not in around.without]
     silent = _without_points(whole, understood)
-    told = [f"{c['name']}: {why}; left out, and written to part.toml as a comment" for c, why in silent]
+    left_out_notes = [
+        f"{c['name']}: {why}; left out, and written to part.toml as a comment" for c, why in silent
+    ]
     drawn = replace(
         whole,
         characteristics=[c for c in understood if c["name"] not in {s["name"] for s, _ in silent}],
         silent=silent,
-        notes=[*whole.notes, *(f"{name}: {why}; left out" for name, why in around.without.items()), *told],
+        notes=[
+            *whole.notes,
+            *(f"{name}: {why}; left out" for name, why in around.without.items()),
+            *left_out_notes,
+        ],
     )
     texts = {
         "part.toml": part_toml(drawn),
@@ -169,9 +175,9 @@ def _export(path: str | Path) -> ConvertedFiles:
         beside = [] if given.normals is None else given.normals[i]
         rows.append([*([given.features[i]] if given.features else []), *(f"{v:.12g}" for v in (*p, *beside))])
     text = csv_of([head, *rows])
-    told = "vcmm evaluate SCENARIO --points points.csv (--tip-centres where these are centres of the tip)"
+    advice = "vcmm evaluate SCENARIO --points points.csv (--tip-centres where these are centres of the tip)"
     return ConvertedFiles(
-        "list of points", {"points.csv": text}, (*points.notes, told), {"points": len(rows)}
+        "list of points", {"points.csv": text}, (*points.notes, advice), {"points": len(rows)}
     )
 
 

@@ -95,16 +95,16 @@ def quantities_csv(quantities: Sequence[Quantity]) -> str:
 def _quantities(node: Node, section: str) -> list[Quantity]:
     name = _label(node) or node.attributes.get("refType", "") or "quantity"
     kinds = ("real", "realListXMLList", "hybrid", "constant")
-    held = next((c for c in node.children if c.name in kinds), None)
-    if held is None:
+    content = next((c for c in node.children if c.name in kinds), None)
+    if content is None:
         return []
-    if held.name == "hybrid":
-        held = next((c for c in held.children if c.name in ("real", "realListXMLList")), held)
-    if held.name == "realListXMLList":
-        return _list(held, section, name)
-    value, unit = held.one("value"), held.one("unit")
+    if content.name == "hybrid":
+        content = next((c for c in content.children if c.name in ("real", "realListXMLList")), content)
+    if content.name == "realListXMLList":
+        return _list(content, section, name)
+    value, unit = content.one("value"), content.one("unit")
     if value is None or unit is None:
-        raise DataError(f"{held.at}: the quantity {brief(name)} has no value or no unit")
+        raise DataError(f"{content.at}: the quantity {brief(name)} has no value or no unit")
     word, factor = _unit(unit, unit.text.strip())
     number = float(series(value)[0, 0])
     return [
@@ -113,23 +113,23 @@ def _quantities(node: Node, section: str) -> list[Quantity]:
             name=name,
             value=factor * number,
             unit=word,
-            at=held.at,
-            **_uncertainty(held, factor),
+            at=content.at,
+            **_uncertainty(content, factor),
         )
     ]
 
 
-def _list(held: Node, section: str, name: str) -> list[Quantity]:
-    values, units = held.one("valueXMLList"), held.one("unitXMLList")
+def _list(content: Node, section: str, name: str) -> list[Quantity]:
+    values, units = content.one("valueXMLList"), content.one("unitXMLList")
     if values is None or units is None:
-        raise DataError(f"{held.at}: the list {brief(name)} has no values or no units")
+        raise DataError(f"{content.at}: the list {brief(name)} has no values or no units")
     numbers, words = series(values)[:, 0], units.text.split()
     words = words * len(numbers) if len(words) == 1 else words
     if len(words) != len(numbers):
         raise DataError(f"{units.at}: {len(words)} units of {len(numbers)} values")
     U, k = (
-        _spread(held, "uncertaintyXMLList", len(numbers)),
-        _spread(held, "coverageFactorXMLList", len(numbers)),
+        _spread(content, "uncertaintyXMLList", len(numbers)),
+        _spread(content, "coverageFactorXMLList", len(numbers)),
     )
     out = []
     for i, (number, word) in enumerate(zip(numbers, words)):
@@ -137,16 +137,16 @@ def _list(held: Node, section: str, name: str) -> list[Quantity]:
         wide = None if U is None else factor * U[i]
         quantity = Quantity(
             section=section, name=f"{name} {i + 1}", value=factor * float(number), unit=unit, U=wide,
-            k=None if k is None else k[i], at=held.at,
+            k=None if k is None else k[i], at=content.at,
         )  # fmt: skip
         out.append(quantity)
     return out
 
 
-def _spread(held: Node, name: str, count: int) -> list[float] | None:
+def _spread(content: Node, name: str, count: int) -> list[float] | None:
     """Return the numbers of a list within the uncertainties, one for all or one each."""
     node = next(
-        (n for n in held.below() if n.name in (name, name.replace("uncertainty", "valueExpandedMU"))), None
+        (n for n in content.below() if n.name in (name, name.replace("uncertainty", "valueExpandedMU"))), None
     )
     if node is None:
         return None
@@ -156,9 +156,9 @@ def _spread(held: Node, name: str, count: int) -> list[float] | None:
     return numbers * count if len(numbers) == 1 else numbers
 
 
-def _uncertainty(held: Node, factor: float) -> dict[str, Any]:
+def _uncertainty(content: Node, factor: float) -> dict[str, Any]:
     """Return the keys of a Quantity: an expanded uncertainty with its factor (of a standard uncertainty alone 1), or an interval with its ends; p."""
-    nodes = {n.name: n for n in held.below()}
+    nodes = {n.name: n for n in content.below()}
     by_name = {name: float(series(n)[0, 0]) for name, n in nodes.items() if name in STATED}
     p = by_name.get("coverageProbability")
     for name in ("uncertainty", "valueExpandedMU"):

@@ -158,8 +158,8 @@ class _Reader:
         if kind == "sign":
             return self._read_list(depth + 1) if value == "(" else None
         if kind == "name":  # a typed value: what it holds
-            held = self._list(depth + 1)
-            return held[0] if len(held) == 1 else held
+            members = self._list(depth + 1)
+            return members[0] if len(members) == 1 else members
         if kind == "number":
             number = float(value)
             if not math.isfinite(number):

@@ -37,7 +37,7 @@ class TableRow:
     name: str
     axis: str
     measured: str
-    broken: str
+    defect: str
     bonus: str | None
     nominal: str = ""
     deviation: str = ""

@@ -33,11 +33,11 @@ CROSS = "$AA_ENC_COMP corrects an axis along itself only; sag and straightness (
 
 def sinumerik_tables(machine: Machine, nodes: int) -> Tables:
     """Return one file that is run as a program, $AA_ENC_COMP of each axis, mm."""
-    lines, held, left = ["%_N_AX_EEC_INI", "CHANDATA(1)"], set(), []
+    lines, ids, left = ["%_N_AX_EEC_INI", "CHANDATA(1)"], set(), []
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         up, down, by_axes = errors_both_ways(machine, letter, q)
-        held |= by_axes
+        ids |= by_axes
         name, gap = f"{letter}1", float(np.mean(down - up))
         lines += [f"; {line}" for line in of_the_tool(machine, letter, q, up)]
         lines += [
@@ -51,7 +51,7 @@ def sinumerik_tables(machine: Machine, nodes: int) -> Tables:
             f"$AA_ENC_COMP_IS_MODULO[0,{name}]=0",
         ]
         left += cross_errors(machine, letter, q, CROSS)
-    left += rest_of(machine, held, "not a positioning error of one axis along itself")
+    left += rest_of(machine, ids, "not a positioning error of one axis along itself")
     left.append(
         "the machine axes are taken as X1, Y1, Z1; write the names of the machine where it has others"
     )
@@ -60,7 +60,7 @@ def sinumerik_tables(machine: Machine, nodes: int) -> Tables:
 
 def fanuc_tables(machine: Machine, nodes: int) -> Tables:
     """Return one tape: N10000 + number of the point, P the value in detection units; `parameters.txt` holds 3620 to 3624 and 1851."""
-    tape, remarks, held, left = ["%"], [], set(), []
+    tape, remarks, ids, left = ["%"], [], set(), []
     for letter, axis in linear(machine).items():
         low, high = axis.travel
         if not low <= 0.0 <= high:
@@ -72,7 +72,7 @@ def fanuc_tables(machine: Machine, nodes: int) -> Tables:
         first, last = -int(np.ceil(-low / interval - 1e-9)), int(np.ceil(high / interval - 1e-9))
         q: Array = np.array([interval * k for k in range(first, last + 1)])
         up, down, by_axes = errors_both_ways(machine, letter, np.clip(q, low, high))
-        held |= by_axes
+        ids |= by_axes
         steps, factor = pulses(up, -first)
         base = 256 * ROW[letter] - first
         tape += [f"N{10000 + base + k} P{v // factor}" for k, v in zip(range(first + 1, last + 1), steps)]
@@ -89,7 +89,7 @@ def fanuc_tables(machine: Machine, nodes: int) -> Tables:
                 f"{letter}: steps of {factor} um (magnification 3623), for want of points; ask for more nodes where that is too coarse"
             )
         left += cross_errors(machine, letter, q, "a pitch error table corrects an axis along itself only")
-    left += rest_of(machine, held, "not a positioning error of one axis along itself")
+    left += rest_of(machine, ids, "not a positioning error of one axis along itself")
     left.append(
         "the remaining error between the points is up to half a detection unit (0.5 um), and up to one step between two of them: the control adds whole pulses"
     )

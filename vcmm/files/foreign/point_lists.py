@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.core.digits import written_step
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, is_usual, lines_of

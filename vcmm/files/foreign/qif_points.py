@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
 from vcmm.core.text import brief

@@ -66,10 +66,10 @@ def _number_faces(text: Part21, faces: list[SurfaceFace], kinds: list[str]) -> l
 
     Checked by the kind of every surface, and by the radii of all round ones.
     """
-    told = [
+    notes = [
         n for s in text.of("CLOSED_SHELL", "OPEN_SHELL") for n in s.values("CLOSED_SHELL", "OPEN_SHELL")[1]
     ]
-    surfaces = [_surface(text, n) for n in told]
+    surfaces = [_surface(text, n) for n in notes]
     same = [KINDS.get(k, "") for k in kinds] == [SURFACES.get(name, "") for name, _ in surfaces]
     ratios = (
         [surfaces[f.number][1] / f.sizes[0] for f in faces if f.kind in ("cylinder", "sphere")]
@@ -78,7 +78,7 @@ def _number_faces(text: Part21, faces: list[SurfaceFace], kinds: list[str]) -> l
     )
     if not same or (ratios and max(ratios) > min(ratios) * (1.0 + SAME)):
         return [replace(f, number=-1 - f.number) for f in faces]
-    return [replace(f, number=told[f.number]) for f in faces]
+    return [replace(f, number=notes[f.number]) for f in faces]
 
 
 def _surface(text: Part21, face: int) -> tuple[str, float]:

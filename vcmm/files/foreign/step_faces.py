@@ -105,8 +105,8 @@ def _by_child(path: Path, _changed: int, _size: int) -> StepFaces:
     return faces
 
 
-def _fault(code: int, told: bytes) -> str:
-    last = (told.decode(errors="replace").strip().splitlines() or [""])[-1]
+def _fault(code: int, output: bytes) -> str:
+    last = (output.decode(errors="replace").strip().splitlines() or [""])[-1]
     why = f"signal {-code}" if code < 0 else last
     return (
         f"Open CASCADE ended by a fault while it read this file ({why}); the file is broken, export it again"

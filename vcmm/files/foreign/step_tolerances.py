@@ -80,7 +80,7 @@ class _Aspects:
         return out
 
     @cached_property
-    def related(self) -> dict[int, list[int]]:
+    def relations(self) -> dict[int, list[int]]:
         """Aspects by the aspect that they are related to (parts of a composite one; the datum of a datum feature)."""
         out: dict[int, list[int]] = {}
         for relation in self.text.of("SHAPE_ASPECT_RELATIONSHIP"):
@@ -102,14 +102,14 @@ class _Aspects:
     def _faces(self, aspect: int, visited: set[int]) -> Iterator[int]:
         visited.add(aspect)
         yield from self.items.get(aspect, [])
-        for part in self.related.get(aspect, []):
+        for part in self.relations.get(aspect, []):
             if part not in visited:
                 yield from self._faces(part, visited)
 
     def of_datum(self, datum: int) -> str:
         """Return the feature of a datum, from the datum features that are related to it."""
         letter = str(self.text[datum].values("DATUM")[-1])
-        bearers = [whole for whole, parts in self.related.items() if datum in parts]
+        bearers = [whole for whole, parts in self.relations.items() if datum in parts]
         names = {name for b in [*bearers, datum] for name in self._known_names(b)}
         if len(names) != 1:
             raise NotHere(f"the datum {letter} has {len(names) or 'no'} features here")

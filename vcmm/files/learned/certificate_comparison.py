@@ -18,8 +18,8 @@ from vcmm.files.own.certificate import certificate_table
 from vcmm.files.own.machine import load_machine_of
 from vcmm.files.own.scenario import load_scenario
 from vcmm.learn.calibration.acceptance import Figure, predict_figures
-from vcmm.task.certified.certificate import PRIORS, MachineCertificate
-from vcmm.task.certified.findings import Findings
+from vcmm.task.certification.certificate import PRIORS, MachineCertificate
+from vcmm.task.certification.findings import Findings
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
 
@@ -49,14 +49,14 @@ class CertifiedU:
 
 @dataclass(frozen=True)
 class CertificateWorth(Readable):
-    """by_prior, by_fact: U; covered: machines at the limit; figures: of the test, of machines sampled as stated.
+    """by_prior, by_fact: U; coverage: machines at the limit; figures: of the test, of machines sampled as stated.
     warnings: errors left in the counted intervals, such as a known bias.
     """
 
     stated: str
     by_prior: tuple[CertifiedU, ...]
     by_fact: tuple[CertifiedU, ...]
-    covered: tuple[CoveredMachines, ...]
+    coverage: tuple[CoveredMachines, ...]
     figures: tuple[Figure, ...]
     seed: int
     warnings: tuple[str, ...] = ()
@@ -98,7 +98,7 @@ def certificate_worth(
     ]  # fmt: skip
     return CertificateWorth(
         certificate.words(), tuple(by_prior), tuple(by_fact),
-        covered=covered, figures=tuple(figures), seed=settings.seed, warnings=result.warnings,
+        coverage=covered, figures=tuple(figures), seed=settings.seed, warnings=result.warnings,
     )  # fmt: skip
 
 

@@ -54,7 +54,7 @@ class Change:
     last: tuple[str, str]
     before: tuple[float, float] | None
     after: tuple[float, float] | None
-    found: int
+    occurrences: int
     of: int
     went: Trend = NO_TREND
     there: tuple[str, int | None, int | None] = (ALWAYS, None, None)
@@ -149,7 +149,7 @@ def changes(records: Sequence[Record]) -> list[Change]:
     good = [r for r in in_time(records) if r["problem"] is None]
     for machine in dict.fromkeys(r["machine"] for r in good):
         own = [r for r in good if r["machine"] == machine]
-        mixed = _mixed(own)
+        mixed = _mixed_families(own)
         numbers = [_numbers(r, mixed) for r in own]
         for key in dict.fromkeys(k for n in numbers for k in n) if len(own) > 1 else ():
             out.append(_change(machine, key, own, [n.get(key) for n in numbers]))
@@ -163,7 +163,7 @@ def _change(
     when = tuple((r["file"], r["date"]) for r in own)
     return Change(
         machine, name, parameter, unit, first=when[0], last=when[-1], before=seen[0], after=seen[-1],
-        found=sum(s is not None for s in seen), of=len(own),
+        occurrences=sum(s is not None for s in seen), of=len(own),
         went=trend([_moment(date) for _, date in when], seen), there=presence(seen), when=when,
     )  # fmt: skip
 
@@ -185,7 +185,7 @@ def _family_of(answer: Mapping[str, Any]) -> str:
     return " ".join((answer.get("family") or answer["effect"], *(str(v) for v in answer["where"].values())))
 
 
-def _mixed(records: Sequence[Record]) -> set[str]:
+def _mixed_families(records: Sequence[Record]) -> set[str]:
     """Return the families at a place of which the recordings name more than one member, each with a size of the family: they are one course."""
     named: dict[str, set[str]] = {}
     for a in (a for r in records for a in _stood(r)):

@@ -59,7 +59,7 @@ class NumberOverTime:
     of_day: tuple[float, float]
 
     @property
-    def moved(self) -> float:
+    def change_over_u(self) -> float:
         """The largest change over the root of the sum of the squared uncertainties of its two ends."""
         start, u0 = self.value[0], self.u[0]
         away = np.abs(self.value - start) / np.maximum(np.hypot(self.u, u0), 1e-300)
@@ -76,7 +76,7 @@ class Track:
     followed: FollowedMachine
     dated: DatedMachine
     at: str
-    added: int
+    new_recordings: int
     original: Path
     folder: Path
 
@@ -225,7 +225,7 @@ class Track:
             "machine": self.followed.tracked.machine.name,
             "at": self.at,
             "last_check": self.checks[-1].date,
-            "added": self.added,
+            "added": self.new_recordings,
             "alpha": self.followed.alpha,
             "rates": [
                 {"group": g, "model": r.words, "log_prior": r.log_prior}

@@ -33,26 +33,26 @@ def _offsets(program: Program) -> list[str]:
 
 def _tools(program: Program) -> list[str]:
     """Return every tool that is called: the missing keys as blanks, length and diameter else as remarks."""
-    asked: dict[int, list[tuple[str, str, int]]] = {}
+    wanted_values: dict[int, list[tuple[str, str, int]]] = {}
     names: dict[int, str] = {}
     for a in program.assumed:
         if a.blank is not None and a.blank.table.startswith("tools."):
             name = a.blank.table.removeprefix("tools.")
             if name.isdigit():
-                asked.setdefault(int(name), []).append((a.blank.key, a.blank.example, a.line))
+                wanted_values.setdefault(int(name), []).append((a.blank.key, a.blank.example, a.line))
                 if a.blank.name:
                     names[int(name)] = a.blank.name
     out: list[str] = []
-    numbers: list[int] = sorted({*program.tools, *asked} - {0})
+    numbers: list[int] = sorted({*program.tools, *wanted_values} - {0})
     for number in numbers:
         out.append(f"[tools.{number}]                # {program.tools.get(number, 'named by a register')}")
         if number in names:
             out.append(f"name = {toml_text(names[number])}")
         out += [
             f"{key} = {BLANK}   # line {line}; for example {example}"
-            for key, example, line in asked.get(number, [])
+            for key, example, line in wanted_values.get(number, [])
         ]
-        keys = {key for key, _, _ in asked.get(number, [])}
+        keys = {key for key, _, _ in wanted_values.get(number, [])}
         out += [f"# {key} = {example}" for key, example in _OPTIONAL if key not in keys]
         out.append("")
     return out

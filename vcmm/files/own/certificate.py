@@ -11,7 +11,7 @@ from vcmm.files.own.certificate_keys import stated_keys
 from vcmm.files.own.machine_tables import CertificateTable, MachineFile, found_machine
 from vcmm.files.problems import TableProblems
 from vcmm.files.schema import read_model
-from vcmm.task.certified.certificate import POSITIONING, MachineCertificate, length_limit, short_limit
+from vcmm.task.certification.certificate import POSITIONING, MachineCertificate, length_limit, short_limit
 
 
 def certificate_from(table: CertificateTable) -> MachineCertificate:

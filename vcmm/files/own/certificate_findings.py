@@ -8,7 +8,7 @@ from typing import Any
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.units import quantity
-from vcmm.task.certified.findings import Finding, Findings, LimitShare
+from vcmm.task.certification.findings import Finding, Findings, LimitShare
 
 FIGURES: Mapping[str, str] = {
     "R0": "R0",

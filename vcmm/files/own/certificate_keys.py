@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vcmm.files.own.certificate_findings import NO_EFFECT
-from vcmm.task.certified.certificate import MachineCertificate
+from vcmm.task.certification.certificate import MachineCertificate
 
 # what the program calls a limit -> the keys that state it: ISO 10360-2:2009, -5:2020, -5:2010
 SAME: dict[str, tuple[str, ...]] = {

@@ -57,8 +57,8 @@ def _certificate(table: InstrumentTable, recording: Recording) -> InstrumentCert
         raise TableProblems([("name", str(error))]) from None
     if recording.kind not in instrument.kinds:
         kinds = " or ".join(f'"{k}"' for k in instrument.kinds)
-        told = f'"{table.name}" makes recordings of kind {kinds}; this one is of kind "{recording.kind}"'
-        raise TableProblems([("name", told)])
+        message = f'"{table.name}" makes recordings of kind {kinds}; this one is of kind "{recording.kind}"'
+        raise TableProblems([("name", message)])
     missing = [(what, c) for what in table.compensated for c in SENSORS[what] if not _has(recording.run, c)]
     if missing:
         what, column = missing[0]

@@ -178,5 +178,5 @@ def found_since(inputs: Sequence[Input], stated: Sequence[Input]) -> dict[str, s
         for i in stated
         if i.evidence.startswith(DIAGNOSIS_SOURCE)
     }
-    asked = {i.id: [(i.effect, where, i.parameter) for where in (i.where, "", EVERY)] for i in inputs}
-    return {name: causes[key] for name, keys in asked.items() for key in keys[::-1] if key in causes}
+    places = {i.id: [(i.effect, where, i.parameter) for where in (i.where, "", EVERY)] for i in inputs}
+    return {name: causes[key] for name, keys in places.items() for key in keys[::-1] if key in causes}

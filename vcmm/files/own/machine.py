@@ -27,8 +27,8 @@ from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.residual import ResidualField
 from vcmm.physics.structure.scatter import Scatter
-from vcmm.task.certified.certificate import MachineCertificate
-from vcmm.task.certified.knowledge import CertifiedKnowledge, certified_knowledge, passing_machines
+from vcmm.task.certification.certificate import MachineCertificate
+from vcmm.task.certification.knowledge import CertifiedKnowledge, certified_knowledge, passing_machines
 
 MOST_SCATTER = (
     0.05  # mm: hand-held arms have 20 to 50 um; probes of machines, on CMMs and machine tools, 0.1 to 10 um

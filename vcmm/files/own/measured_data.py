@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.answer.inference.given import GivenPoints, GivenValue
+from vcmm.answer.inference.given_points import GivenPoints, GivenValue
 from vcmm.core.digits import written_step
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.text import to_number

@@ -177,8 +177,8 @@ def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
     ends = [end - nominal if share < NEAR else end for end, share in zip(c.limits, off)]
     right = ", ".join(f'"{end * scale:.6g} {unit}"' for end in ends)
     remark = f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
-    held = f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"
-    raise TableProblems([("limits", remark + held)])
+    enough = f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"
+    raise TableProblems([("limits", remark + enough)])
 
 
 def _check_names(

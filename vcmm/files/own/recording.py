@@ -251,12 +251,16 @@ def _with_labels(recording: Recording) -> Recording:
     A recording without the column `stylus` or `instrument` has one of them, which a diagnosis tells; without `pose`
     several placements would become one without a word.
     """
-    held = sorted(recording.run.labels)
+    labels = sorted(recording.run.labels)
     for word in PLACEMENTS:
         label = recording.nuisance.get(word, "")
-        if label not in ALL_ROWS and label not in held:
-            near = did_you_mean(label, held)
-            rest = f" The label columns are {', '.join(held)}." if held else " The data have no label column."
+        if label not in ALL_ROWS and label not in labels:
+            near = did_you_mean(label, labels)
+            rest = (
+                f" The label columns are {', '.join(labels)}."
+                if labels
+                else " The data have no label column."
+            )
             raise UsageError(
                 f'{word} = "{label}": the data have no column "{label}".{near}{rest} Add the column, or write '
                 f'{word} = "" for one placement in all rows'

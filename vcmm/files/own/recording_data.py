@@ -89,7 +89,7 @@ def poses_of(model: RecordingFile, path: Path, machine: Machine) -> PoseReadings
 
 def _read_scope(model: RecordingFile, path: Path, machine: Machine, problems: Problems) -> Recording | None:
     scope = read_scope(path, model.scope or ScopeTable())
-    axes = tuple(scope.commanded)
+    axes = tuple(scope.command)
     _check_kind(model, "angle" if is_rotary(axes[0]) else "path")
     line = model.line or LineTable()
     at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, axes))

@@ -17,7 +17,7 @@ from unicodedata import normalize
 
 import numpy as np
 
-from vcmm.answer.inference.given import GivenValue
+from vcmm.answer.inference.given_points import GivenValue
 from vcmm.answer.inference.job import absolute_values
 from vcmm.answer.routes.calibrated_part import CalibratedValue
 from vcmm.answer.routes.job import RouteData

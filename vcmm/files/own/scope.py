@@ -36,7 +36,7 @@ class Scope:
     """time (n,) s from the first row; commanded, actual: axis -> (n,) mm or rad."""
 
     time: Array
-    commanded: Mapping[str, Array]
+    command: Mapping[str, Array]
     actual: Mapping[str, Array]
 
 
@@ -156,17 +156,17 @@ def recording_of_scope(
 
     at: positions of the other axes, mm or rad; offset (3,) mm of the tool. Memory columns come from the commanded path.
     """
-    for axis in scope.commanded:
+    for axis in scope.command:
         if axis not in machine.chain.letters:
             raise UsageError(
                 f"the machine {machine.chain.structure} has no axis {axis}; correct [scope] or the machine"
             )
-    n, axes = len(scope.time), list(scope.commanded)
-    position = {a: np.full(n, q) for a, q in at.items()} | dict(scope.commanded)
-    columns = {"time_s": scope.time, **path_history(scope.commanded, scope.time)}
+    n, axes = len(scope.time), list(scope.command)
+    position = {a: np.full(n, q) for a, q in at.items()} | dict(scope.command)
+    columns = {"time_s": scope.time, **path_history(scope.command, scope.time)}
     run = Run(position, np.tile(np.asarray(offset, dtype=float), (n, 1)), columns)
     direction = np.stack([axis_direction(machine, run, a) for a in axes], axis=1).reshape(-1, 3)
-    error = np.stack([scope.actual[a] - scope.commanded[a] for a in axes], axis=1).ravel()
+    error = np.stack([scope.actual[a] - scope.command[a] for a in axes], axis=1).ravel()
     value = -error if measuring else error
     kind = "angle" if is_rotary(axes[0]) else "path"
     none = np.full(len(value), -1, dtype=np.intp)

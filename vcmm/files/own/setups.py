@@ -222,7 +222,7 @@ def _gauge(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _sphere(table: SetupTable, machine: Machine, u: float) -> Recordings:
-    from vcmm.task.certified.machines import half_sphere
+    from vcmm.task.certification.machines import half_sphere
 
     _need(table, "centre", "radius")
     radius = quantity(table.radius, "length", "radius", "12.5 mm")

@@ -20,7 +20,7 @@ from vcmm.core.run import T0_DEG_C, Array, Run
 from vcmm.learn.calibration import standards
 from vcmm.learn.calibration.prior_knowledge import known_ranges
 from vcmm.physics.structure.scatter import Scatter
-from vcmm.task.certified.lines import (
+from vcmm.task.certification.lines import (
     RAM,
     REPEATS,
     corners,
@@ -30,7 +30,7 @@ from vcmm.task.certified.lines import (
     seven_lines,
     travels,
 )
-from vcmm.task.certified.machines import half_sphere
+from vcmm.task.certification.machines import half_sphere
 from vcmm.task.measuring.plan import probe_angles
 from vcmm.task.response.influence import influences
 from vcmm.task.response.volumetric import with_defaults

@@ -180,5 +180,5 @@ def log_likelihood(one: WhitenedReadings, mean: Array, factor: Array, times: flo
     """
     away = times * one.y - one.predict(mean)
     told = condition(one.gram, one.back_project(away), factor / times)
-    misfit = float(away @ away - told.gained) / times**2
+    misfit = float(away @ away - told.gain) / times**2
     return -misfit / 2 - told.log_det / 2, misfit  # times^m of the covariance and of the readings cancel

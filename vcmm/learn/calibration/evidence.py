@@ -297,4 +297,4 @@ class OneCurve:
 def _evidence(a: Array, b: Array) -> tuple[float, Array, Array]:
     """(ln evidence, mean of z, variances of z) of numbers of unit variance, M = 1 + a."""
     told = condition(a, b, np.ones(len(b)))
-    return float(told.gained) / 2 - told.log_det / 2, told.mean, (told.half**2).sum(axis=1)
+    return float(told.gain) / 2 - told.log_det / 2, told.mean, (told.half**2).sum(axis=1)

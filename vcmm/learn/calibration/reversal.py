@@ -134,7 +134,7 @@ class ReversalResult:
             }
             if sure
             else {"order": k + 1, "cos": None, "sin": None, "u": None}
-            for k, (c, v, sure) in enumerate(zip(t.value[i], t.covariance[:, i, i], t.identified[i]))
+            for k, (c, v, sure) in enumerate(zip(t.value[i], t.covariance[:, i, i], t.is_identified[i]))
         ]
 
     @property
@@ -287,7 +287,7 @@ def turning_input(found: SeparationResult, name: str) -> tuple[Array, Array]:
     Raises UsageError for an error of which nothing is identified.
     """
     i = found.names.index(name)
-    if not found.identified[i].any():
+    if not found.is_identified[i].any():
         raise UsageError(f"of {name} no order is identified")
     value = np.stack([found.value[i].real, -found.value[i].imag], axis=1).ravel()
     return value, np.diag(np.repeat(found.covariance[:, i, i], 2))

@@ -24,7 +24,7 @@ from vcmm.core.run import Array, Run
 from vcmm.core.units import quantity
 from vcmm.learn.calibration.acceptance import Figure, Limit, tip_errors
 from vcmm.learn.calibration.reversal import CIRCLE, ReversalResult
-from vcmm.task.certified.certificate import length_limit
+from vcmm.task.certification.certificate import length_limit
 from vcmm.task.instruments.reversal import NORMAL, SeparationResult
 from vcmm.task.instruments.reversal_turns import Complex, TurnGroup
 
@@ -106,7 +106,7 @@ def _ranges(coefficients: Complex) -> Array:
 def _values(found: SeparationResult, name: str, apart: Array) -> dict[str, float]:
     """Values in mm or rad; apart (turns, angles): what the turns differ from their mean."""
     orders = found.value.shape[1]
-    known = found.identified[found.names.index(name)]
+    known = found.is_identified[found.names.index(name)]
     curve = found.curve(name, CIRCLE)
     out = {
         "total": float(np.ptp(curve + apart)),

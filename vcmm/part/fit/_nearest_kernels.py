@@ -153,17 +153,17 @@ def nearest(
     normal, z, r, shares = np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m)
     everything, likely = np.arange(rows.shape[0]), np.flatnonzero(weight)
     weight[:] = 0.0
-    q, k, side, added, held = 0, -1, 1.0, 0.0, True
+    q, k, side, added, is_held = 0, -1, 1.0, 0.0, True
     for _ in range(MOST_STEPS):
         level = base + x[p] if levelled else base
-        if held:  # the last constraint is in: look for the next
+        if is_held:  # the last constraint is in: look for the next
             violation, k, side = _worst(rows, b, two_sided, x, level, likely)
             if violation <= rounding:
                 violation, k, side = _worst(rows, b, two_sided, x, level, everything)
             if violation <= rounding or _holds(at, sides, q, k, side):
                 weight[at[:q]] += sides[:q] * u[:q]
                 return True
-            added, held = 0.0, False
+            added, is_held = 0.0, False
             normal[:p] = side * rows[k]
             normal[p:] = -1.0  # of the level
         else:
@@ -184,7 +184,7 @@ def nearest(
         if full <= partial:
             at[q], sides[q], u[q] = k, side, added
             _join(normal, q, normals, basis, upper, z, shares)
-            q, held = q + 1, True
+            q, is_held = q + 1, True
         else:
             q -= 1
             for j in range(leaving, q):

@@ -43,9 +43,11 @@ def check_points(element: Element, points: Array, axis_is_fixed: bool, name: str
     n, unknowns = points.shape[-2], len(free_pose(element, axis_is_fixed)) + len(element.sizes)
     least = math.ceil(unknowns / element.rows)
     if n < least:
-        held = " with a fixed axis" if axis_is_fixed and element.kind != "circle" else ""
+        axis_text = " with a fixed axis" if axis_is_fixed and element.kind != "circle" else ""
         plural = "" if least == 1 else "s"
-        raise ModelLimit(f"{name}{held} needs at least {least} point{plural}, got {n}. Measure more points.")
+        raise ModelLimit(
+            f"{name}{axis_text} needs at least {least} point{plural}, got {n}. Measure more points."
+        )
     finite = np.isfinite(points)
     if not finite.all():
         where = tuple(int(i) for i in np.argwhere(~finite)[0])

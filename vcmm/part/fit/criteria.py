@@ -103,10 +103,10 @@ def associate(
     if criterion == "G":
         none = np.zeros(base.residuals.shape, dtype=bool)
         return Association(base, none, np.ones(points.shape[:-2], dtype=bool))
-    held = fixed_axis is not None or kind == "circle"
+    has_axis = fixed_axis is not None or kind == "circle"
     batch, n = points.shape[:-2], points.shape[-2]
     flat = points.reshape(-1, n, 3)
-    ask, size = _Ask(element, criterion, inside, held, judged), max(1, _CHUNK // n)
+    ask, size = _Ask(element, criterion, inside, has_axis, judged), max(1, _CHUNK // n)
     parts = [_chunk(ask, flat[i : i + size], _rows(base, n, i, size)) for i in range(0, len(flat), size)]
     columns = [np.concatenate(column) for column in zip(*parts)]
     lost, done = columns.pop(), columns.pop()
@@ -153,9 +153,9 @@ def _rows(base: FittedElement, n: int, first: int, size: int) -> FittedElement:
 
 def _goal(kind: str, criterion: str, inside: bool) -> ContactGoal:
     if criterion == "T":
-        return ContactGoal(sized=True, tangent=True, sign=-1.0 if inside else 1.0)
+        return ContactGoal(has_size=True, tangent=True, sign=-1.0 if inside else 1.0)
     if criterion == "C" and kind != "line":
-        return ContactGoal(two_sided=True, sized=True)
+        return ContactGoal(two_sided=True, has_size=True)
     return ContactGoal(sign=-1.0 if criterion == "X" else 1.0)
 
 
@@ -186,7 +186,7 @@ def _chunk(ask: _Ask, points: Array, base: FittedElement) -> tuple[Array | Mask,
     settled: SettledState = settle(problem, data, State(point, axis, sizes))
     unique = is_unique(problem, data, settled) if ask.checks_uniqueness else settled.is_done
     state = settled.state
-    if not (goal.sized or line):
+    if not (goal.has_size or line):
         state = state._replace(sizes=state.sizes + goal.sign * settled.level[:, None])
     if line:
         state = state._replace(sizes=np.empty((len(data), 0)))
@@ -195,5 +195,5 @@ def _chunk(ask: _Ask, points: Array, base: FittedElement) -> tuple[Array | Mask,
     shown = state.axis if element.has_axis else np.zeros_like(state.axis)
     point = state.point * scale + centroid
     return (
-        point, shown, state.sizes * unit, residuals * scale, normals, settled.contacts, unique, settled.is_done, settled.lost
+        point, shown, state.sizes * unit, residuals * scale, normals, settled.contacts, unique, settled.is_done, settled.is_lost
     )  # fmt: skip

@@ -45,14 +45,14 @@ class ContactGoal:
     """
 
     two_sided: bool = False
-    sized: bool = False
+    has_size: bool = False
     tangent: bool = False
     sign: float = 1.0
 
     @property
     def convex(self) -> bool:
         """Whether the goal is convex (circumscribed): distances from a centre or axis curve upwards, which holds where contacts leave room."""
-        return self.sign > 0.0 and not self.sized
+        return self.sign > 0.0 and not self.has_size
 
 
 class Local(NamedTuple):
@@ -76,7 +76,7 @@ class ContactProblem:
         """Return the distances of data (B, 3, n) and their derivatives by the motions, and by the sizes where these are free."""
         local, frame = to_local(data, state)
         d, jac, _ = jacobian(self.element, self.free, local, state.sizes)
-        if not self.goal.sized:
+        if not self.goal.has_size:
             jac = jac[:, : len(self.free)]
         return Local(self.goal.sign * d, self.goal.sign * jac, local, frame)
 
@@ -102,7 +102,7 @@ class SettledState(NamedTuple):
     state: State
     level: Array
     contacts: Mask
-    lost: Mask
+    is_lost: Mask
     is_done: Mask
 
 
@@ -130,7 +130,7 @@ def settle(problem: ContactProblem, data: Array, start: State) -> SettledState:
         step = _solve(problem.goal, at, metric, weight[on], 4.0 * _EPS * magnitude(here))
         trial, gained = _try_step(problem, points, here, at, metric, step)
         shift = np.abs(np.einsum("bp,bpn->bn", step.step, at.jac)).max(axis=-1)
-        if round_ == 0 and not problem.goal.sized:
+        if round_ == 0 and not problem.goal.has_size:
             lost[on] = shift > FAR * np.ptp(at.d, axis=-1) + 1e-9
         done[on] = _is_done(problem, here, at, step, shift, round_)
         state = _replace_members(state, on[gained], _rows(trial, gained))

@@ -166,12 +166,12 @@ class _Turning(ContactProblem):
         k = len(self.free)
         share = frame[:, :2, 2]  # the third axis in the frame of the element
         turn = np.einsum("bk,bkm->bm", share, jac[:, k : k + 2])[:, None]
-        parts = [jac[:, :k], turn, jac[:, k + 2 :]] if self.goal.sized else [jac[:, :k], turn]
+        parts = [jac[:, :k], turn, jac[:, k + 2 :]] if self.goal.has_size else [jac[:, :k], turn]
         return Local(self.goal.sign * d, self.goal.sign * np.concatenate(parts, axis=1), local, frame)
 
     def move(self, state: State, frame: Array, step: Array) -> State:
         k, s = len(self.free), len(self.element.sizes)
-        sizes = step[:, k + 1 :] if self.goal.sized else np.zeros((len(step), s))
+        sizes = step[:, k + 1 :] if self.goal.has_size else np.zeros((len(step), s))
         tilts = step[:, k, None] * frame[:, :2, 2]
         full = np.concatenate([step[:, :k], tilts, sizes], axis=1)
         out = move_state(self.element, (*self.free, RX, RY), state, frame, full)
@@ -211,8 +211,8 @@ def _turning(
             form = np.ptp(problem.at(data, middle).d, axis=-1)[:, None]
             middle = middle._replace(point=middle.point + NUDGE * form * turn(np.tile(ASIDE, (len(flat), 1))))
         settled_state = settle(problem, data, middle)
-        state, done = settled_state.state, settled_state.is_done | settled_state.lost
-        if not goal.sized:
+        state, done = settled_state.state, settled_state.is_done | settled_state.is_lost
+        if not goal.has_size:
             state = state._replace(sizes=state.sizes + goal.sign * settled_state.level[:, None])
     check_convergence(element, done, f"{base.kind} as a secondary datum")
     local, local_axis = to_local(data, state)
@@ -231,15 +231,15 @@ def _turning(
 
 def _goal(kind: str, criterion: str, inside: bool) -> ContactGoal:
     if criterion in ("G", "C"):
-        return ContactGoal(two_sided=True, sized=True)
+        return ContactGoal(two_sided=True, has_size=True)
     if criterion == "T" and kind not in ROUND:
-        return ContactGoal(sized=True, tangent=True, sign=-1.0 if inside else 1.0)
+        return ContactGoal(has_size=True, tangent=True, sign=-1.0 if inside else 1.0)
     return ContactGoal(sign=-1.0 if criterion == "X" else 1.0)
 
 
 def _least_squares(problem: _Turning, data: Array, start: State) -> tuple[State, Mask]:
     """Solve by Gauss-Newton from the free element, which is near."""
-    problem = replace(problem, goal=ContactGoal(two_sided=True, sized=True))
+    problem = replace(problem, goal=ContactGoal(two_sided=True, has_size=True))
     state, done = seat(problem.element, start), np.zeros(len(data), dtype=bool)
     for _ in range(STEPS):
         at = problem.at(data, state)

@@ -219,8 +219,8 @@ def _associate(
     for first in range(0, len(points), size):
         chunk = slice(first, first + size)
         begin = None if start is None else State(*(a[chunk] for a in start))
-        held = None if axis is None else axis[chunk]
-        parts.append(_fit_chunk(element, free, points[chunk], begin, held, tolerance))
+        fixed = None if axis is None else axis[chunk]
+        parts.append(_fit_chunk(element, free, points[chunk], begin, fixed, tolerance))
     *fit, frame, matrix, done = (np.concatenate(column) for column in zip(*parts))
     check_rank(element, free, matrix, frame, name)
     check_convergence(element, done, name)

@@ -135,13 +135,15 @@ def descend(
     state = trial = seat(element, start)
     damping = np.zeros(len(data))
     done = np.zeros(len(data), dtype=bool)
-    held = None if RX in free or RY in free else turned_to(data, trial.axis)  # the axes stay as they are
-    equations, frame = _equations(element, free, data, trial, held)
+    turned_data = (
+        None if RX in free or RY in free else turned_to(data, trial.axis)
+    )  # the axes stay as they are
+    equations, frame = _equations(element, free, data, trial, turned_data)
     for _ in range(MAX_STEPS):
         step = _solve(equations, damping)
         finished = ~done & (damping < 1e-3) & _is_done(equations, step, state, m, tolerance)
         trial = move_state(element, free, state, frame, step)
-        now, turned = _equations(element, free, data, trial, held)
+        now, turned = _equations(element, free, data, trial, turned_data)
         better = ~done & _is_no_worse(now.cost, equations.cost, m, state)
         if better.all():
             state, equations, frame = trial, now, turned

@@ -41,9 +41,9 @@ def profile_line(
     tilted = np.stack([-slope, np.zeros_like(slope), np.ones_like(slope)], axis=-1)
     tilted /= np.sqrt(1.0 + slope[:, None] ** 2)
     zero = np.zeros((len(data), 3))
-    goal = ContactGoal(two_sided=True, sized=True)
+    goal = ContactGoal(two_sided=True, has_size=True)
     if criterion != "C":
-        goal = ContactGoal(sized=True, tangent=True, sign=-1.0 if inside else 1.0)
+        goal = ContactGoal(has_size=True, tangent=True, sign=-1.0 if inside else 1.0)
     problem = ContactProblem(element_of("plane"), (TZ, RY), goal)
     state, contacts = State(zero, tilted, np.empty((len(data), 0))), np.zeros((len(data), n), dtype=bool)
     unique = np.ones(len(data), dtype=bool)

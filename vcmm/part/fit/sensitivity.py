@@ -59,15 +59,15 @@ def sensitivity(
     UsageError: a batch, or points that are not those of the fit. ModelLimit: an undetermined direction.
     """
     element, points = element_of(fitted.kind), np.asarray(points, dtype=np.float64)
-    held = fixed_axis is not None
-    check_points(element, points, held, fitted.kind)
+    has_axis = fixed_axis is not None
+    check_points(element, points, has_axis, fitted.kind)
     if points.ndim != 2 or fitted.residuals.shape != points.shape[:1]:
         have, want = fitted.residuals.shape, points.shape
         raise UsageError(
             f"sensitivity takes one fit and its points (n, 3), not residuals {have}, points {want}."
         )
-    free = free_pose(element, held)
-    if fitted.kind != "circle" or held:
+    free = free_pose(element, has_axis)
+    if fitted.kind != "circle" or has_axis:
         linear = _linearise(element, free, fitted, points)
         return _assemble(linear, fitted, *_answer(linear, None, residuals))
     plane = element_of("plane")  # the plane of a circle is fitted first and answers first

@@ -43,9 +43,9 @@ def _held_by_curvature(
     """Return whether a circumscribed element is unique by curvature: the problem curves upwards, and the contacts' own motions determine the pose."""
     touching = settled_state.contacts[:, None].astype(np.float64)
     rows = [at.jac * touching, *(row * touching for row in _crosswise(problem, at))]
-    held = sum((row @ row.swapaxes(-1, -2) for row in rows), np.zeros(1))
+    products = sum((row @ row.swapaxes(-1, -2) for row in rows), np.zeros(1))
     factor = np.linalg.inv(np.linalg.cholesky(metric + 1e-12 * np.eye(len(problem.free))))
-    return np.asarray(np.linalg.eigvalsh(factor @ held @ factor.swapaxes(-1, -2))[:, 0] > 1e-6)
+    return np.asarray(np.linalg.eigvalsh(factor @ products @ factor.swapaxes(-1, -2))[:, 0] > 1e-6)
 
 
 def _crosswise(problem: ContactProblem, at: Local) -> list[Array]:

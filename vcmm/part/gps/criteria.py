@@ -201,11 +201,11 @@ def with_criteria(
     such an element.
     """
     out = dict(fitted)
-    asked = criteria_needed(characteristics, features)
-    for name in {**asked, **dict.fromkeys(pointed)}:
+    needs = criteria_needed(characteristics, features)
+    for name in {**needs, **dict.fromkeys(pointed)}:
         if name not in fitted:
             continue
-        criteria = {*asked.get(name, ()), *((POINTS,) if name in pointed else ())}
+        criteria = {*needs.get(name, ()), *((POINTS,) if name in pointed else ())}
         try:
             also = {
                 criterion: _associate(criterion, features[name], points(name), fitted[name], judged)

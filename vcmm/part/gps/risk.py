@@ -51,7 +51,7 @@ class GlobalRisk:
     consumer: float
     producer: float
     out: float
-    accepted: float
+    acceptance: float
 
 
 def zone(value: float, limits: tuple[float, float], half_width: float) -> str:
@@ -94,7 +94,7 @@ def global_risk(limits: tuple[float, float], u: float, guard: float, production:
     inside = acceptance_limits(limits, guard)
     accepted = 0.0 if inside is None else _share(read, inside)
     consumer = float(wrong.accept_bad[0])
-    return GlobalRisk(consumer, producer=good - (accepted - consumer), out=1 - good, accepted=accepted)
+    return GlobalRisk(consumer, producer=good - (accepted - consumer), out=1 - good, acceptance=accepted)
 
 
 def _share(law: NormalDist, limits: tuple[float, float]) -> float:
@@ -108,12 +108,12 @@ class WrongDecisions:
 
     accept_bad: Array
     reject_good: Array
-    undecided: Array
+    no_decision: Array
 
     @property
     def total(self) -> Array:
         """Probability of all wrong or missing decisions."""
-        return self.accept_bad + self.reject_good + self.undecided
+        return self.accept_bad + self.reject_good + self.no_decision
 
 
 def guard_band(rule: str, u: Array, expanded: Array) -> Array:

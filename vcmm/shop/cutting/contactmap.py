@@ -142,7 +142,7 @@ class ContactAudit:
     rms: float  # mm
     single: float  # mm, largest difference had only the one contact of the nominal pass been kept
     amplitude: float  # mm, largest displacement
-    compared: int  # points cut both times
+    points: int  # points cut both times
 
 
 def audit(

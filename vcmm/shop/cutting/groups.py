@@ -52,11 +52,11 @@ def tree_of_groups(
     at = count
     while at > 1:
         at //= 2
-        tree[at : 2 * at] = _joined(tree[2 * at : 4 * at : 2], tree[2 * at + 1 : 4 * at : 2])
+        tree[at : 2 * at] = _join(tree[2 * at : 4 * at : 2], tree[2 * at + 1 : 4 * at : 2])
     return tree, leaves
 
 
-def _joined(left: Array, right: Array) -> Array:
+def _join(left: Array, right: Array) -> Array:
     """Return nodes (k, COLUMNS) that hold both nodes of each pair; a missing right node leaves the left unchanged."""
     out = left.copy()
     both = right[:, 8] >= 0.0

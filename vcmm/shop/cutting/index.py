@@ -80,12 +80,12 @@ def _counts(sweep: Sweep) -> Array:
 
 
 def _items(parts: Sweep, frame: Array) -> Array:
-    def turned(v: Array) -> Array:
+    def in_frame(v: Array) -> Array:
         return np.einsum("mij,mj->mi", frame, v)
 
     out = np.zeros((len(parts), COLUMNS))
     drift = np.zeros_like(parts.start) if parts.drift is None else parts.drift
-    out[:, 0:3], out[:, 3:6] = turned(parts.start), turned(parts.end + drift)
+    out[:, 0:3], out[:, 3:6] = in_frame(parts.start), in_frame(parts.end + drift)
     level = np.abs(out[:, 5] - out[:, 2]) <= _SAME
     out[level, 5] = out[level, 2]
     out[:, 22] = parts.tool

@@ -45,7 +45,7 @@ def merge_lines(sweep: Sweep, free: Bools, within: float) -> Sweep:
         kept = np.ones(len(first), dtype=bool)
         kept[good + 1] = False
         first, last = first[kept], last[kept]
-    return _joined(sweep, first, last, begins, ends, height)
+    return _join_rows(sweep, first, last, begins, ends, height)
 
 
 def _pairs(joins: Bools) -> Ints:
@@ -76,7 +76,7 @@ def _fit(
     return np.asarray((np.maximum.reduceat(off, at) <= most) & (np.maximum.reduceat(turned, at) <= most))
 
 
-def _joined(sweep: Sweep, first: Ints, last: Ints, begins: Array, ends: Array, height: Array) -> Sweep:
+def _join_rows(sweep: Sweep, first: Ints, last: Ints, begins: Array, ends: Array, height: Array) -> Sweep:
     out = sweep.take((first + last) // 2)
     many = last > first
     lead = height[first] * out.axis

@@ -73,16 +73,16 @@ class Blank:
     """after: the remaining stock; removed mm^3; collisions: (line, depth mm) of rapids through material; forces (pieces, 3) N or None.
 
     power (pieces,) W: the cutting power. pieces: the stretches of the path, each with its own engagement. shanks: (line, tool, depth mm) where a
-    shank runs in the remaining stock. said: remarks on results that this stock cannot give.
+    shank runs in the remaining stock. remarks: remarks on results that this stock cannot give.
     """
 
     before: Stock | Dexels
     after: Stock | Dexels
-    removed: float
+    removed_volume: float
     collisions: tuple[tuple[int, float], ...]
     forces: Array | None
     shanks: tuple[tuple[int, int, float], ...] = ()
-    said: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     pieces: PathPieces | None = None
     power: Array | None = None
     teeth: ToothCuts | None = None  # of the stretches, where forces are known
@@ -121,21 +121,21 @@ def machined_blank(
     if np.abs(sweep.axis - UP).max() > 1e-12:
         return _from_all_sides(setup, program, sweep, rapid, (low, low + size), asks)
     before = block(low, low + size, float(size[:2].max() / NODES))
-    asked = setup.material is not None
-    stretches = along_path(sweep, asked)
+    has_material = setup.material is not None
+    stretches = along_path(sweep, has_material)
     removal = remove(before, stretches.sweep, np.repeat(rapid, stretches.count))
     deepest: dict[int, float] = {}
     for row, depth in zip(removal.collisions, removal.collision_depth):
         hit = program.moves[int(stretches.sweep.move[row])].source.line
         deepest[hit] = max(deepest.get(hit, 0.0), float(depth))
     forces, power, teeth = (
-        cutting_forces(setup, program, stretches, removal, asks) if asked else (None, None, None)
+        cutting_forces(setup, program, stretches, removal, asks) if has_material else (None, None, None)
     )
     shanks = shank_collisions(setup, program, sweep, removal.stock)
     return Blank(
         before=before,
         after=removal.stock,
-        removed=float(removal.volume.sum()),
+        removed_volume=float(removal.volume.sum()),
         collisions=tuple(deepest.items()),
         forces=forces,
         shanks=shanks,
@@ -201,7 +201,7 @@ def _from_all_sides(
             f"rapids run through the stock and remove {through:.3g} mm³ of it that no feed move would"
         )
     return Blank(
-        before=before, after=after, removed=removed, collisions=(), forces=forces, shanks=(), said=tuple(remarks),
+        before=before, after=after, removed_volume=removed, collisions=(), forces=forces, shanks=(), remarks=tuple(remarks),
         pieces=stretches, power=power, teeth=teeth,
     )  # fmt: skip
 
@@ -319,7 +319,7 @@ def notes(blank: Blank | TurnedBlank | None) -> list[str]:
         )
     if len(blank.shanks) > 5:
         out.append(f"{len(blank.shanks) - 5} more moves run their shank through the stock")
-    out += blank.said
-    if blank.removed == 0.0:
+    out += blank.remarks
+    if blank.removed_volume == 0.0:
         out.append("the program does not touch the stock; check the work offset and the place of the stock")
     return out

@@ -158,7 +158,7 @@ def _with_touches(
     job: PreparedCut, run: Run, setting: Ints, rows: ContactRows
 ) -> tuple[Run, Ints, ProbedRows | None]:
     """Return the rows of touches of the program behind those of setting, which no longer count along axes that the program sets itself."""
-    touched = job.touched
+    touched = job.touched_zero
     if touched is None:
         return run, setting, None
     move = job.sweep.move[rows.row]
@@ -177,16 +177,16 @@ def _with_touches(
     some = replace(
         some, labels={**some.labels, **labels, OFFSET_LABEL: np.array([t.offset for t in touched.touches])}
     )
-    held = np.zeros((run.n, 3))
-    held[:cut] = touched.held[move]
+    is_held = np.zeros((run.n, 3))
+    is_held[:cut] = touched.is_held[move]
     run = replace(run, labels={**run.labels, PROBE_LABEL: np.full(run.n, "")}).with_columns(
-        by_axis("held_{}", held)
+        by_axis("held_{}", is_held)
     )
     some = some.with_columns(by_axis("held_{}", np.zeros((count, 3))))
     weight = np.zeros((run.n + count, 3, count))
     weight[:cut] = touched.at(move, rows.share)
     setting = np.concatenate([setting, np.full((count, 3), -1, dtype=np.intp)])
-    setting[:cut] = np.where(touched.held[move], setting[:cut], -1)
+    setting[:cut] = np.where(touched.is_held[move], setting[:cut], -1)
     return join_runs(run, some), setting, ProbedRows(run.n, weight, touched.reads)
 
 

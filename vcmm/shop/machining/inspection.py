@@ -82,9 +82,9 @@ def measuring_world(job: PreparedCut, plan: Plan, surface: CutSurface) -> Measur
         placed = touches(plan, job.pose, gauge)
         return Measuring(Task(gauge, scenario.part, plan, placed, (), np.zeros(placed.run.n)))
     same = how.kind == SAME
-    if same and job.touched is not None:
+    if same and job.touched_zero is not None:
         raise ModelLimit(
-            f'[inspection] machine = "same" reads from zeros that were set by hand, but line {job.touched.touches[0].line} of the program probes them; '
+            f'[inspection] machine = "same" reads from zeros that were set by hand, but line {job.touched_zero.touches[0].line} of the program probes them; '
             "inspect on another machine, or take the probing out"
         )
     base = job.machine if same else how.machine

@@ -44,15 +44,18 @@ AROUND = 1e-7  # sine of the angle by which a normal may look round the spindle;
 class LatheSurface(CutSurface):
     """Surface at all n points after turning tools and driven ones; driven (n,): where these cut deeper."""
 
-    turned: TurnedSurface
-    milled: CutSurface
+    by_turning: TurnedSurface
+    by_milling: CutSurface
     driven: Bools
 
     def take(self, rows: Array) -> LatheSurface:
         """Return some of the points."""
         columns = {n: getattr(self, n)[rows] for n in CutSurface.__dataclass_fields__}
         return LatheSurface(
-            **columns, turned=self.turned.take(rows), milled=self.milled.take(rows), driven=self.driven[rows]
+            **columns,
+            by_turning=self.by_turning.take(rows),
+            by_milling=self.by_milling.take(rows),
+            driven=self.driven[rows],
         )
 
 
@@ -102,7 +105,13 @@ class LatheProcess(Process):
         columns = {name: _choose(driven, getattr(turned, name), getattr(milled, name)) for name in _PER_POINT}
         row = _choose(driven, turned.row, np.where(milled.row >= 0, milled.row + self._first, -1), -1)
         return LatheSurface(
-            points, normals, row=row.astype(np.intp), **columns, turned=turned, milled=milled, driven=driven
+            points,
+            normals,
+            row=row.astype(np.intp),
+            **columns,
+            by_turning=turned,
+            by_milling=milled,
+            driven=driven,
         )
 
     def _turn_surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> TurnedSurface:
@@ -118,7 +127,10 @@ class LatheProcess(Process):
 
     def contacts_seen(self, surface: CutSurface) -> tuple[Array, Array]:
         lathe = _lathe(surface)
-        (a, n), (b, m) = self.turning.contacts_seen(lathe.turned), self.driving.contacts_seen(lathe.milled)
+        (a, n), (b, m) = (
+            self.turning.contacts_seen(lathe.by_turning),
+            self.driving.contacts_seen(lathe.by_milling),
+        )
         return _choose(lathe.driven, a, b), _choose(lathe.driven, n, m)
 
     def candidates(self, job: PreparedCut, surface: CutSurface) -> CutCandidates:
@@ -126,9 +138,9 @@ class LatheProcess(Process):
         turned, milled = np.flatnonzero(~lathe.driven), np.flatnonzero(lathe.driven)
         parts = []
         if len(turned):
-            parts.append((turned, self.turning.candidates(job, lathe.turned.take(turned))))
+            parts.append((turned, self.turning.candidates(job, lathe.by_turning.take(turned))))
         if len(milled):
-            of_driven = self.driving.candidates(job, lathe.milled.take(milled))
+            of_driven = self.driving.candidates(job, lathe.by_milling.take(milled))
             parts.append(
                 (
                     milled,
@@ -151,8 +163,8 @@ class LatheProcess(Process):
         first = _some(candidates, turned, 0)
         second = _some(candidates, milled, self._first)
         return LatheCutters(
-            self.turning.cutters(lathe.turned.take(turned), first),
-            self.driving.cutters(lathe.milled.take(milled), second),
+            self.turning.cutters(lathe.by_turning.take(turned), first),
+            self.driving.cutters(lathe.by_milling.take(milled), second),
             lathe.driven,
             (first.row.shape[1], second.row.shape[1]),
         )
@@ -161,9 +173,9 @@ class LatheProcess(Process):
         lathe, out = _lathe(surface), np.zeros(len(some))
         driven = lathe.driven[some]
         if (~driven).any():
-            out[~driven] = self.turning.cusp_lift(job, lathe.turned, some[~driven], radius)
+            out[~driven] = self.turning.cusp_lift(job, lathe.by_turning, some[~driven], radius)
         if driven.any():
-            out[driven] = self.driving.cusp_lift(job, lathe.milled, some[driven], radius)
+            out[driven] = self.driving.cusp_lift(job, lathe.by_milling, some[driven], radius)
         return out
 
     def net(self, job: PreparedCut, feature: Feature, across: int) -> Net | None:
@@ -245,7 +257,7 @@ class LatheProcess(Process):
         if blank is None:
             return None
         text = "the stock shows what is turned; what driven tools take away is neither drawn nor weighed, and no forces are computed of it"
-        return replace(blank, said=(*blank.said, text))
+        return replace(blank, remarks=(*blank.remarks, text))
 
     def refusal(self, job: PreparedCut) -> VcmmError | None:
         fixed = [e.id for e in job.machine.effects if isinstance(e, OVER_VOLUME)]
@@ -268,7 +280,7 @@ class LatheProcess(Process):
     def remarks_on(self, surface: CutSurface, features: Words) -> Sequence[str]:
         lathe = _lathe(surface)
         some = np.flatnonzero(~lathe.driven)
-        return self.turning.remarks_on(lathe.turned.take(some), features[some])
+        return self.turning.remarks_on(lathe.by_turning.take(some), features[some])
 
     def _is_driven(self, run: Run) -> Bools:
         return np.isin(run.labels["tool"], [str(n) for n in self.driven])
@@ -278,8 +290,8 @@ class LatheProcess(Process):
         lathe, out = _lathe(rows.surface), []
         driven = rows.row >= self._first
         for process, mine, surface, first in (
-            (self.turning, np.flatnonzero(~driven), lathe.turned, 0),
-            (self.driving, np.flatnonzero(driven), lathe.milled, self._first),
+            (self.turning, np.flatnonzero(~driven), lathe.by_turning, 0),
+            (self.driving, np.flatnonzero(driven), lathe.by_milling, self._first),
         ):
             if len(mine):
                 some = {n: getattr(rows, n)[mine] for n in ("point", "candidate", "share", "tip", "at")}
@@ -320,7 +332,7 @@ def _some(candidates: CutCandidates, points: Ints, first: int) -> CutCandidates:
 def _merge_runs(count: int, parts: list[tuple[Ints, Run]]) -> Run:
     """Merge the runs of both processes into one of `count` rows; a column that only one has is zero in the rows of the other."""
 
-    def filled(read: Callable[[Run], Mapping[str, Array]]) -> dict[str, Array]:
+    def columns_of_both(read: Callable[[Run], Mapping[str, Array]]) -> dict[str, Array]:
         out: dict[str, Array] = {}
         for mine, run in parts:
             for name, values in read(run).items():
@@ -336,7 +348,7 @@ def _merge_runs(count: int, parts: list[tuple[Ints, Run]]) -> Run:
         for name in labels:
             labels[name][mine] = run.labels[name]
     named = {n: values.astype(str) for n, values in labels.items()}
-    return Run(filled(lambda r: r.position), offset, filled(lambda r: r.columns), named)
+    return Run(columns_of_both(lambda r: r.position), offset, columns_of_both(lambda r: r.columns), named)
 
 
 def _both_sweeps(first: Sweep, other: Sweep) -> Sweep:

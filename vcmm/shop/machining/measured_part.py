@@ -15,7 +15,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.answer.evaluation.montecarlo import Term, covariance
-from vcmm.answer.inference.given import GivenPoints
+from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.point_checks import OnSurface, check_points, feature_rows, surfaces
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.laws import Law
@@ -54,18 +54,18 @@ class BesidePrediction:
     unit: str
     nominal: float
     measured: float
-    predicted: float
+    prediction: float
     u: float
 
     @property
     def e_n(self) -> float:
         """Difference over its expanded uncertainty (k = 2); nan where nothing is uncertain."""
-        return (self.measured - self.predicted) / (2.0 * self.u) if self.u > 0 else float("nan")
+        return (self.measured - self.prediction) / (2.0 * self.u) if self.u > 0 else float("nan")
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredCut:
-    """compared: by characteristic; mismatch: covariates of the difference; scatter: of one measured point, mm.
+    """comparisons: by characteristic; mismatch: covariates of the difference; scatter: of one measured point, mm.
 
     observed: the points with the state of the machine when each was cut; normal (n, 3) of the cutter: along which `departure` (n,) mm
     counts, the motion of the tool less its prediction. known: (Input id, columns (n, r)), its uncertainty, mm per draw of
@@ -74,7 +74,7 @@ class MeasuredCut:
     no covariate explains the difference better.
     """
 
-    compared: tuple[BesidePrediction, ...]
+    comparisons: tuple[BesidePrediction, ...]
     mismatch: tuple[MismatchEntry, ...]
     scatter: float
     observed: ObservedPoints
@@ -149,7 +149,7 @@ def measured_cut(
     size = np.linalg.norm(gain, axis=1)
     normal = world.tool.in_workpiece(gain / size[:, None], row)
     return MeasuredCut(
-        compared=_compare(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
+        comparisons=_compare(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
         mismatch=located.entries,
         scatter=scatter,
         observed=observed,
@@ -172,11 +172,11 @@ def _on_part(job: PreparedCut, given: GivenPoints, in_machine: bool) -> tuple[di
     """Return the feet of the points on the nominal surfaces, and the points (n, 3) in the drawing frame."""
     scenario = job.scenario
     plan = gauge_plan(scenario.part, scenario.plan)
-    asked = Scenario(scenario.name, ideal_gauge(), scenario.part, plan, job.pose)
+    scenario_on_part = Scenario(scenario.name, ideal_gauge(), scenario.part, plan, job.pose)
     elsewhere = scenario.inspection.pose if scenario.inspection.kind == OTHER else None
     points = (elsewhere or job.pose).inverse().apply(given.points) if in_machine else given.points
-    placed = surfaces(scenario.part, feature_rows(asked, given), points)
-    check_points(asked, given, points, placed, in_machine)
+    placed = surfaces(scenario.part, feature_rows(scenario_on_part, given), points)
+    check_points(scenario_on_part, given, points, placed, in_machine)
     return placed, points
 
 

@@ -88,16 +88,16 @@ def locate_mismatch(points: ObservedPoints, *, rigid: bool = True, u_point: floa
 
     Raises UsageError for fewer points than the covariates need.
     """
-    asked = _fitting(list(covariates(points)), points, rigid)
+    possible = _fitting(list(covariates(points)), points, rigid)
     base = _nuisance(points, rigid)
-    every = np.hstack([base, *(c.columns for c in asked)])
+    every = np.hstack([base, *(c.columns for c in possible)])
     white, scatter, left = _whiten(points, every, u_point)
     out: list[MismatchEntry] = []
     taken, wave, tied = base, None, False
     for _ in range(MOST):
-        tested = [(_p(white, taken, c.columns, points.rest, left), c) for c in asked]
+        tested = [(_p(white, taken, c.columns, points.rest, left), c) for c in possible]
         waving = None if wave else _waving(points, white, taken, left)
-        count = len(asked) + (waving is not None)
+        count = len(possible) + (waving is not None)
         tested += [(waving[0], waving[1])] if waving else []
         least = min(p for p, _ in tested)  # logarithms: far beyond chance all p are 0
         if not least + math.log(count) < math.log(FALSE):
@@ -110,8 +110,8 @@ def locate_mismatch(points: ObservedPoints, *, rigid: bool = True, u_point: floa
         tied = tied or (bool(rivals) and not out)
         out.append(_entry(points, white, taken, best, p=min(p * count, 1.0), rivals=rivals))
         taken = np.hstack([taken, best.columns])
-        asked = [c for c in asked if c is not best]
-        if not asked:
+        possible = [c for c in possible if c is not best]
+        if not possible:
             break
     leads = bool(out) and out[0].covariate == WAVE and not tied
     out += _left_over(points, white, taken) if left is None and len(out) < MOST else []
@@ -156,7 +156,7 @@ def _waving(
         return None
     alone, _ = _gain(white, taken, wave.columns, points.rest)
     gain = alone if wave.gain > alone / 2 else wave.gain  # else more of it is a slow course than a wave
-    p = log_p(gain, wave.freedom, left) + math.log(wave.asked)
+    p = log_p(gain, wave.freedom, left) + math.log(wave.periods_tried)
     words = f"comes and goes every {wave.period:.3g} s, which no effect that is known does"
     return min(p, 0.0), Covariate(WAVE, words, wave.columns), wave
 
@@ -192,9 +192,9 @@ def machine_shapes(points: ObservedPoints, rigid: bool) -> Array:
     """Return columns (n, k) for possible effects of machine, tools or a bend of the part: covariates but features and lines, and squares
     of positions."""
     place, n = points.run.position, points.normals
-    asked = [c.columns for c in covariates(points) if c.name not in ("feature", "NC line")]
+    columns = [c.columns for c in covariates(points) if c.name not in ("feature", "NC line")]
     squares = [n * _centre(place[a])[:, None] ** 2 for a in AXES if a in place]
-    return _scale_columns(np.hstack([_nuisance(points, rigid), *asked, *squares]))
+    return _scale_columns(np.hstack([_nuisance(points, rigid), *columns, *squares]))
 
 
 def _label_covariates(points: ObservedPoints, across: Array) -> Iterator[Covariate]:
@@ -274,11 +274,11 @@ def rigid_columns(points: ObservedPoints) -> Array:
     return np.hstack([points.normals, np.cross(arm, points.normals)])
 
 
-def _fitting(asked: list[Covariate], points: ObservedPoints, rigid: bool) -> list[Covariate]:
+def _fitting(possible: list[Covariate], points: ObservedPoints, rigid: bool) -> list[Covariate]:
     """Return covariates whose columns are no alignment of the part, and few enough for the points."""
     base = _nuisance(points, rigid)
     kept = []
-    for covariate in asked:
+    for covariate in possible:
         beyond = _beyond(base, _scale_columns(covariate.columns))
         if beyond.shape[1]:
             kept.append(Covariate(covariate.name, covariate.words, _scale_columns(covariate.columns)))

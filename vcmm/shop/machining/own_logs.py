@@ -20,8 +20,8 @@ SPEED = "spindle_rpm"
 
 def with_own_logs(run: Run, path: Toolpath, effects: Iterable[Effect], parts: int = 1) -> Run:
     """Return the run (its time_s counts from the start of the first of `parts` parts in a row) with the logs that the effects need."""
-    asked = {column for effect in effects for column in required(effect)}
-    made = {name: _in_a_row(log, path.seconds, parts) for name in asked if (log := _log(path, name))}
+    needed = {column for effect in effects for column in required(effect)}
+    made = {name: _in_a_row(log, path.seconds, parts) for name in needed if (log := _log(path, name))}
     return replace(run, series={**made, **run.series}) if made else run
 
 

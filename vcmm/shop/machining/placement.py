@@ -181,9 +181,9 @@ def place_cut(
     job = set_up(scenario)
     if fixed := job.process.why_fixed(job):
         raise ModelLimit(fixed)
-    if job.touched is not None:
+    if job.touched_zero is not None:
         raise ModelLimit(
-            f"line {job.touched.touches[0].line} of the program probes where the part lies, which the set-up states; shift [offsets] there and cut "
+            f"line {job.touched_zero.touches[0].line} of the program probes where the part lies, which the set-up states; shift [offsets] there and cut "
             "it at each place (vcmm cut)"
         )
     task, world, _ = finished_part(job)

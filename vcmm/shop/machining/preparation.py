@@ -64,7 +64,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     refused = job.process.refusal(job)
     if refused is not None:
         raise refused
-    job = replace(job, blank=job.process.blank(job, _work_zero(scenario, program)), touched=touched)
+    job = replace(job, blank=job.process.blank(job, _work_zero(scenario, program)), touched_zero=touched)
     _check_forces_known(job)
     return job
 
@@ -111,10 +111,10 @@ def _prepare_cut(scenario: CutScenario, program: Program, path: Toolpath) -> Pre
 
 
 def _check_spindle(scenario: CutScenario, program: Program) -> None:
-    held = {m.work_spindle for m in program.moves if m.kind in CUTS}
-    if scenario.work_spindle not in held:
+    spindles = {m.work_spindle for m in program.moves if m.kind in CUTS}
+    if scenario.work_spindle not in spindles:
         raise UsageError(
-            f"{scenario.program.name}: nothing is cut in spindle {scenario.work_spindle}, only in {', '.join(map(str, sorted(held)))}; correct "
+            f"{scenario.program.name}: nothing is cut in spindle {scenario.work_spindle}, only in {', '.join(map(str, sorted(spindles)))}; correct "
             "work_spindle of [cut], or work_spindles of the set-up"
         )
 

@@ -51,7 +51,7 @@ class PreparedCut:
     pose: Pose
     process: Process
     blank: Blank | TurnedBlank | None = None
-    touched: TouchedZero | None = None  # what the program itself probes
+    touched_zero: TouchedZero | None = None  # what the program itself probes
 
     @property
     def machine(self) -> Machine:

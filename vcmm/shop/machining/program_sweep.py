@@ -47,7 +47,7 @@ def part_sweep(
     moves: Sequence[Move], tools: Mapping[int, Tool], machine: Machine
 ) -> tuple[Sweep, RotaryMotion | None]:
     """Return (all motions in workpiece axes, how they lie on the moves; None where all rotary axes stay at zero and tools along Z)."""
-    base = swept(moves, tools)
+    base = sweep_of_moves(moves, tools)
     turned, offset, rapid = _turning_rows(moves, base)
     if not (np.abs(turned) > STILL_TURNED).any() and np.array_equal(
         base.axis, np.broadcast_to(UP, base.axis.shape)
@@ -60,7 +60,7 @@ def driven_sweep(
     moves: Sequence[Move], kept: Sequence[int], tools: Mapping[int, Tool], machine: Machine
 ) -> tuple[Sweep, RotaryMotion]:
     """Return the motions `kept` (indices of moves) alone, in workpiece axes, and how they lie on the moves."""
-    flat = swept([moves[i] for i in kept], tools)
+    flat = sweep_of_moves([moves[i] for i in kept], tools)
     base = replace(flat, move=np.array(kept, dtype=np.intp)[flat.move])
     return in_workpiece(machine, base, *_turning_rows(moves, base))
 
@@ -73,7 +73,7 @@ def _turning_rows(moves: Sequence[Move], base: Sweep) -> tuple[Array, Array, np.
     return turned, offset, np.array([m.kind == "rapid" for m in kept], dtype=bool)
 
 
-def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
+def sweep_of_moves(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
     """Return all motions as a sweep, rapids too: a rapid through the part cuts it. `move` is the index of each row in `moves`.
 
     Tip positions of the machine, which are those of workpiece axes while all rotary axes are at zero; `part_sweep` turns

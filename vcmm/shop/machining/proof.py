@@ -50,29 +50,29 @@ class CutProof:
 
     before: InspectedCut | None
     after: InspectedCut | None
-    allowed: float
+    limit: float
     reason: str = ""
 
     @property
-    def met(self) -> bool:
-        return self.after is not None and self.after.largest <= self.allowed and not self.after.uncut
+    def is_met(self) -> bool:
+        return self.after is not None and self.after.largest <= self.limit and not self.after.uncut
 
     @property
     def worse(self) -> str:
         """In which way the new part is worse than the old one, beyond the allowed departure; else ""."""
         if self.before is None or self.after is None:
             return ""
-        told = [
+        worse = [
             f"{name} departure {new * 1e3:.2f} um ({self.after.worst}), before {old * 1e3:.2f} um ({self.before.worst})"
             for name, new, old in (
                 ("largest", self.after.largest, self.before.largest),
                 ("mean", self.after.mean, self.before.mean),
             )
-            if new > max(old, self.allowed)
+            if new > max(old, self.limit)
         ]
         if self.after.uncut > self.before.uncut:
-            told.append(f"{self.after.uncut} points are left uncut, before {self.before.uncut}")
-        return "; ".join(told)
+            worse.append(f"{self.after.uncut} points are left uncut, before {self.before.uncut}")
+        return "; ".join(worse)
 
 
 def inspected_cut(scenario: CutScenario) -> InspectedCut:

@@ -69,8 +69,8 @@ def _on_lathe(job: PreparedCut, process: LatheProcess, surface: CutSurface) -> R
     assert isinstance(surface, LatheSurface)
     cuts = []
     for of_tools, part_surface, mine in (
-        (process.turning, surface.turned, ~surface.driven),
-        (process.driving, surface.milled, surface.driven),
+        (process.turning, surface.by_turning, ~surface.driven),
+        (process.driving, surface.by_milling, surface.driven),
     ):
         part = part_surface.take(np.flatnonzero(mine))
         if len(part.points):
@@ -114,7 +114,7 @@ def _recut(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut
         error = -plain.indication_error(_with_constants(states, job))
         return error, commands_to_work(job.machine, states) if turns else None
 
-    def moved(at: Array, row: Ints, share: Array) -> Array:
+    def tip_error(at: Array, row: Ints, share: Array) -> Array:
         error, way = ways(at, row, share)
         return error if way is None else error - way @ zero
 
@@ -126,7 +126,7 @@ def _recut(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut
     ):  # a zero set on the machine takes the mean along X, Y, Z, and the table turns the rest
         zero = np.asarray(np.einsum("nji,nj->ni", way, error).mean(axis=0))
     try:
-        bent = displace(near, moved)
+        bent = displace(near, tip_error)
     except ModelLimit:
         return None
     again = surface_left(part.points, part.normals, build(bent), candidates=1)

@@ -36,14 +36,14 @@ Bools = np.typing.NDArray[np.bool_]
 class RotaryMotion:
     """The moves of a program that turns rotary axes, and how the rows of its sweep in workpiece axes lie on them.
 
-    base: moves as tip positions of the machine with its rotary axes at zero, and the way from tip to holder, one row each; turned (m, 2, 3): A, B, C in rad
+    base: moves as tip positions of the machine with its rotary axes at zero, and the way from tip to holder, one row each; angles (m, 2, 3): A, B, C in rad
     at start and end; offset (m, 3): tool offset in force. row (n,): move of each row of the sweep; first, last (n,): shares
     of that move at its ends; inexact (n,): rows that stand for a turning tool. sweep: these rows; rapid (m,): of the moves.
     """
 
     machine: Machine
     base: Sweep
-    turned: Array
+    angles: Array
     offset: Array
     row: Ints
     first: Array
@@ -58,12 +58,12 @@ class RotaryMotion:
 
     def command(self, move: Ints, share: Array) -> dict[str, Array]:
         """Return the positions of all axes (k,) at shares of rows of `base`; mm and rad."""
-        tip, angle = machine_position(self.base, self.turned, move, share)
+        tip, angle = machine_position(self.base, self.angles, move, share)
         return by_letter(self.machine, tip + self.offset[move], angle)
 
     def pose(self, move: Ints, share: Array) -> tuple[Array, Array]:
         """Return the tip and tool axis (k, 3) in workpiece axes at shares of rows of `base`."""
-        position = machine_position(self.base, self.turned, move, share)
+        position = machine_position(self.base, self.angles, move, share)
         return tip_and_axis(self.machine, *position, self.offset[move], self.base.axis[move])
 
     @cached_property
@@ -108,14 +108,14 @@ def commands_to_work(machine: Machine, run: Run) -> Array:
 
 def point_of_part(machine: Machine, zero: Array, angle: Array) -> Array:
     """Return the point of the workpiece (3,) that lies at a work zero (3,) while the rotary axes that carry it are at angle (3,), rad."""
-    held = np.array([v if a in machine.chain.work else 0.0 for a, v in zip(ROTARY, angle)])
-    return tip_and_axis(machine, zero[None], held[None], np.zeros((1, 3)))[0][0]
+    table_angle = np.array([v if a in machine.chain.work else 0.0 for a, v in zip(ROTARY, angle)])
+    return tip_and_axis(machine, zero[None], table_angle[None], np.zeros((1, 3)))[0][0]
 
 
 def angle_of(program: Program, motion: RotaryMotion, offset: str) -> Array:
     """Return A, B, C (3,) rad at which all cuts of a work offset are made. Raises UsageError where they differ."""
     mine = [i for i, m in enumerate(motion.base.move.tolist()) if _cuts(program.moves[m], offset)]
-    angles = motion.turned[mine].reshape(-1, 3)
+    angles = motion.angles[mine].reshape(-1, 3)
     if not len(angles):
         return np.zeros(3)
     off = np.flatnonzero(np.abs(angles - angles[0]).max(axis=1) > 1e-9)

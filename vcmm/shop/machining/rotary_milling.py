@@ -180,7 +180,7 @@ class RotaryMillingProcess(MillingProcess):
         columns["cut_length_mm"] = before[row] + share * length[row]
         position = motion.command(move, along)
         offset = tool_offset_to(motion.machine, position, at)
-        columns |= self._led(job, motion.base.move[move], Run(position, offset))
+        columns |= self._leading(job, motion.base.move[move], Run(position, offset))
         state = path.timing.state(time).position
         really = {letter: state[:, AXES.index(letter)] for letter in position}
         for letter, c in zip("XYZ", "xyz"):
@@ -189,14 +189,14 @@ class RotaryMillingProcess(MillingProcess):
         moved = nominal_tip(motion.machine.chain, motion.machine.axes, Run(really, offset))
         return Run(position, offset, columns, labels), moved - at
 
-    def _led(self, job: PreparedCut, move: Ints, run: Run) -> dict[str, Array]:
+    def _leading(self, job: PreparedCut, move: Ints, run: Run) -> dict[str, Array]:
         """Return, where the control leads the tip over the workpiece, the commanded X, Y, Z for 1 mm along each axis of the part, else
         the axis itself; led: 1 there. Nothing where no move is led."""
         led = np.array([job.program.moves[i].tool_axis_end is not None for i in move.tolist()], dtype=bool)
         if not any(m.tool_axis_end is not None for m in job.program.moves):
             return {}
-        told = np.where(led[:, None, None], np.linalg.inv(commands_to_work(job.machine, run)), np.eye(3))
-        names = {f"led_{d}{c}": told[:, i, j] for j, d in enumerate("xyz") for i, c in enumerate("xyz")}
+        commands = np.where(led[:, None, None], np.linalg.inv(commands_to_work(job.machine, run)), np.eye(3))
+        names = {f"led_{d}{c}": commands[:, i, j] for j, d in enumerate("xyz") for i, c in enumerate("xyz")}
         return {"led": led.astype(float), **names}
 
     def cutters(self, surface: CutSurface, candidates: CutCandidates) -> Solids:
@@ -223,7 +223,7 @@ class RotaryMillingProcess(MillingProcess):
     def rough(self, within: float) -> Sweep:
         """Return the sweep in as few rows as miss the tool by no more than that, while rotary axes turn."""
         m = self.motion
-        return in_workpiece(m.machine, m.base, m.turned, m.offset, m.rapid, within)[0]
+        return in_workpiece(m.machine, m.base, m.angles, m.offset, m.rapid, within)[0]
 
     def feed(self, job: PreparedCut) -> Array:
         """Return the feed: where a rotary axis turns, F may be degrees per minute, so the way of the tip over the part in its time counts."""
@@ -232,7 +232,7 @@ class RotaryMillingProcess(MillingProcess):
         programmed = np.array([job.program.moves[i].feed or 0.0 for i in move.tolist()])
         begins, ends = (seconds_at(job.path.timing, move, share) for share in (motion.first, motion.last))
         time = np.maximum(ends - begins, 1e-9)
-        return np.where(turns(motion.turned)[motion.row], motion.feed_lengths[1] / time * 60.0, programmed)
+        return np.where(turns(motion.angles)[motion.row], motion.feed_lengths[1] / time * 60.0, programmed)
 
     def fed_in_part(self, job: PreparedCut) -> Mapping[str, float]:
         """Return the feed length along the tip in the part."""
@@ -282,7 +282,7 @@ class RotaryMillingProcess(MillingProcess):
 
     def _first_turned_line(self, job: PreparedCut) -> int:
         """Return the line of the first move with a rotary axis off zero."""
-        row = int(np.argmax(np.abs(self.motion.turned).max(axis=(1, 2)) > 0))
+        row = int(np.argmax(np.abs(self.motion.angles).max(axis=(1, 2)) > 0))
         return job.program.moves[int(self.motion.base.move[row])].source.line
 
     def depth_hint(self, job: PreparedCut, depth: float, error: Exception) -> str | None:

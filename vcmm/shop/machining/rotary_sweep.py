@@ -35,7 +35,7 @@ def in_workpiece(
 ) -> tuple[Sweep, RotaryMotion]:
     """Return the sweep in workpiece axes, in the order of the moves. base, turned, offset: as in RotaryMotion; rapid (m,); search: mm by which a
     row may miss a turning tool that cuts."""
-    held, bent = _affine(machine, base, turned, offset)
+    is_affine, bent = _affine(machine, base, turned, offset)
     free = turns(turned) | (bent & (base.kind != LINE))
     counts = np.ones(len(base), dtype=int)
     if free.any():
@@ -46,11 +46,11 @@ def in_workpiece(
     row = np.repeat(np.arange(len(base)), counts)
     number = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
     first, last = number / counts[row], (number + 1) / counts[row]
-    sweep = held.take(row)
+    sweep = is_affine.take(row)
     whole = RotaryMotion(
         machine=machine,
         base=base,
-        turned=turned,
+        angles=turned,
         offset=offset,
         row=row,
         first=first,
@@ -130,11 +130,11 @@ def _with_pieces(sweep: Sweep, motion: RotaryMotion, rows: Ints) -> Sweep:
     height = _reference(sweep.tools)[0][sweep.tool[rows]][:, None]
     axis = motion.pose(motion.row[rows], middle)[1]
 
-    def led(share: Array) -> Array:
+    def tip_path(share: Array) -> Array:
         tip, direction = motion.pose(motion.row[rows], share)
         return tip + height * (direction - axis)
 
-    start, end = led(motion.first[rows]), led(motion.last[rows])
+    start, end = tip_path(motion.first[rows]), tip_path(motion.last[rows])
     short = np.linalg.norm(end - start, axis=1) < SHORT
     end = end + np.where(short[:, None], SHORT * axis, 0.0)
     out = {

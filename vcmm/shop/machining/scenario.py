@@ -76,5 +76,5 @@ class CutScenario:
     record: Mapping[str, str] = field(default_factory=dict)  # who, when, serial numbers: words for the report
 
     def __repr__(self) -> str:
-        asked = ", ".join(c.name for c in self.part.characteristics)
-        return f"<CutScenario {self.name}: {self.program.name} on {self.machine.name}; {asked}>"
+        names = ", ".join(c.name for c in self.part.characteristics)
+        return f"<CutScenario {self.name}: {self.program.name} on {self.machine.name}; {names}>"

@@ -25,11 +25,11 @@ Ints = np.typing.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class Spindle:
-    """time (n,) s, increasing; psi (n,) rad of the tool about the part; turned (n,) rad passed in whatever sense."""
+    """time (n,) s, increasing; psi (n,) rad of the tool about the part; turns (n,) rad passed in whatever sense."""
 
     time: Array
     psi: Array
-    turned: Array
+    turns: Array
 
     def angle(self, time: Array) -> Array:
         """Return psi at times (...), rad."""
@@ -43,10 +43,10 @@ class Spindle:
         edge = np.searchsorted(self.time, time, side="right")
         row = np.clip(edge, 1, len(self.time) - 1)
         sense = np.sign(self.psi[row] - self.psi[row - 1])
-        here = np.interp(time, self.time, self.turned)
+        here = np.interp(time, self.time, self.turns)
         ahead = np.mod(sense * (phi - self.angle(time)), TURN)  # still to turn until the next pass
         turned = here[:, None] + ahead[:, None] + TURN * np.arange(-count, count)
-        seconds = np.interp(turned, self.turned, self.time, left=np.nan, right=np.nan)
+        seconds = np.interp(turned, self.turns, self.time, left=np.nan, right=np.nan)
         away = np.mod(self.angle(np.nan_to_num(seconds)) - phi[:, None] + np.pi, TURN) - np.pi
         good = (sense != 0)[:, None] & np.isfinite(seconds) & (np.abs(away) < 1e-6)
         return np.where(good, seconds, np.nan)

@@ -67,7 +67,7 @@ class GrowingArc:
 class TouchedZero:
     """K touches of a program of m moves; moves (K,): those that end in them.
 
-    weight (m, 2, 3, K): mm by which start and end of each move lie further per mm that a touch reads further. held (m, 3): whether
+    weight (m, 2, 3, K): mm by which start and end of each move lie further per mm that a touch reads further. is_held (m, 3): whether
     the zero of the set-up still counts along X, Y, Z. centre (K, 3): of the ball at each touch, mm. reads (K, 3): what 1 mm of
     error of the tip along X, Y, Z takes off the reading. arcs: of the moves that are cut larger by a touch, which is in no weight.
     """
@@ -75,7 +75,7 @@ class TouchedZero:
     touches: tuple[ProbeContact, ...]
     moves: tuple[int, ...]
     weight: Array
-    held: Bools
+    is_held: Bools
     centre: Array
     arcs: Mapping[int, GrowingArc] = field(default_factory=dict)
 
@@ -118,12 +118,12 @@ def touched_zero(scenario: CutScenario, text: str, program: Program) -> TouchedZ
     )
     arcs = _growing(program, further)
     follows = np.asarray((np.abs(weight) > ROUNDING).any(axis=(1, 3)))
-    held = _follows_hand_zero(program, shifts[:, 1], follows, str(scenario.program))
+    by_hand = _follows_hand_zero(program, shifts[:, 1], follows, str(scenario.program))
     radius = [_ball(setup, t) for t in program.touches]
     centre = np.array([t.tip for t in program.touches]) + np.array(radius)[:, None] * np.array(
         [0.0, 0.0, 1.0]
     )
-    return TouchedZero(program.touches, _moves_of(program), weight, held, centre, arcs)
+    return TouchedZero(program.touches, _moves_of(program), weight, by_hand, centre, arcs)
 
 
 def _ball(setup: Setup, touch: ProbeContact) -> float:
@@ -193,7 +193,7 @@ def _follows_hand_zero(program: Program, shift: Array, follows: Bools, name: str
     """
     whole = np.abs(shift - np.eye(3)) < ROUNDING
     none = np.abs(shift) < ROUNDING
-    held = whole[:, range(3), range(3)] | ~follows
+    by_hand = whole[:, range(3), range(3)] | ~follows
     fine = (whole | none).all(axis=(1, 2)) | ~np.array([m.rewritable for m in program.moves])
     if not fine.all():
         line = program.moves[int(np.argmin(fine))].source.line
@@ -201,7 +201,7 @@ def _follows_hand_zero(program: Program, shift: Array, follows: Bools, name: str
             f"{name}: line {line} goes with the zero of the set-up and with what was probed as well, as where a typed number is added to a reading that counts from the "
             "old zero (#5061, $AA_MW), or where one axis of a zero is set that has been turned; correct the old zero instead (#5221=#5221+..., $P_UIFR[1,X,TR]=$P_UIFR[1,X,TR]+...), or count from the machine ($AA_MM)"
         )
-    return np.asarray(held)
+    return np.asarray(by_hand)
 
 
 def _moves_of(program: Program) -> tuple[int, ...]:

@@ -58,10 +58,10 @@ class TurnedBlank:
 
     before: Profile
     after: Profile
-    removed: float
+    removed_volume: float
     collisions: tuple[tuple[int, float], ...]
     forces: Array | None
-    said: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     shanks: tuple[tuple[int, int, float], ...] = ()  # as of Blank; shanks of turning tools are not looked at
     kept_as: str = "a profile about the axis of the spindle"
 

@@ -21,7 +21,7 @@ from vcmm.shop.cutting import nose
 from vcmm.shop.cutting.envelope import BEYOND, CUT, UNCUT, CutSurface
 from vcmm.shop.cutting.sweeps import Sweep
 from vcmm.shop.cutting.turning import OUTWARD, meridian
-from vcmm.shop.machining.program_sweep import swept
+from vcmm.shop.machining.program_sweep import sweep_of_moves
 from vcmm.shop.machining.scenario import CutScenario
 from vcmm.shop.machining.spindle import TURN, Spindle, moves_at, spindle_of
 from vcmm.shop.machining.states import seconds_at
@@ -92,7 +92,7 @@ def turning_of(scenario: CutScenario, program: Program, path: Toolpath) -> Turni
     spindle = scenario.work_spindle
     kept, notes = _cutting_moves(program, tools, driven, int(path.timing.moving[0]), spindle)
     notes += in_other_spindles(program, spindle)
-    flat = swept([program.moves[i] for i in kept], tools)
+    flat = sweep_of_moves([program.moves[i] for i in kept], tools)
     sweep = replace(flat, move=np.array(kept, dtype=np.intp)[flat.move])
     centre, machine = spindle_axis(scenario.machine), scenario.machine
     moves = [program.moves[i] for i in sweep.move.tolist()]

@@ -30,12 +30,12 @@ RANK = 1e-9  # of the largest eigenvalue of the normal equations
 
 @dataclass(frozen=True, eq=False)
 class Wave:
-    """period s; gain in the sum of squares with `freedom` numbers, the largest of `asked` periods; columns (n, 6) of the points."""
+    """period s; gain in the sum of squares with `freedom` numbers, the largest of `periods_tried` periods; columns (n, 6) of the points."""
 
     period: float
     gain: float
     freedom: int
-    asked: int
+    periods_tried: int
     columns: Array
 
 

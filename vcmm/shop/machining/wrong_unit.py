@@ -36,10 +36,10 @@ def unit_hint(scenario: CutScenario, hits: Hits) -> str:
         return ""
     try:
         program = interpret(other, dialect, scenario.setup, str(scenario.program))
-        hit, asked = hits(scenario, program)
+        hit, count = hits(scenario, program)
     except VcmmError:
         return ""
-    if hit < ENOUGH * asked:
+    if hit < ENOUGH * count:
         return ""
     unit = UNITS.get(unit_code, "inches" if unit_code in ("G70", "G700") else "millimetres")
     wanted = "millimetres" if unit == "inches" else "inches"
@@ -47,7 +47,7 @@ def unit_hint(scenario: CutScenario, hits: Hits) -> str:
         f'"{unit_code}" in line {line}' if line else f'"{unit_code}" is taken, as the program states no unit'
     )
     return (
-        f". The program is read in {unit} ({where}); in {wanted} it would cut {hit} of the {asked} inspection points: "
+        f". The program is read in {unit} ({where}); in {wanted} it would cut {hit} of the {count} inspection points: "
         "correct the unit in the program"
     )
 

@@ -35,8 +35,8 @@ class Joints:
     """For n moving moves: pause (n+1,) s before, between and after them; for the joints between them (n-1,):
 
     reach: mm, how far the rounding of a corner reaches into either move, 0 for none.   stop: where the motion comes to rest.
-    ordered: stops that do not depend on how corners are taken.   rounded: corners that are rounded, no tangent joints.
-    held: corners at which a stop is faster.   overlapped: those of them at which the next move starts before the one before
+    is_ordered: stops that do not depend on how corners are taken.   is_rounded: corners that are rounded, no tangent joints.
+    is_held: corners at which a stop is faster.   is_overlapped: those of them at which the next move starts before the one before
     has ended; these are no stops.   tolerance: mm.   smooth: rows of short lines.
     """
 
@@ -45,10 +45,10 @@ class Joints:
     stop: Bools
     pause: Array
     tool_changes: int
-    ordered: Bools
-    rounded: Bools
-    held: Bools
-    overlapped: Bools
+    is_ordered: Bools
+    is_rounded: Bools
+    is_held: Bools
+    is_overlapped: Bools
     tolerance: Array
 
 
@@ -75,8 +75,8 @@ def joints_of(
     if len(moving) < 2:
         no = np.zeros(0, dtype=bool)
         return Joints(
-            reach=np.zeros(0), smooth=no_pieces(len(moving)), stop=no, pause=pause, tool_changes=changes, ordered=no,
-            rounded=no, held=no, overlapped=no, tolerance=np.zeros(0),
+            reach=np.zeros(0), smooth=no_pieces(len(moving)), stop=no, pause=pause, tool_changes=changes, is_ordered=no,
+            is_rounded=no, is_held=no, is_overlapped=no, tolerance=np.zeros(0),
         )  # fmt: skip
     kept = [moves[i] for i in moving]
     stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
@@ -101,16 +101,16 @@ def joints_of(
     chosen = crowded_joints(curves, reach, tolerance, stop)
     speed, alone = np.minimum(feed, _fastest(curves, limits)), np.where(chosen, 0.0, reach)
     corner = is_corner(turn, alone)
-    held = corner & wish.halt if wish.halt is not None else np.zeros_like(stop)
-    held |= stops_that_pay(curves, turn, alone, stop | (alone > 0), speed, limits)
+    is_held = corner & wish.halt if wish.halt is not None else np.zeros_like(stop)
+    is_held |= stops_that_pay(curves, turn, alone, stop | (alone > 0), speed, limits)
     ordered = stop
-    stop, alone = stop | held, np.where(held, 0.0, alone)
+    stop, alone = stop | is_held, np.where(is_held, 0.0, alone)
     stops = np.concatenate([[0.0], np.cumsum(curves.length)[:-1][stop], [curves.length.sum()]])
     narrow, jerk = _per_line(np.where(chosen, tolerance, np.inf)), path_limits(curves, limits)[1]
     smooth = smooth_pieces(curves, chosen, alone, PathWishes(speed, narrow, jerk, stops, limits, wish.kernel))
     return Joints(
-        reach=alone, smooth=smooth, stop=stop, pause=pause, tool_changes=changes, ordered=ordered,
-        rounded=corner & ~held, held=held, overlapped=np.zeros_like(held), tolerance=tolerance,
+        reach=alone, smooth=smooth, stop=stop, pause=pause, tool_changes=changes, is_ordered=ordered,
+        is_rounded=corner & ~is_held, is_held=is_held, is_overlapped=np.zeros_like(is_held), tolerance=tolerance,
     )  # fmt: skip
 
 

@@ -144,7 +144,7 @@ def _with_ends(timing: Timing, s: Array, time: Array, owner: Ints) -> tuple[Arra
     """Return the knots with the two rest points of each stretch."""
     edge, stretches = timing.elements.edge, np.arange(len(timing.first))
     all_s = np.concatenate([edge[timing.first], s, edge[timing.last + 1]])
-    all_time = np.concatenate([timing.begun, time, timing.stretch_ends])
+    all_time = np.concatenate([timing.stretch_starts, time, timing.stretch_ends])
     all_owner = np.concatenate([stretches, owner, stretches])
     order = np.lexsort((all_time, all_owner))
     return all_s[order], all_time[order], all_owner[order]

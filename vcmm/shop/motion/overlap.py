@@ -65,7 +65,7 @@ def overlap_stops(
 ) -> tuple[StretchPlan, Bools]:
     """Return (the plan with overlaps at the stops that only a corner requires, which of the joints (n-1,) they are)."""
     none = np.zeros(len(joints.stop), dtype=bool)
-    if not joints.held.any():
+    if not joints.is_held.any():
         return plan, none
     overlaps = _overlaps(plan, curves, joints, limits)
     if not len(overlaps.stop):
@@ -78,7 +78,7 @@ def overlap_stops(
 def _overlaps(plan: StretchPlan, curves: Curves, joints: Joints, limits: Limits) -> _Overlaps:
     """Return the stops at corners of two lines whose axes can do both at once, with the longest overlap that tolerance and phases allow."""
     joint = np.flatnonzero(joints.stop)
-    stop = np.flatnonzero(joints.held[joint])
+    stop = np.flatnonzero(joints.is_held[joint])
     joint = joint[stop]
     end, begin = plan.last[stop], plan.first[stop + 1]
     lines = _is_straight(plan, end) & _is_straight(plan, begin)

@@ -85,7 +85,7 @@ def rotary_position(
     return best if along is None else _laid_along(machine, best, np.array(along))
 
 
-def swept(machine: Machine, start: Array, end: Array, share: Array) -> Array | None:
+def swept_angles(machine: Machine, start: Array, end: Array, share: Array) -> Array | None:
     """Return the angles (k, 3) at shares (k,) of a path on which the tool axis turns evenly in the plane of its directions at both ends.
 
     a(s) = (sin((1 - s) w) a0 + sin(s w) a1) / sin w, w the angle between them. None where an axis would have to jump.

@@ -118,23 +118,23 @@ def crowded_joints(curves: Curves, reach: Array, tolerance: Array, stop: Bools) 
     return fits & meets[row]
 
 
-def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, asked: PathWishes) -> Pieces:
+def smooth_pieces(curves: Curves, chosen: Bools, reach: Array, wishes: PathWishes) -> Pieces:
     """Return the rows of the joints `chosen` (n-1,) as pieces; reach (n-1,): of the roundings at the joints that are not chosen."""
     if not chosen.any():
         return no_pieces(curves.n)
     rows = _rows(curves, chosen, np.where(chosen, 0.0, reach))
-    width, short = _widths(rows, asked)
-    return _pieces(rows, _path(rows, width, asked.kernel), short, curves.n)
+    width, short = _widths(rows, wishes)
+    return _pieces(rows, _path(rows, width, wishes.kernel), short, curves.n)
 
 
-def _widths(rows: ShortLines, asked: PathWishes) -> tuple[Array, Bools]:
+def _widths(rows: ShortLines, wishes: PathWishes) -> tuple[Array, Bools]:
     """Return (h (m,) mm, where the tolerance decides on it): h grows until the feed is carried, and shrinks until the tolerance is kept."""
-    width, cap = _first_widths(rows, asked), rows.limit.copy()
+    width, cap = _first_widths(rows, wishes), rows.limit.copy()
     short, unsettled = np.zeros(len(width), dtype=bool), np.ones(len(width), dtype=bool)
     for turn in range(ROUNDS + LAST_ROUNDS):
         at = np.flatnonzero(unsettled)
         part = rows.take(at)
-        off, slow = _worst(part, _path(part, width[at], asked.kernel, False), asked)
+        off, slow = _worst(part, _path(part, width[at], wishes.kernel, False), wishes)
         cap[at] = np.where(off > KEPT, SHRINK * width[at], cap[at])
         short[at] = (cap[at] < rows.limit[at]) | (slow > 1.0)
         wanted = np.where((slow > 1.0) & (turn < ROUNDS), GROWTH * width[at], width[at])
@@ -166,13 +166,13 @@ def _rows(curves: Curves, chosen: Bools, reach: Array) -> ShortLines:
     return ShortLines(s, curves.at(line, s - begins[line]), line, joint, row, np.minimum(s - low, high - s))
 
 
-def _first_widths(rows: ShortLines, asked: PathWishes) -> Array:
+def _first_widths(rows: ShortLines, wishes: PathWishes) -> Array:
     """Return h (m,) mm to begin with: what a turn alone needs at its feed, between the shorter and the mean of the lines beside it."""
     turn = np.abs(_turns(rows, rows.place))
-    v = asked.speed[rows.line][:, None]
+    v = wishes.speed[rows.line][:, None]
     needed = np.maximum(
-        turn * v**2 / (ACCELERATION * asked.limits.acceleration),
-        np.sqrt(turn * v**3 / (JERK * asked.limits.jerk)),
+        turn * v**2 / (ACCELERATION * wishes.limits.acceleration),
+        np.sqrt(turn * v**3 / (JERK * wishes.limits.jerk)),
     ).max(axis=1)
     before, after = np.diff(rows.s, prepend=rows.s[:1]), np.diff(rows.s, append=rows.s[-1:])
     return np.minimum(np.clip(needed, np.minimum(before, after), 0.5 * (before + after)), rows.limit)
@@ -287,14 +287,14 @@ def _moved_outwards(rows: ShortLines, width: Array, off: Array, s: Array) -> Arr
     return np.asarray(rows.place - share[:, None] * off[np.searchsorted(s, rows.s, side="left")])
 
 
-def _worst(rows: ShortLines, path: Path, asked: PathWishes) -> tuple[Array, Array]:
+def _worst(rows: ShortLines, path: Path, wishes: PathWishes) -> tuple[Array, Array]:
     """Return for each point (m,) the largest share of the tolerance, and of the capacity of the axes at the feed, where its turn is spread."""
-    off = np.append(_deviation(path) / asked.tolerance[path.line[:-1]], 0.0)
+    off = np.append(_deviation(path) / wishes.tolerance[path.line[:-1]], 0.0)
     bend, third, line = path.q[2], _third(path), path.line[:-1]
-    v = np.maximum(asked.speed_at(path.s[:-1], line), asked.speed_at(path.s[1:], line))[:, None]
+    v = np.maximum(wishes.speed_at(path.s[:-1], line), wishes.speed_at(path.s[1:], line))[:, None]
     most = np.maximum(np.abs(bend[:-1]), np.abs(bend[1:]))
     slow = np.maximum(
-        most * v**2 / (ACCELERATION * asked.limits.acceleration), third * v**3 / (JERK * asked.limits.jerk)
+        most * v**2 / (ACCELERATION * wishes.limits.acceleration), third * v**3 / (JERK * wishes.limits.jerk)
     ).max(axis=1)
     slow = np.where(np.diff(path.row) == 0, slow, 0.0)
     inside = np.flatnonzero(rows.joint >= 0)

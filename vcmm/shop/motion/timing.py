@@ -64,7 +64,7 @@ class Timing:
     control: Control
 
     @property
-    def begun(self) -> Array:
+    def stretch_starts(self) -> Array:
         """Start of each stretch, s."""
         return self.start[np.searchsorted(self.stretch, np.arange(len(self.first)))]
 
@@ -140,12 +140,12 @@ def _fastest(work: _Work) -> Timing:
     """
     timing = _plan(work, Wish())
     joints = timing.joints
-    way = np.cumsum(np.append(0, joints.ordered))
-    matters = joints.rounded | joints.held
+    way = np.cumsum(np.append(0, joints.is_ordered))
+    matters = joints.is_rounded | joints.is_held
     matters[joints.smooth.joints] |= joints.smooth.kept_short
     open_ways = np.unique(way[:-1][matters])
     part = np.flatnonzero(np.isin(way, open_ways))
-    if not len(part) or (len(part) > MOST_TRIED and not joints.rounded.any()):
+    if not len(part) or (len(part) > MOST_TRIED and not joints.is_rounded.any()):
         return timing
     best, halt, below = _try(work, part, way[part], float(joints.tolerance.max()))
     if not best.any():
@@ -197,11 +197,11 @@ def _plan(work: _Work, wish: Wish) -> Timing:
     )
     stop = joints.stop & ~overlapped
     start = np.cumsum(plan.phase[:, 4]) - plan.phase[:, 4]
-    held = np.concatenate([joints.pause[:1], joints.pause[1:-1][stop]]) if len(first) else np.zeros(0)
-    start += np.cumsum(held)[plan.stretch]
+    pauses = np.concatenate([joints.pause[:1], joints.pause[1:-1][stop]]) if len(first) else np.zeros(0)
+    start += np.cumsum(pauses)[plan.stretch]
     return Timing(
         moves=tuple(moves), moving=work.moving, ends=np.cumsum(curves.length), curves=plan.curves, elements=plan.elements,
-        joints=replace(joints, stop=stop, overlapped=overlapped), first=plan.first, last=plan.last, phase=plan.phase,
+        joints=replace(joints, stop=stop, is_overlapped=overlapped), first=plan.first, last=plan.last, phase=plan.phase,
         stretch=plan.stretch, start=start, limits=work.limits, control=work.control,
     )  # fmt: skip
 

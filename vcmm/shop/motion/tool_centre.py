@@ -30,7 +30,7 @@ from vcmm.program.moves import Move, Point, Posture, Remark
 from vcmm.program.sensible import lacking, without_axis
 from vcmm.shop.motion.led_path import led_path, swept_angle
 from vcmm.shop.motion.polar import polar_samples
-from vcmm.shop.motion.posture import rotary_position, swept
+from vcmm.shop.motion.posture import rotary_position, swept_angles
 from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis, tip_as_at_zero
 
 
@@ -65,7 +65,9 @@ class Leading:
     offset: Array  # of the tool, mm: a tool change leaves the axes where they stand, and moves the tip
     moves: list[Move] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
-    chosen: tuple[Posture, Point] | None = None  # which position has been taken last, and for what direction
+    last_posture: tuple[Posture, Point] | None = (
+        None  # which position has been taken last, and for what direction
+    )
 
     def pose(self, offset: Array) -> tuple[Array, Array]:
         """Return the tip and tool axis (3,) in the workpiece."""
@@ -198,7 +200,7 @@ def _plain(state: Leading, m: Move) -> None:
         m = m._replace(rotary_end=_point(state.angle), tool_axis_start=None, tool_axis_end=None)
     start, angle = m.start if m.centre is not None else _point(state.tip), _programmed_angles(state, m)
     if np.abs(angle - state.angle).max() > STILL:
-        state.chosen = None
+        state.last_posture = None
     end = np.array(m.end)
     stays = [i for i, a in enumerate("XYZ") if a in m.held and m.centre is None]
     end[stays] = state.tip[stays]
@@ -239,11 +241,11 @@ def _angle(state: Leading, m: Move, axis: Array) -> Array:
     none = np.zeros(3)
     now = tip_and_axis(state.machine, none[None], state.angle[None], none[None])[1][0]
     aim = _point(axis)
-    is_chosen = m.posture is None or state.chosen == (m.posture, aim)
+    is_chosen = m.posture is None or state.last_posture == (m.posture, aim)
     if np.abs(now - axis).max() < SAME and is_chosen:
         return state.angle
     angles = rotary_position(state.machine, axis, state.angle, m.posture)
-    state.chosen = None if m.posture is None else (m.posture, aim)
+    state.last_posture = None if m.posture is None else (m.posture, aim)
     if angles is None:
         letters = " and ".join(ROTARY[i] for i in rotary_of(state.machine))
         as_asked = f" as {m.posture.said} asks for" if m.posture is not None and m.posture.said else ""
@@ -315,7 +317,7 @@ def _turning(state: Leading, m: Move, target: Array, share: Array) -> Array:
     angle = state.angle + share[:, None] * (target - state.angle)
     if not m.sweeps or np.abs(target - state.angle).max() <= STILL:
         return angle
-    angles = swept(state.machine, state.angle, target, share)
+    angles = swept_angles(state.machine, state.angle, target, share)
     if angles is None:
         raise ModelLimit(
             f"{state.name}:{m.source.line}: the rotary axes cannot sweep the tool axis from one direction to the other (PATHCTRL VECTOR, "

@@ -78,11 +78,11 @@ def heat_map(
     plain(drawn, title, x_label, y_label, grid="")
     finite = data[np.isfinite(data)]
     least, most = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
-    held = {
+    ends = {
         "x": as_data(xc), "y": as_data(yc), "values": as_data(data), "marks": [[name, mx, my] for name, mx, my in marks],
         "least": least, "most": most, "levels": scale.levels,
     }  # fmt: skip
-    return carrying(drawn, chart="map", unit=unit, **held)
+    return carrying(drawn, chart="map", unit=unit, **ends)
 
 
 def is_of_one_colour(

@@ -163,12 +163,12 @@ def _stripes(drawn: Any, parts: list[Zone], ends: tuple[float, float], limits: l
         drawn.axvline(limit, 0.0, 0.66, color=INK, linewidth=1.2)
 
 
-def _result(drawn: Any, value: float, bar: tuple[float, float], told: str) -> None:
+def _result(drawn: Any, value: float, bar: tuple[float, float], text: str) -> None:
     """Draw a diamond at the value, and a bar over its interval, which need not hold the value in the middle, or at all."""
     middle, half = sum(bar) / 2, (bar[1] - bar[0]) / 2
     drawn.plot([value], [0.3], "D", color=INK, markersize=6)
     drawn.errorbar([middle], [0.3], xerr=[half], fmt="none", ecolor=INK, capsize=4, elinewidth=1.3)
-    words = plain_label(told)
+    words = plain_label(text)
     low, high = drawn.get_xlim()
     share = (value - low) / (high - low)
     side = "left" if share < 0.2 else "right" if share > 0.8 else "center"

@@ -82,11 +82,13 @@ def write_pack(
         "seed": content.get("seed"), "influences": [asdict(i) for i in influences],
         "files": [{"file": n, "sha256": _sha(f.read_bytes())} for f, n in names.items()],
     }  # fmt: skip
-    held = {EVIDENCE: _text(record), DOCUMENT: _text(content)} | {n: f.read_bytes() for f, n in names.items()}
+    members = {EVIDENCE: _text(record), DOCUMENT: _text(content)} | {
+        n: f.read_bytes() for f, n in names.items()
+    }
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as pack:
-            for name, data in held.items():
+            for name, data in members.items():
                 pack.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
         draft.replace(path)
     except OSError as error:
@@ -138,9 +140,9 @@ def _sha(data: bytes) -> str:
 def unpack_evidence(pack: Path, folder: Path) -> dict[str, Any]:
     """Return the evidence of a pack, its files laid into `folder`. DataError: no such pack, a file changed, missing or unexpected."""
     try:
-        with zipfile.ZipFile(pack) as held:
-            _check_members(pack, held)
-            data = {i.filename: held.read(i) for i in held.infolist() if not i.is_dir()}
+        with zipfile.ZipFile(pack) as archive:
+            _check_members(pack, archive)
+            data = {i.filename: archive.read(i) for i in archive.infolist() if not i.is_dir()}
     except ARCHIVE_ERRORS as error:
         raise DataError(
             f"{pack}: this is no evidence pack ({error}); --evidence pack.zip of a job writes one"
@@ -165,8 +167,8 @@ def unpack_evidence(pack: Path, folder: Path) -> dict[str, Any]:
     return record | {"document": _read(pack, DOCUMENT, data)}
 
 
-def _check_members(pack: Path, held: zipfile.ZipFile) -> None:
-    infos = held.infolist()
+def _check_members(pack: Path, archive: zipfile.ZipFile) -> None:
+    infos = archive.infolist()
     if len(infos) > MOST or sum(i.file_size for i in infos) > LARGEST:
         raise DataError(
             f"{pack}: more than {MOST} files or {LARGEST >> 30} GB unpacked; this is no evidence pack"

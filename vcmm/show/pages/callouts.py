@@ -28,10 +28,10 @@ def callout_picture(
     part: Part, results: Sequence[CharacteristicResult], places: Mapping[str, Array]
 ) -> list[str]:
     """Return the part with its results; nothing where no result has a place. places: feature -> points (n, 3) of it, drawing frame."""
-    asked = {c.name: c for c in part.characteristics}
+    by_name = {c.name: c for c in part.characteristics}
     labels = []
     for c in results:
-        of = asked.get(c.name)
+        of = by_name.get(c.name)
         if of is None:
             continue
         names = [n for n in (of.between or of.of) if n in places]

@@ -103,7 +103,7 @@ def stock_picture(result: CutResult) -> list[str]:
     if isinstance(result.blank, TurnedBlank):
         return [_turned_picture(result.blank)]
     vertices, faces = stock_mesh(result.blank.after, MOST_FACES)
-    removed = f"{result.blank.removed / 1e3:.1f} cm³ removed; kept as {result.blank.kept_as}, workpiece axes of the machine."
+    removed = f"{result.blank.removed_volume / 1e3:.1f} cm³ removed; kept as {result.blank.kept_as}, workpiece axes of the machine."
     return [
         r.scene(
             [r.SceneMesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed
@@ -113,7 +113,7 @@ def stock_picture(result: CutResult) -> list[str]:
 
 def _turned_picture(blank: TurnedBlank) -> str:
     vertices, faces = mesh(blank.after, max(1, len(blank.after.z) // 300))
-    removed = f"{blank.removed / 1e3:.1f} cm³ removed; machine axes."
+    removed = f"{blank.removed_volume / 1e3:.1f} cm³ removed; machine axes."
     return r.scene(
         [r.SceneMesh(vertices, faces, edges=False)], title="What is left of the bar", caption=removed
     )

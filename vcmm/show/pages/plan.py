@@ -45,7 +45,7 @@ def _curves(scenario: Scenario, result: PlanResult) -> list[str]:
     """Return one curve per characteristic, with the present and the chosen plan as dots; two side by side."""
     charts = []
     for name, unit in _units(scenario).items():
-        if name not in result.chosen.expanded:
+        if name not in result.choice.expanded:
             continue
         word, scale = SMALL[unit], SMALL_SCALE[unit]
 
@@ -57,7 +57,7 @@ def _curves(scenario: Scenario, result: PlanResult) -> list[str]:
 
         series = [
             dots(list(result.pareto), "best plans", True),
-            dots([result.chosen], "chosen", False),
+            dots([result.choice], "chosen", False),
             dots([result.present], "present", False),
         ]
         charts.append(
@@ -71,7 +71,7 @@ def _curves(scenario: Scenario, result: PlanResult) -> list[str]:
 def _table(scenario: Scenario, result: PlanResult) -> str:
     """Return the present plan, then ten of the curve, the chosen one among them."""
     some = {int(i) for i in np.linspace(0, len(result.pareto) - 1, 10)}
-    shown = [p for i, p in enumerate(result.pareto) if i in some or p is result.chosen]
+    shown = [p for i, p in enumerate(result.pareto) if i in some or p is result.choice]
     return html(curve(scenario, result, shown))
 
 
@@ -84,5 +84,5 @@ def _picture(scenario: Scenario, result: PlanResult) -> str:
     return r.scene(
         items,
         title="Touches",
-        caption=f"{len(points)} touches in {result.chosen.minutes:.2f} min; drawing frame.",
+        caption=f"{len(points)} touches in {result.choice.minutes:.2f} min; drawing frame.",
     )

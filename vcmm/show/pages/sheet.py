@@ -92,13 +92,13 @@ def in_words(e: EvaluatedCharacteristic) -> str:
         if not math.isfinite(c.interval[1]):
             return f"{c.name}: indicated {e.measured * 1e3:.2f} µm. These points do not bound the true value: {c.why_not_shown}."
         low, high = (f"{x * 1e3:.2f}" for x in c.interval)
-        if c.true_value.counted is None:  # no inverse: what a mesh indicates, and nothing more
+        if c.true_value.counted_coverage is None:  # no inverse: what a mesh indicates, and nothing more
             return (
                 f"{c.name}: indicated {e.measured * 1e3:.2f} µm. Measured again it lies between {low} µm and {high} µm with a probability "
                 f"of {c.p:.0%}; nothing is claimed of the true value: {c.why_not_shown}."
             )
         stated = f" Stated with {c.filtered}." if c.filtered else ""
-        claim = "" if c.true_value.claimed else " Its coverage was counted and is not claimed."
+        claim = "" if c.true_value.is_claimed else " Its coverage was counted and is not claimed."
         return (
             f"{c.name}: indicated {e.measured * 1e3:.2f} µm. The true value lies between {low} µm and {high} µm with a coverage "
             f"probability of {c.p:.0%}.{claim}{stated}"
@@ -229,8 +229,10 @@ def _record_rows(record: Mapping[str, str]) -> list[list[object]]:
 
 def _temperatures(scenario: Scenario) -> str:
     """Return the temperatures of part and scales, and the others where they are not at 20 degC."""
-    held = {k: v for k, v in scenario.constants.items() if k.startswith("temp_") and k != "temp_gradient_C"}
-    shown = {k: v for k, v in held.items() if "part" in k or "scale" in k or v != T0_DEG_C}
+    temperatures = {
+        k: v for k, v in scenario.constants.items() if k.startswith("temp_") and k != "temp_gradient_C"
+    }
+    shown = {k: v for k, v in temperatures.items() if "part" in k or "scale" in k or v != T0_DEG_C}
     return ", ".join(f"{k[5:-2].replace('_', ' ')} {v:g} °C" for k, v in shown.items()) or "20 °C throughout"
 
 

@@ -43,7 +43,7 @@ def track_page(
     if doubtful:
         blocks += [r.heading("Doubtful parts"), html(tables.doubtful(doubtful))]
     blocks.append(r.heading("Numbers over time"))
-    drawn = sorted(track.courses, key=lambda c: -c.moved)[:DRAWN]
+    drawn = sorted(track.courses, key=lambda c: -c.change_over_u)[:DRAWN]
     blocks += [
         r.columns(*(charts.on_page(number_over_time, track, c) for c in drawn)),
         html(tables.numbers(track)),

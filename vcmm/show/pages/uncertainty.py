@@ -168,10 +168,10 @@ def uncertainty_page(
     leaves += [
         [
             r.heading(f"{c.name} ({c.type})"),
-            *zone_picture(result.model, asked),
+            *zone_picture(result.model, characteristic),
             *characteristic_blocks(c, part),
         ]
-        for c, asked in zip(result.characteristics, result.model.characteristics)
+        for c, characteristic in zip(result.characteristics, result.model.characteristics)
     ]
     blocks = [r.leaf(*leaf) for leaf in leaves] + files_block(files)
     footer = f"vcmm {__version__}, seed {result.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
@@ -217,7 +217,9 @@ def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
 
 def _comparison_text(scenario: Scenario, result: UncertaintyResult) -> str:
     """Return the value that is compared with limits: extreme values use the interval of the true value, for any treatment of a bias."""
-    by_belts = [c.true_value is not None and c.true_value.counted is not None for c in result.characteristics]
+    by_belts = [
+        c.true_value is not None and c.true_value.counted_coverage is not None for c in result.characteristics
+    ]
     other = f"the {'corrected' if scenario.settings.known_bias == 'corrected' else 'indicated'} value"
     if not any(by_belts):
         return other
@@ -302,7 +304,7 @@ def decision_chart(c: CharacteristicResult) -> str:
     guard = c.decision.guard if c.decision.guard is not None else 1.645 * c.u
     lower = None if c.type not in ("size", "distance", "angle") else low
     span = None
-    counted = c.true_value is not None and c.true_value.counted
+    counted = c.true_value is not None and c.true_value.counted_coverage
     if (counted or not _about_its_middle(c)) and all(map(math.isfinite, c.interval)):
         # what is decided by, about which what is indicated or expected may lie anywhere
         span, guard = (

@@ -213,7 +213,7 @@ def routes_answers(compared: RoutesResult) -> list[AnswerLine]:
 def plan_answers(result: PlanResult, units: dict[str, str]) -> list[AnswerLine]:
     """Return U of the chosen plan and of the present one, and their measuring times."""
     out = []
-    for name, expanded in result.chosen.expanded.items():
+    for name, expanded in result.choice.expanded.items():
         scale, word = SMALL_SCALE[units[name]], {"mm": "µm", "rad": "µrad"}[units[name]]
         was = result.present.expanded.get(name)
         before = "" if was is None else f", was {was * scale:.{places_of(was * scale)}f} {word}"
@@ -221,7 +221,7 @@ def plan_answers(result: PlanResult, units: dict[str, str]) -> list[AnswerLine]:
             AnswerLine(
                 name,
                 f"U = {expanded * scale:.{places_of(expanded * scale)}f} {word}{before}",
-                f"{result.chosen.minutes:.1f} min, was {result.present.minutes:.1f} min",
+                f"{result.choice.minutes:.1f} min, was {result.present.minutes:.1f} min",
                 numbers={"name": name, "U": expanded},
             )
         )

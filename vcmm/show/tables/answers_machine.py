@@ -43,7 +43,7 @@ def _axis_line(
     axis: str, errors: Sequence[str], rows: Mapping[str, Mapping[str, Any]], by_name: dict[str, Figure]
 ) -> AnswerLine:
     iso = {n: by_name.get(f"{n} {axis}") for n in ("A", "R", "E", "M")}
-    told = [
+    phrases = [
         f"{n} = {signed_value(f.value_um, K * (f.u_um or 0.0), 'µm')}"
         for n, f in iso.items()
         if f is not None and f.value_um is not None
@@ -56,8 +56,8 @@ def _axis_line(
     )
     return AnswerLine(
         f"{axis} axis",
-        "; ".join(told) or _positioning_text(f"E{axis}{axis}", rows),
-        coverage=coverage if told else "",
+        "; ".join(phrases) or _positioning_text(f"E{axis}{axis}", rows),
+        coverage=coverage if phrases else "",
         verdict=f"{len(errors)} errors found",
         kind="good",
         because=", ".join(worst),
@@ -116,17 +116,17 @@ def _identified_line(calibration: Calibration) -> AnswerLine:
 
 def compensation_answers(result: CompensatedProgram, proof: CutProof | None = None) -> list[AnswerLine]:
     """Return whether the tolerance is met: by the cut where one was made, else of the path; and the departures now and before."""
-    allowed, after, before = result.used, result.after, result.before
+    allowed, after, before = result.tolerance_used, result.after, result.before
     path = AnswerLine(
         "Path of the tool",
         f"at most {after.largest * 1e3:.2f} µm, was {before.largest * 1e3:.2f} µm",
         coverage=f"rms {after.rms * 1e3:.2f} µm, was {before.rms * 1e3:.2f} µm",
         limits=f"at most {allowed * 1e3:g} µm and the rounding of numbers",
-        verdict="met" if result.met else "not met",
-        kind="good" if result.met else "bad",
+        verdict="met" if result.is_met else "not met",
+        kind="good" if result.is_met else "bad",
         because=f"line {after.line}" if after.line else "",
         link="Along the program",
-        numbers={"largest_um": after.largest * 1e3, "before_um": before.largest * 1e3, "met": result.met},
+        numbers={"largest_um": after.largest * 1e3, "before_um": before.largest * 1e3, "met": result.is_met},
         labels=("", "largest at", ""),
     )
     if proof is None or proof.after is None:
@@ -147,11 +147,11 @@ def compensation_answers(result: CompensatedProgram, proof: CutProof | None = No
         "The part, cut with the new program",
         f"at most {cut.largest * 1e3:.2f} µm" + (f", was {was.largest * 1e3:.2f} µm" if was else ""),
         coverage=f"mean {cut.mean * 1e3:.2f} µm, {len(cut.off)} points",
-        limits=f"at most {proof.allowed * 1e3:.2f} µm",
-        verdict="met" if proof.met else "not met",
-        kind="good" if proof.met else "bad",
+        limits=f"at most {proof.limit * 1e3:.2f} µm",
+        verdict="met" if proof.is_met else "not met",
+        kind="good" if proof.is_met else "bad",
         because=f"feature {cut.worst}",
-        numbers={"largest_um": cut.largest * 1e3, "met": proof.met},
+        numbers={"largest_um": cut.largest * 1e3, "met": proof.is_met},
         labels=("", "largest at", ""),
     )
     return [first, path]
@@ -302,16 +302,16 @@ def loop_answers(loop: LoopRecord) -> list[AnswerLine]:
     """Return whether the next part is within the allowed departure; and the effects missing from the machine model."""
     now, proof = np.abs(loop.cut.off) * 1e3, loop.proof
     was = f"this part {now.max():.2f} µm ({len(now)} measured points)"
-    allowed = f"at most {proof.allowed * 1e3:.2f} µm"
-    if loop.refused or proof.after is None:
+    allowed = f"at most {proof.limit * 1e3:.2f} µm"
+    if loop.refusal or proof.after is None:
         first = AnswerLine(
-            "The next part", f"no program is written; {was}", limits=allowed, verdict="refused", kind="bad", because=loop.refused,
+            "The next part", f"no program is written; {was}", limits=allowed, verdict="refused", kind="bad", because=loop.refusal,
             numbers={"met": False, "now_um": float(now.max())}, labels=("limits", "", ""),
         )  # fmt: skip
     else:
-        open_words = loop.left or loop.setting
-        verdict, kind = ("met", "good") if loop.met else ("not met", "bad")
-        if proof.met and not loop.met:
+        open_words = loop.open_words or loop.setting
+        verdict, kind = ("met", "good") if loop.is_met else ("not met", "bad")
+        if proof.is_met and not loop.is_met:
             verdict, kind = "met by the cut, the real part open", "warning"
         first = AnswerLine(
             "The next part",
@@ -321,7 +321,7 @@ def loop_answers(loop: LoopRecord) -> list[AnswerLine]:
             verdict=verdict,
             kind=kind,  # type: ignore[arg-type]
             because=open_words,
-            numbers={"met": loop.met, "next_um": proof.after.largest * 1e3, "now_um": float(now.max())},
+            numbers={"met": loop.is_met, "next_um": proof.after.largest * 1e3, "now_um": float(now.max())},
             labels=("limits", "open:", ""),
         )
     return [first, *diagnosis_answers(loop.diagnosis)]

@@ -92,7 +92,7 @@ def _measured_line(v: MeasuredValue) -> AnswerLine:
 
 def cut_answers(cut: MeasuredCut) -> list[AnswerLine]:
     """Return, for a measured part, the departure from the prediction, and its covariate."""
-    worst = sorted(cut.compared, key=lambda r: -abs(r.e_n) if np.isfinite(r.e_n) else 0.0)
+    worst = sorted(cut.comparisons, key=lambda r: -abs(r.e_n) if np.isfinite(r.e_n) else 0.0)
     first = cut.mismatch[0] if cut.mismatch else None
     points = AnswerLine(
         "Measured points",
@@ -114,7 +114,7 @@ def _beside(r: BesidePrediction) -> AnswerLine:
     return AnswerLine(
         r.name,
         f"measured {signed_value((r.measured - r.nominal) * scale, 0.0, word, '+')}, predicted "
-        f"{signed_value((r.predicted - r.nominal) * scale, K * r.u * scale, word, '+')}",
+        f"{signed_value((r.prediction - r.nominal) * scale, K * r.u * scale, word, '+')}",
         coverage=f"from nominal; ± of the difference, k = {K:.0f}",
         verdict=f"E_n = {r.e_n:.2f}".replace("-", "−"),
         kind="warning" if far else "good",
@@ -127,7 +127,7 @@ def certificate_answers(w: CertificateWorth, least: float) -> list[AnswerLine]:
     out = []
     for name in dict.fromkeys(u.characteristic for u in w.by_fact):
         of_characteristic = [u for u in w.by_fact if u.characteristic == name]
-        counted = [c for c in w.covered if c.characteristic == name]
+        counted = [c for c in w.coverage if c.characteristic == name]
         share = min((c.share for c in counted), default=None)
         word, scale = SMALL[of_characteristic[0].unit]
         best = min(of_characteristic, key=lambda u: u.expanded)

@@ -104,7 +104,7 @@ def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLi
         },
         labels=("", "changed:", "diagnosis:"),
     )
-    ranked = sorted(track.courses, key=lambda c: -c.moved)[:MOST]
+    ranked = sorted(track.courses, key=lambda c: -c.change_over_u)[:MOST]
     day = track.at if track.dated.when > last.when else ""
     return [
         state,

@@ -31,7 +31,7 @@ class LinkRow:
     following: str
     quantity: str
     nominal: float
-    found: float
+    estimate: float
     unit: str
     change: float
     u: float
@@ -59,7 +59,7 @@ LINKS: tuple[Column[LinkRow], ...] = (
     Column("next", lambda row: row.following, key="next"),
     Column("number", lambda row: row.quantity, key="quantity"),
     Column("nominal", lambda row: row.nominal, fixed(4), key="nominal"),
-    Column("found", lambda row: row.found, fixed(4), key="found"),
+    Column("found", lambda row: row.estimate, fixed(4), key="found"),
     Column("unit", lambda row: row.unit, key="unit"),
     Column("change", lambda row: row.change, fixed(4), key="change"),
     Column("u", lambda row: row.u, fixed(4), key="u"),
@@ -120,7 +120,7 @@ def _link_row(ideal: LinkNumber, fitted: LinkNumber, u: float) -> LinkRow:
         following=ideal.following,
         quantity=ideal.quantity,
         nominal=ideal.value * scale,
-        found=(ideal.value + change) * scale,
+        estimate=(ideal.value + change) * scale,
         unit=unit,
         change=change * fine,
         u=u * fine,
@@ -186,7 +186,7 @@ def arm_answers(fit: ArmFit, before: float, tests: Sequence[PoseTest]) -> list[A
         )
     ]
     for test in tests:
-        held = (
+        comparison = (
             ""
             if test.held is None
             else f"; tracker and target as in the calibration: {test.held * 1e3:.1f} µm"
@@ -196,7 +196,7 @@ def arm_answers(fit: ArmFit, before: float, tests: Sequence[PoseTest]) -> list[A
                 test.name,
                 f"{test.before * 1e3:.1f} → {test.after * 1e3:.1f} µm",
                 coverage=f"{test.n} other poses",
-                verdict=held.removeprefix("; "),
+                verdict=comparison.removeprefix("; "),
             )
         )
     return lines

@@ -71,16 +71,16 @@ class OfTask:
     """A row of the audit of one of several tasks."""
 
     file: str
-    audited: AuditResult
+    audit: AuditResult
 
     @property
     def unit(self) -> str:
-        return self.audited.unit
+        return self.audit.unit
 
 
 def _of_task(column: Column[AuditResult]) -> Column[OfTask]:
     cell = column.cell
-    return replace(cast(Any, column), cell=lambda row: cell(row.audited))
+    return replace(cast(Any, column), cell=lambda row: cell(row.audit))
 
 
 TASKS: tuple[Column[OfTask], ...] = (
@@ -102,7 +102,7 @@ def tasks_json(
         {
             "file": f,
             "problem": refused.get(f),
-            "audit": records(AUDIT, [r.audited for r in rows if r.file == f]),
+            "audit": records(AUDIT, [r.audit for r in rows if r.file == f]),
         }
         for f in files
     ]

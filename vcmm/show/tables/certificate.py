@@ -38,7 +38,7 @@ def worth_tables(w: CertificateWorth) -> tuple[ResultTable[Any], ...]:
         ResultTable("U under every prior over machines", U_KNOWN, w.by_prior, f"U: {u}."),
         ResultTable("U with every further fact", U_KNOWN, w.by_fact, "Prior as stated in the file."),
         ResultTable(
-            "machines at the limit, counted", COVERAGE_COLUMNS, w.covered,
+            "machines at the limit, counted", COVERAGE_COLUMNS, w.coverage,
             "Share of machines whose measurement lies so that the interval of prior limit about it holds the true value.",
         ),
         figures,
@@ -49,5 +49,5 @@ def worth_json(w: CertificateWorth) -> dict[str, Any]:
     """Return the body of the JSON document."""
     return {
         "stated": w.stated, "by_prior": records(U_KNOWN, w.by_prior), "by_fact": records(U_KNOWN, w.by_fact),
-        "at_limit": records(COVERAGE_COLUMNS, w.covered), "figures": records(FIGURES, w.figures),
+        "at_limit": records(COVERAGE_COLUMNS, w.coverage), "figures": records(FIGURES, w.figures),
     }  # fmt: skip

@@ -206,7 +206,7 @@ def cut_json(result: CutResult) -> dict[str, Any]:
         "grooves": [asdict(g) for g in result.grooves],
         "threads": [asdict(t) | {"gauge_um": t.gauge_um} for t in result.threads],
         "stock": None if result.blank is None else {
-            "removed_mm3": result.blank.removed,
+            "removed_mm3": result.blank.removed_volume,
             "kept_as": result.blank.kept_as,
             "collisions": [{"line": line, "depth_mm": depth} for line, depth in result.blank.collisions],
             "shanks": [{"line": line, "tool": tool, "depth_mm": depth} for line, tool, depth in result.blank.shanks],

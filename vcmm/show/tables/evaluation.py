@@ -60,14 +60,14 @@ PART_COLUMNS: tuple[Column[EvaluatedCharacteristic], ...] = (
 def _columns(parts: Sequence[EvaluatedPart]) -> tuple[tuple[Column[EvaluatedCharacteristic], ...], str, str]:
     """Return columns, name of the interval, caption: true values are not mentioned where a known bias is left in."""
     evaluated = [e for p in parts for e in p.characteristics]
-    told = LEFT_IN * any(_bias_left_in(e) for e in evaluated) + SPREAD * any(
+    note = LEFT_IN * any(_bias_left_in(e) for e in evaluated) + SPREAD * any(
         _spread_alone(e) for e in evaluated
     )
     if not any(_spread_alone(e) for e in evaluated):
-        return PART_COLUMNS, "the {:.0%} interval of the true value", CAPTION + told
+        return PART_COLUMNS, "the {:.0%} interval of the true value", CAPTION + note
     heads = {"true value from nominal": "interval from nominal"}
     columns = tuple(replace(c, head=heads.get(str(c.head), c.head)) for c in PART_COLUMNS)
-    return columns, "its {:.0%} interval", CAPTION + told
+    return columns, "its {:.0%} interval", CAPTION + note
 
 
 def _bias_left_in(e: EvaluatedCharacteristic) -> bool:

@@ -116,7 +116,7 @@ CHANGES: tuple[Column[Change], ...] = (
     Column("machine", lambda c: c.machine, key="machine", csv="machine"),
     Column("name", lambda c: c.name, key="name", csv="name"),
     Column("", lambda c: c.parameter, key="parameter", csv="parameter"),
-    Column("found in", lambda c: f"{c.found} of {c.of}", key="found_in", csv="found_in"),
+    Column("found in", lambda c: f"{c.occurrences} of {c.of}", key="found_in", csv="found_in"),
     Column("first", lambda c: value_text(c.before, c.unit)),
     Column("in", lambda c: c.first[1] or c.first[0]),
     Column(None, lambda c: _when(c.first), key="first", csv="first"),

@@ -35,9 +35,9 @@ class LoopRecord(Protocol):
     @property
     def after(self) -> Measurement | None: ...
     @property
-    def refused(self) -> str: ...
+    def refusal(self) -> str: ...
     @property
-    def left(self) -> str: ...
+    def open_words(self) -> str: ...
     @property
     def setting(self) -> str: ...
     @property
@@ -45,7 +45,7 @@ class LoopRecord(Protocol):
     @property
     def held_out(self) -> HeldOutProof | None: ...
     @property
-    def met(self) -> bool: ...
+    def is_met(self) -> bool: ...
 
 
 def loop_json(loop: LoopRecord) -> dict[str, Any]:
@@ -57,12 +57,12 @@ def loop_json(loop: LoopRecord) -> dict[str, Any]:
     ]
     now = {"by": "measured", **_figures(loop.cut.off), "characteristics": _measured_values(loop.cut)}
     after = None
-    if proof.after is not None and not loop.refused:
+    if proof.after is not None and not loop.refusal:
         after = {
             "by": "cut",
             **_figures(proof.after.off),
-            "met": loop.met,
-            "allowed_um": proof.allowed * 1e3,
+            "met": loop.is_met,
+            "allowed_um": proof.limit * 1e3,
         }
         after["not_explained"] = _figures(loop.rest)
         after["characteristics"] = _values(loop.after)
@@ -70,7 +70,7 @@ def loop_json(loop: LoopRecord) -> dict[str, Any]:
         "verdict": d.verdict, "found": answers, "machine": _name(loop.machine), "program": _name(loop.program),
         "rms_um": {"before": _um(d.fit.before), "after": _um(d.fit.after), "noise": _um(d.fit.noise)},
         "held_out": _held_out(loop.held_out), "scatter_um": _scatter(loop.cut),
-        "open": loop.left or loop.setting or None, "part_now": now, "part_next": after, "refused": loop.refused or None, **proof_json(proof),
+        "open": loop.open_words or loop.setting or None, "part_now": now, "part_next": after, "refused": loop.refusal or None, **proof_json(proof),
     }  # fmt: skip
 
 
@@ -78,19 +78,19 @@ def loop_text(loop: LoopRecord, notes: Sequence[str]) -> Iterator[str]:
     """Yield lines for the terminal: the next part first, then the findings (notes), then the characteristics."""
     now, proof = loop.cut.off * 1e3, loop.proof
     was = f"this part departs by {np.abs(now).max():.2f} µm at most and {np.abs(now).mean():.2f} µm in the mean ({len(now)} measured points)"
-    if loop.refused:
-        yield f"No program for the next part: it would be worse. {loop.refused}. {was[0].upper()}{was[1:]}."
+    if loop.refusal:
+        yield f"No program for the next part: it would be worse. {loop.refusal}. {was[0].upper()}{was[1:]}."
     elif proof.after is not None:
         yield (
             f"The next part, cut by {loop.program}, departs by {proof.after.largest * 1e3:.2f} µm at most ({proof.after.worst}) and "
             f"{proof.after.mean * 1e3:.2f} µm in the mean; {was}."
         )
-        more = "" if loop.met == proof.met else "; the real part is not assured of it, see below"
+        more = "" if loop.is_met == proof.is_met else "; the real part is not assured of it, see below"
         yield (
-            f"Allowed are {proof.allowed * 1e3:.2f} µm: {'met' if proof.met else 'NOT met'} by the cut on the machine with what was found{more}."
+            f"Allowed are {proof.limit * 1e3:.2f} µm: {'met' if proof.is_met else 'NOT met'} by the cut on the machine with what was found{more}."
         )
-    if loop.left:
-        yield f"Open: {loop.left}."
+    if loop.open_words:
+        yield f"Open: {loop.open_words}."
     elif loop.setting:
         yield f"Not in that figure: {loop.setting}."
     yield from notes
@@ -114,9 +114,9 @@ def _measured_values(cut: MeasuredCut) -> list[dict[str, Any]]:
             "name": c.name,
             f"measured_{c.unit}": c.measured,
             f"deviation_{c.unit}": c.measured - c.nominal,
-            f"predicted_{c.unit}": c.predicted,
+            f"predicted_{c.unit}": c.prediction,
         }
-        for c in cut.compared
+        for c in cut.comparisons
     ]
 
 

@@ -16,11 +16,11 @@ PREDICTION_COLUMNS: tuple[Column[BesidePrediction], ...] = (
     Column("characteristic", lambda r: r.name, key="name"),
     Column("nominal", lambda r: r.nominal, LENGTH),
     Column("measured", lambda r: r.measured - r.nominal, DEVIATION),
-    Column("predicted", lambda r: r.predicted - r.nominal, DEVIATION),
+    Column("predicted", lambda r: r.prediction - r.nominal, DEVIATION),
     Column("u of the difference", lambda r: r.u, SIZE, key="u_difference_{unit}"),
     Column("E_n", lambda r: r.e_n, fixed(2), key="E_n"),
     entry("measured_{unit}", lambda r: r.measured),
-    entry("predicted_{unit}", lambda r: r.predicted),
+    entry("predicted_{unit}", lambda r: r.prediction),
 )
 MISMATCH: tuple[Column[MismatchEntry], ...] = (
     Column("feature", lambda m: m.feature, key="feature"),
@@ -34,7 +34,7 @@ MISMATCH: tuple[Column[MismatchEntry], ...] = (
 
 
 def prediction_table(cut: MeasuredCut) -> ResultTable[BesidePrediction]:
-    return ResultTable("measured against predicted, from nominal", PREDICTION_COLUMNS, list(cut.compared))
+    return ResultTable("measured against predicted, from nominal", PREDICTION_COLUMNS, list(cut.comparisons))
 
 
 def mismatch(cut: MeasuredCut) -> ResultTable[MismatchEntry]:
@@ -44,7 +44,7 @@ def mismatch(cut: MeasuredCut) -> ResultTable[MismatchEntry]:
 def measured_json(cut: MeasuredCut) -> dict[str, Any]:
     """Return keys of the document: measured, mismatch, scatter_um."""
     return {
-        "measured": records(PREDICTION_COLUMNS, list(cut.compared)),
+        "measured": records(PREDICTION_COLUMNS, list(cut.comparisons)),
         "mismatch": records(MISMATCH, list(cut.mismatch)),
         "scatter_um": cut.scatter * 1e3,
     }

@@ -31,7 +31,7 @@ def curve(
     units = {c.name: unit(c) for c in scenario.part.characteristics}
     shown = (result.present, *(result.pareto if plans is None else plans))
     rows = [
-        CurvePoint("present" if p is result.present else "chosen" if p is result.chosen else "", p)
+        CurvePoint("present" if p is result.present else "chosen" if p is result.choice else "", p)
         for p in shown
     ]
     columns: list[Column[CurvePoint]] = [
@@ -40,7 +40,7 @@ def curve(
         Column("points", lambda row: ", ".join(f"{f} {n}" for f, n in row.plan.per_feature.items())),
     ]
     columns += [
-        Column(f"U {n}", partial(_plan_uncertainty, n), _of_unit(units[n])) for n in result.chosen.expanded
+        Column(f"U {n}", partial(_plan_uncertainty, n), _of_unit(units[n])) for n in result.choice.expanded
     ]
     caption = f"styli: {', '.join(f'{f} {s}' for f, s in result.styli.items())}"
     on_page = f"U in µm (angles µrad), {caption}."

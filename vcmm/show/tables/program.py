@@ -146,7 +146,7 @@ class FolderRow:
     dialect: str
     exit: int
     moves: int
-    assumed: int
+    assumptions: int
     reason: str
 
 
@@ -155,7 +155,7 @@ FOLDER: tuple[Column[FolderRow], ...] = (
     Column("dialect", lambda row: row.dialect, key="dialect", csv="dialect"),
     Column("exit", lambda row: row.exit, RIGHT, key="exit", csv="exit"),
     Column("moves", lambda row: row.moves, RIGHT, key="moves", csv="moves"),
-    Column("assumed", lambda row: row.assumed, RIGHT, key="assumed", csv="assumed"),
+    Column("assumed", lambda row: row.assumptions, RIGHT, key="assumed", csv="assumed"),
     Column("reason", lambda row: row.reason, key="reason", csv="reason"),
 )
 
@@ -170,7 +170,7 @@ def outcome(row: FolderRow) -> str:
         return "refused"
     if not row.moves:
         return "no motion"
-    return "read with assumptions" if row.assumed else "read"
+    return "read with assumptions" if row.assumptions else "read"
 
 
 def folder_counts(rows: Sequence[FolderRow]) -> ResultTable[Any]:

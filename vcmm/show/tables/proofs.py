@@ -12,7 +12,7 @@ def proof_json(proof: CutProof) -> dict[str, Any]:
     """Return the key `proof`, and `reason` where it is null."""
     if proof.after is None:
         return {"proof": None, "reason": proof.reason}
-    body = {"by": "cut", **_figures(proof.after), "met": proof.met, "allowed_um": proof.allowed * 1e3}
+    body = {"by": "cut", **_figures(proof.after), "met": proof.is_met, "allowed_um": proof.limit * 1e3}
     return {"proof": body | {"before": None if proof.before is None else _figures(proof.before)}}
 
 
@@ -39,7 +39,7 @@ def proof_text(proof: CutProof) -> str:
         else f"; before {before.largest * 1e3:.2f} µm ({before.worst}), {before.mean * 1e3:.2f} µm"
     )
     return (
-        f"proof by a cut: {'met' if proof.met else 'NOT met'}: the new program, cut and inspected at {len(after.off)} points, departs by {after.largest * 1e3:.2f} µm at most "
-        f"({after.worst}), {after.mean * 1e3:.2f} µm in the mean{was}; allowed are {proof.allowed * 1e3:.2f} µm"
+        f"proof by a cut: {'met' if proof.is_met else 'NOT met'}: the new program, cut and inspected at {len(after.off)} points, departs by {after.largest * 1e3:.2f} µm at most "
+        f"({after.worst}), {after.mean * 1e3:.2f} µm in the mean{was}; allowed are {proof.limit * 1e3:.2f} µm"
         + (f"; {after.uncut} points are left uncut" if after.uncut else "")
     )

@@ -82,8 +82,8 @@ AGREEMENTS: tuple[Column[AgreementRow], ...] = (
     Column("difference", lambda r: r.pair.difference, DEVIATION, key="difference_{unit}", csv="difference_{unit}", page_head="difference / {small}"),
     Column("U of the difference", lambda r: r.pair.expanded, SIZE, key="U_difference_{unit}", csv="U_difference_{unit}", page_head="its U / {small}"),
     entry("covariance_{unit}2", lambda r: r.pair.covariance),
-    Column("shared", lambda r: ", ".join(r.pair.shared) or "nothing", WORDS),
-    entry("shared", lambda r: list(r.pair.shared)),
+    Column("shared", lambda r: ", ".join(r.pair.common_inputs) or "nothing", WORDS),
+    entry("shared", lambda r: list(r.pair.common_inputs)),
     Column("E_n", lambda r: r.pair.en, fixed(2, signed=True), key="E_n", csv="E_n"),
     Column("", lambda r: "agree" if r.pair.agrees else "do not agree", WORDS),
 )  # fmt: skip

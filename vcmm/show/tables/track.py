@@ -105,7 +105,7 @@ NUMBERS: tuple[Column[NumberOverTime], ...] = (
 
 
 def numbers(track: Track, most: int = MOST) -> ResultTable[NumberOverTime]:
-    every = sorted(track.courses, key=lambda c: -c.moved)
+    every = sorted(track.courses, key=lambda c: -c.change_over_u)
     more = f"; {len(every) - most} more stand in numbers.csv" if len(every) > most else ""
     return ResultTable(
         "numbers that are followed, those that moved most first",

@@ -87,11 +87,11 @@ def undecided_because(results: Iterable[CharacteristicResult]) -> list[str]:
 
 def not_added_up(results: Iterable[CharacteristicResult]) -> list[str]:
     """Return one sentence where shares of budgets do not add to 100 %: which characteristics, their sum, and why."""
-    told = [f"{c.name} {1.0 - rest:.1%}" for c in results if (rest := budget_interaction(c))]
-    if not told:
+    names = [f"{c.name} {1.0 - rest:.1%}" for c in results if (rest := budget_interaction(c))]
+    if not names:
         return []
     return [
-        f"shares of u² that do not add to 100%: {', '.join(told)}; each line is the variance with that input alone, the others held "
+        f"shares of u² that do not add to 100%: {', '.join(names)}; each line is the variance with that input alone, the others held "
         "still (JCGM 101, Annex B), and these add only where the output is linear; the rest to 100% is interaction"
     ]
 
@@ -121,7 +121,7 @@ def _global_risk(c: CharacteristicResult) -> dict[str, float] | None:
     if risk is None:
         return None
     return {
-        "consumer": risk.consumer, "producer": risk.producer, "out_of_tolerance": risk.out, "accepted": risk.accepted,
+        "consumer": risk.consumer, "producer": risk.producer, "out_of_tolerance": risk.out, "accepted": risk.acceptance,
     }  # fmt: skip
 
 
@@ -130,13 +130,17 @@ def _true_value(c: CharacteristicResult) -> dict[str, Any] | None:
     t = c.true_value
     if t is None:
         return None
-    counted = {"coverage_counted": {"family": t.counted[0], "other": t.counted[1]}} if t.counted else {}
+    counted = (
+        {"coverage_counted": {"family": t.counted_coverage[0], "other": t.counted_coverage[1]}}
+        if t.counted_coverage
+        else {}
+    )
     return {
         f"estimate_{c.unit}": t.estimate,
         f"interval_{c.unit}": list(t.interval),
         f"interval_u_{c.unit}": None if t.interval_u is None else _ends(t.interval_u),
-        "coverage_claimed": t.claimed,
-        "reason": None if t.claimed else c.why_not_shown,
+        "coverage_claimed": t.is_claimed,
+        "reason": None if t.is_claimed else c.why_not_shown,
         "not_covered": list(c.not_covered),
         **counted,
     }

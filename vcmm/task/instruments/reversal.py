@@ -85,7 +85,7 @@ class SeparationResult:
     names: tuple[str, ...]
     value: Complex
     covariance: Array
-    identified: np.ndarray
+    is_identified: np.ndarray
     dof: float
     condition: float = 1.0
 
@@ -99,7 +99,7 @@ class SeparationResult:
     def u(self, name: str) -> float:
         """Return the standard uncertainty of the curve, the same at every angle: that of its identified part."""
         i = self.names.index(name)
-        return float(np.sqrt(self.covariance[self.identified[i], i, i].sum()))
+        return float(np.sqrt(self.covariance[self.is_identified[i], i, i].sum()))
 
     def draw(self, rng: np.random.Generator, trials: int) -> Complex:
         """Sample coefficients (trials, u, K) about the estimate, t-distributed with dof."""
@@ -109,11 +109,11 @@ class SeparationResult:
         both = rng.standard_normal((trials, 2, k, u))
         moved = np.einsum("kij,tckj->tcik", factor, both)
         scale = np.sqrt(self.dof / rng.chisquare(self.dof, size=trials))[:, None, None]
-        return np.asarray(self.value + (moved[:, 0] + 1j * moved[:, 1]) * scale * self.identified)
+        return np.asarray(self.value + (moved[:, 0] + 1j * moved[:, 1]) * scale * self.is_identified)
 
     def blind(self, name: str) -> list[int]:
         """Return the orders of an unknown that are not identified."""
-        return [int(k) + 1 for k in np.flatnonzero(~self.identified[self.names.index(name)])]
+        return [int(k) + 1 for k in np.flatnonzero(~self.is_identified[self.names.index(name)])]
 
 
 def separate_errors(test: ReversalTest, groups: Sequence[TurnGroup]) -> SeparationResult:

@@ -50,8 +50,8 @@ class Scenario:
 
     def __repr__(self) -> str:
         touched = sum(len(s.points) for s in self.plan.steps)
-        asked = ", ".join(c.name for c in self.part.characteristics)
-        return f"<Scenario {self.name}: {touched} points on {self.machine.name}; {asked}>"
+        names = ", ".join(c.name for c in self.part.characteristics)
+        return f"<Scenario {self.name}: {touched} points on {self.machine.name}; {names}>"
 
     def with_(self, **changes: Any) -> Scenario:
         """Return the same scenario with other fields: `scenario.with_(pose=..., constants=...)`. UsageError for a field that it has not."""

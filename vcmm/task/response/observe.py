@@ -98,13 +98,13 @@ class Observer:
     @cached_property
     def predict(self) -> tuple[Array, bool]:
         """The result of `baseline`, and whether the transforms were multiplied: rotations above 1 mrad, translations above 1 mm."""
-        return self._predicted(self.usable)
+        return self._prediction(self.usable)
 
     def of_effects(self, effects: tuple[Effect, ...]) -> Array:
         """Return the observations (m,) that the machine would have with other effects in place of its own."""
-        return self._predicted(replace(self.machine, effects=effects, inputs=()))[0]
+        return self._prediction(replace(self.machine, effects=effects, inputs=()))[0]
 
-    def _predicted(self, machine: Machine) -> tuple[Array, bool]:
+    def _prediction(self, machine: Machine) -> tuple[Array, bool]:
         motion, exact = machine.chosen_motion(self.run)
         reading = self.readings(machine)
         return observe(self.recording, motion[:, :, None], reading[:, :, None])[:, 0], exact

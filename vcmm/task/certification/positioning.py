@@ -7,7 +7,7 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.task.certified.certificate import MachineCertificate
+from vcmm.task.certification.certificate import MachineCertificate
 
 TARGETS, RUNS = 11, 5
 HALVINGS = 24

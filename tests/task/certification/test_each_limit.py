@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.task.certified.task import CHARACTERISTICS, scenario_with
-from vcmm.answer.evaluation.added import ADDED
+from tests.task.certification.task import CHARACTERISTICS, scenario_with
+from vcmm.answer.evaluation.additions import ADDED
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.inversion import Inversion, inversion_of
 from vcmm.answer.evaluation.pairs import Largest, surfaces

@@ -25,9 +25,9 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.physics.structure.component import CalibrationModes
 from vcmm.physics.structure.tip_form import TipForm
-from vcmm.task.certified.certificate import MachineCertificate, smallest_limit
-from vcmm.task.certified.lines import RAM, REPEATS, length_run, ram_lines, seven_lines
-from vcmm.task.certified.positioning import axis_run, axis_scale
+from vcmm.task.certification.certificate import MachineCertificate, smallest_limit
+from vcmm.task.certification.lines import RAM, REPEATS, length_run, ram_lines, seven_lines
+from vcmm.task.certification.positioning import axis_run, axis_scale
 from vcmm.task.response.influence import influences
 
 DRAWN, NODES = 6000, 5  # machines; nodes of every table over the travel

@@ -24,10 +24,10 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.task.certified.certificate import LengthLimit, MachineCertificate, smallest_limit
-from vcmm.task.certified.findings import Finding, LimitShare
-from vcmm.task.certified.lines import RAM, REPEATS, SHARES, length_run, ram_lines, seven_lines
-from vcmm.task.certified.machines import (
+from vcmm.task.certification.certificate import LengthLimit, MachineCertificate, smallest_limit
+from vcmm.task.certification.findings import Finding, LimitShare
+from vcmm.task.certification.lines import RAM, REPEATS, SHARES, length_run, ram_lines, seven_lines
+from vcmm.task.certification.machines import (
     NODES,
     SEED,
     CertifiedMachines,
@@ -41,7 +41,7 @@ from vcmm.task.certified.machines import (
     tip_forms,
     tip_reading,
 )
-from vcmm.task.certified.positioning import axis_run, axis_scale
+from vcmm.task.certification.positioning import axis_run, axis_scale
 
 GEOMETRY, TIP, SIZE, SCATTER, AXES, FINDING = range(
     6

@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.task.certified.task import scenario_with
+from tests.task.certification.task import scenario_with
 from vcmm.core.errors import DataError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.files.own.scenario import load_scenario
-from vcmm.task.certified.certificate import LengthLimit, MachineCertificate
-from vcmm.task.certified.each_limit import machines_at_each_limit
-from vcmm.task.certified.findings import Finding, Findings, LimitShare
-from vcmm.task.certified.knowledge import certified_knowledge
-from vcmm.task.certified.lines import length_run, seven_lines
-from vcmm.task.certified.machines import error_tables, half_sphere, per_mode, tip_harmonics
+from vcmm.task.certification.certificate import LengthLimit, MachineCertificate
+from vcmm.task.certification.each_limit import machines_at_each_limit
+from vcmm.task.certification.findings import Finding, Findings, LimitShare
+from vcmm.task.certification.knowledge import certified_knowledge
+from vcmm.task.certification.lines import length_run, seven_lines
+from vcmm.task.certification.machines import error_tables, half_sphere, per_mode, tip_harmonics
 
 AXES = {"X": Axis("X", (0.0, 600.0)), "Y": Axis("Y", (0.0, 500.0)), "Z": Axis("Z", (-400.0, 0.0))}
 BARE = Machine("m", "cmm", parse_structure("w b Y X Z t"), AXES)

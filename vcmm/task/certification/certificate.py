@@ -19,7 +19,7 @@ import numpy as np
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
 from vcmm.core.units import quantity
-from vcmm.task.certified.findings import Findings, over_the_limit
+from vcmm.task.certification.findings import Findings, over_the_limit
 
 NUMBER = r"\d+(?:\.\d+)?"
 _GROWS = re.compile(rf"(?:(?P<slope>{NUMBER})\s*[*x×·]?\s*)?L\s*/\s*(?P<per>{NUMBER})\s*(?P<unit>[uµμ]m)?")
@@ -109,7 +109,7 @@ class LengthLimit:
 
 
 def length_limit(text: object, name: str, example: str = "1.9 um + L/300") -> LengthLimit:
-    """Parse "1.9 um + L/300": L in mm gives um, as on certificates of ISO 10360-2 and on data sheets (vcmm.task.certified.mpe).
+    """Parse "1.9 um + L/300": L in mm gives um, as on certificates of ISO 10360-2 and on data sheets (vcmm.task.certification.mpe).
     UsageError: what is not understood or not positive."""
     if not isinstance(text, str):
         raise UsageError(

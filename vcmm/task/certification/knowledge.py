@@ -14,9 +14,9 @@ from vcmm.core.machine import Machine
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.physics.structure.tip import TipRadius
 from vcmm.physics.structure.tip_form import TipForm
-from vcmm.task.certified.certificate import MachineCertificate
-from vcmm.task.certified.each_limit import machines_at_each_limit
-from vcmm.task.certified.machines import (
+from vcmm.task.certification.certificate import MachineCertificate
+from vcmm.task.certification.each_limit import machines_at_each_limit
+from vcmm.task.certification.machines import (
     SEED,
     CertifiedMachines,
     drawn_machines,

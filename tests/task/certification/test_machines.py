@@ -13,10 +13,10 @@ from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.machine import load_machine
 from vcmm.physics.structure.component import CalibrationModes
-from vcmm.task.certified.certificate import LengthLimit, MachineCertificate, length_limit, smallest_limit
-from vcmm.task.certified.lines import length_run, seven_lines
-from vcmm.task.certified.machines import _largest_scale, half_sphere
-from vcmm.task.certified.positioning import axis_scale
+from vcmm.task.certification.certificate import LengthLimit, MachineCertificate, length_limit, smallest_limit
+from vcmm.task.certification.lines import length_run, seven_lines
+from vcmm.task.certification.machines import _largest_scale, half_sphere
+from vcmm.task.certification.positioning import axis_scale
 
 HEAD = """vcmm = "machine/1"
 name = "certified"
