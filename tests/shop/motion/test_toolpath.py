@@ -84,9 +84,7 @@ def test_a_tool_change_is_no_dwell_and_the_first_tool_none():
     assert sum(times.values()) == pytest.approx(path.seconds)
     assert any("tool 1 is in the spindle when the program begins" in text for text in path.assumptions)
     bare = toolpath([line((0, 0, 0), (100, 0, 0)), *moves[1:]], mill(), control=Control(tool_change=5.0))
-    assert not any(
-        "is in the spindle" in text for text in bare.assumptions
-    )  # no tool before the first move
+    assert not any("is in the spindle" in text for text in bare.assumptions)  # no tool before the first move
 
 
 def test_summary_says_what_was_assumed():
