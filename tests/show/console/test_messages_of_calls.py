@@ -19,7 +19,9 @@ def test_a_path_is_loaded(few_parts: None) -> None:
     assert vcmm.measure(file)["bore diameter"].value == vcmm.measure(str(file))["bore diameter"].value
     assert vcmm.uncertainty(file, trials=1000)["bore diameter"].u > 0
     for verb in (vcmm.uncertainty, vcmm.measure, vcmm.place):
-        with pytest.raises(UsageError, match=r"expected a scenario or the path of its file, not int; vcmm.load_scenario"):
+        with pytest.raises(
+            UsageError, match=r"expected a scenario or the path of its file, not int; vcmm.load_scenario"
+        ):
             verb(3)
 
 

@@ -25,7 +25,7 @@ TurningPrimitive = Callable[[IsoControl, IsoWords, Values], None]
 
 
 def to_tip(c: IsoControl, end: Flat, rapid: bool) -> None:
-    """Straight to (X, Z) in machine coordinates; nothing where the tool is there."""
+    """Move straight to (X, Z) in machine coordinates; nothing where the tool is there."""
     start = c.tip()
     goal = (end[0], start[1], end[1])
     if math.dist(start, goal) < 1e-12:
@@ -36,7 +36,7 @@ def to_tip(c: IsoControl, end: Flat, rapid: bool) -> None:
 
 
 def thread_tip(c: IsoControl, end: Flat, lead: float) -> None:
-    """A thread to (X, Z) in machine coordinates."""
+    """Cut a thread to (X, Z) in machine coordinates."""
     start = c.tip()
     goal = (end[0], start[1], end[1])
     turns = c.feeding((start[0] + end[0]) / 2.0 - c.world.shift[0])
@@ -53,7 +53,7 @@ def thread_tip(c: IsoControl, end: Flat, lead: float) -> None:
 
 
 def _ends(c: IsoControl, w: IsoWords) -> tuple[Flat, Flat]:
-    """Where the tool stands, and the point that the words X Z U W name, machine coordinates."""
+    """Return the position of the tool, and the point of the words X Z U W, machine coordinates."""
     p, _ = target(c, w)
     end = c.world.apply(p)
     return (c.tip()[0], c.tip()[2]), (end[0], end[2])
@@ -61,7 +61,7 @@ def _ends(c: IsoControl, w: IsoWords) -> tuple[Flat, Flat]:
 
 # -- one cut ----------------------------------------------------------------------------------------------------------
 def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
-    """G90, G92, G94: there, along, back. The words stay in force; R is how much the start of the cut lies beside its end."""
+    """Run G90, G92, G94: there, along, back. The words stay in force; R is the distance of the start of the cut beside its end."""
     start, _ = _ends(c, w)
     p, _ = target_kept(c, w)
     corner = c.world.apply(p)
@@ -84,7 +84,7 @@ def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
 
 
 def target_kept(c: IsoControl, w: IsoWords) -> tuple[tuple[float, float, float], None]:
-    """The corner of the cut, programmed coordinates: words that are absent count as in the block before."""
+    """Return the corner of the cut, programmed coordinates: words that are absent count as in the block before."""
     p = list(c.p)
     for i, (absolute, added) in enumerate((("X", "U"), ("Y", "V"), ("Z", "W"))):
         half = 0.5 if i == 0 and c.diametral() else 1.0
@@ -100,7 +100,7 @@ def target_kept(c: IsoControl, w: IsoWords) -> tuple[tuple[float, float, float],
 
 # -- pecking ----------------------------------------------------------------------------------------------------------
 def peck(c: IsoControl, w: IsoWords, v: Values, along: int) -> None:
-    """G74: pecks along Z (1), at X from the start to the end; G75: pecks along X (0). The first block says how far back after a peck."""
+    """Run G74: pecks along Z (1), at X from the start to the end; G75: pecks along X (0). The first block has the distance back after a peck."""
     start, end = _ends(c, w)
     across = 1 - along
     for at in _places(c, start[across], end[across], abs(v["across"])):
@@ -147,7 +147,7 @@ def _plunge(c: IsoControl, start: Flat, end: float, along: int, peck: float, bac
 
 # -- threads ----------------------------------------------------------------------------------------------------------
 def thread(c: IsoControl, w: IsoWords, v: Values) -> None:
-    """The first block says how many finishing passes there are, the angle, the least depth of a pass and the allowance."""
+    """Cut a thread: the first block has the number of finishing passes, the angle, the least depth of a pass and the allowance."""
     setting, (start, end) = Values(c.turning_words), _ends(c, w)
     digits = f"{setting.number('digits'):06d}"  # passes, chamfer, angle
     angle = v.without("angle", float(digits[4:6]))
@@ -168,7 +168,7 @@ def thread(c: IsoControl, w: IsoWords, v: Values) -> None:
 
 
 def _thread_depths(c: IsoControl, height: float, first: float, setting: Values, last: int) -> list[float]:
-    """Depths of the passes: first sqrt(n), at least `least` more each, to the height less the allowance, then `last` ones."""
+    """Return the depths of the passes: first sqrt(n), at least `least` more each, to the height less the allowance, then `last` ones."""
     least, allowance = setting["least"], setting["allowance"]
     out, depth, n = [], 0.0, 0
     while depth < height - allowance - 1e-9:
@@ -192,7 +192,7 @@ class TurningCycle(NamedTuple):
 
 
 def groove(c: IsoControl, w: IsoWords, code: str) -> None:
-    """A block with one of these cycles."""
+    """Execute a block with one of these cycles."""
     row = GROOVING[code]
     if not any(w.has(k) for k in "XZUW"):
         c.turning_words = dict(read_words(c, w, row.first).numbers)

@@ -191,7 +191,7 @@ def _spindle(feed_mode: str) -> Callable[[SinumerikControl], None]:
 def _assume(
     what: str, value: str, matters: bool = True, **values: object
 ) -> Callable[[SinumerikControl], None]:
-    """What is read otherwise than the control does it: told in a survey, refused in strict reading."""
+    """Return the action for a function read otherwise than on the control: a remark in a survey, refused in strict reading."""
 
     def change(i: SinumerikControl) -> None:
         i.r.assume(what, value, f"{what}{LATER}", column=i.column, matters=matters)
@@ -202,7 +202,7 @@ def _assume(
 
 
 def _lead_tip(on: bool) -> Callable[[SinumerikControl], None]:
-    """TRAORI and its end: the tip is led over the workpiece, the axes follow from the machine."""
+    """Return the action of TRAORI and its end: the tip is led over the workpiece, the axes follow from the machine."""
 
     def change(i: SinumerikControl) -> None:
         i.r.led = on
@@ -216,7 +216,7 @@ def _lead_tip(on: bool) -> Callable[[SinumerikControl], None]:
 
 
 def _face(on: bool) -> Callable[[SinumerikControl], None]:
-    """TRANSMIT and its end: X and Y over the end face, X and C lead the tip."""
+    """Return the action of TRANSMIT and its end: X and Y over the end face, X and C lead the tip."""
 
     def change(i: SinumerikControl) -> None:
         if i.modes.face is not None:
@@ -231,7 +231,7 @@ def _face(on: bool) -> Callable[[SinumerikControl], None]:
 
 
 def _cutter_in_space(name: str) -> Callable[[SinumerikControl], None]:
-    """Radius compensation in space: it does nothing until G41 or G42."""
+    """Return the radius compensation in space: it does nothing until G41 or G42."""
 
     def change(i: SinumerikControl) -> None:
         if i.r.compensation is not None:
