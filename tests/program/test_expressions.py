@@ -84,7 +84,7 @@ def test_what_has_no_value_is_told_with_its_column():
     assert fault.value.column == 7
     with pytest.raises(BlockFault, match=r"the result of this expression is inf"):
         finite(math.inf, 1)
-    with pytest.raises(BlockFault, match=r"the label is 1\.5, and a whole number is due"):
+    with pytest.raises(BlockFault, match=r"the label is 1\.5; expected a whole number"):
         whole(1.5, "the label")
     with pytest.raises(BlockFault, match="the label is vacant"):
         whole(None, "the label")

@@ -57,7 +57,7 @@ def test_a_job_that_needs_every_number_reads_strictly_and_names_them_all():
     assert [p.split(": ")[1] for p in caught.value.problems] == [
         "compensate needs the diameter of tool 3", "compensate needs the feed", "compensate needs the subprogram O9 (O0009.nc)",
     ]  # fmt: skip
-    with pytest.raises(DataError, match="stands twice"):  # what is wrong in itself is refused as it is
+    with pytest.raises(DataError, match="appears twice"):  # what is wrong in itself is refused as it is
         read_for("cut", "G21\nG0 X1. X2.\nM30", "fanuc", Setup())
     assert len(read_for("cut", "G21\nG0 X1.\nM30", "fanuc", Setup()).moves) == 1
 

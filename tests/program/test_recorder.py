@@ -41,7 +41,7 @@ def test_feeds_in_three_ways():
     assert r.rate(10.0, 0.0) == 20.0
     r.feed_mode, r.feed, r.feed_scale = "G95", 0.1, 25.4
     assert r.rate(10.0, -1000.0) == pytest.approx(2540.0)
-    with pytest.raises(ProgramFault, match="spindle stands still"):
+    with pytest.raises(ProgramFault, match="spindle is at rest"):
         r.rate(10.0, 0.0)
     r.feed, r.source = None, Source(4, 7, 9)
     with pytest.raises(ProgramFault, match=r"p\.mpf:4:7: no feed") as fault:

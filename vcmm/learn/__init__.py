@@ -1,1 +1,1 @@
-"""From recordings to effects: calibration and diagnosis."""
+"""Learn from recordings: calibration, diagnosis and tracking of machines."""

@@ -1,1 +1,1 @@
-"""What NC programs mean, in all languages: moves, tools, set-up, state of the control, cutter compensation."""
+"""Readers of NC programs in all languages: moves, tools, set-up, state of the control, cutter compensation."""

@@ -1,4 +1,4 @@
-"""Clears an area of any shape: pockets less islands, rows in it, once round its edge, and how the tool gets from one to the next.
+"""Clear an area of any shape: pockets less islands, rows in it, once round its edge, and the way of the tool from one to the next.
 
 The centre of the tool may be wherever it is at least `distance` from every wall. The edge of that is made of lines and arcs beside the walls, and arcs
 about their corners; all of them are cut where they meet, and what is too near to a wall is left out. Rows lie at most `step` apart, and the last
@@ -59,7 +59,7 @@ class Area:
     rings: tuple[Ring, ...]
 
     def strokes(self, step: float, along: int = 0, climb: bool = True) -> list[Stroke]:
-        """Rows along an axis of the plane (0, 1), to and fro, then each ring: with the wall on the right (climb), or the other way."""
+        """Return the rows along an axis of the plane (0, 1), to and fro, then each ring: with the wall on the right (climb), or the other way."""
         out: list[Stroke] = []
         here = self.rings[0][0].start
         for row in self._rows(step, 1 - along):
@@ -78,7 +78,7 @@ class Area:
         ]
 
     def _rows(self, step: float, across: int) -> Iterator[list[tuple[Vec, Vec]]]:
-        """Stretches of each row inside the area."""
+        """Return the stretches of each row inside the area."""
         values = [q[across] for r in self.rings for p in r for q in extremes(p)]
         low, high = min(values), max(values)
         count = math.ceil((high - low) / step - 1e-9) if step > 0 else 1
@@ -96,7 +96,7 @@ class Area:
             ]
 
     def is_clear(self, begin: Vec, end: Vec) -> bool:
-        """Whether a straight way at one height stays in the area."""
+        """Return whether a straight way at one height stays in the area."""
         if math.dist(begin, end) < SAME:
             return True
         way = ContourPiece(begin, end)
@@ -107,13 +107,13 @@ class Area:
         return True
 
     def holds(self, point: Vec) -> bool:
-        """Whether a point lies in the area, its edge counted in."""
+        """Return whether a point lies in the area, its edge counted in."""
         pieces = [p for r in self.rings for p in r]
         return any(distance(p, point) < SAME for p in pieces) or _is_inside(pieces, point)
 
 
 def _is_inside(pieces: Sequence[ContourPiece], point: Vec) -> bool:
-    """Whether a ray to the right crosses closed pieces an odd number of times."""
+    """Return whether a ray to the right crosses closed pieces an odd number of times."""
     at = point[1]
     while any(abs(at - q[1]) < SAME / 10 for p in pieces for q in (p.start, p.end)):
         at += SAME / 3
@@ -122,7 +122,7 @@ def _is_inside(pieces: Sequence[ContourPiece], point: Vec) -> bool:
 
 @dataclass(frozen=True)
 class Walls:
-    """Pockets less islands, and the edge of what is left, with it on the left."""
+    """Pockets less islands, and the edge of the remaining area, which is on its left."""
 
     pockets: tuple[Ring, ...]
     islands: tuple[Ring, ...]
@@ -145,9 +145,10 @@ class Walls:
 
 
 def area(contours: Sequence[tuple[Sequence[Move], str]], off: float) -> Area:
-    """contours: closed, with the side on which the tool goes beside each: inside of a pocket, outside of an island. off: mm from every wall.
+    """Return the area of the tool centre. contours: closed, with the side on which the tool goes beside each: inside of a pocket, outside
+    of an island. off: mm from every wall.
 
-    Raises BlockFault where one is not closed, where there is no pocket, or where the tool fits in nowhere.
+     Raises BlockFault where one is not closed, where there is no pocket, or where the tool fits in nowhere.
     """
     rings: list[tuple[Ring, bool]] = []
     for moves, side in contours:
@@ -180,7 +181,7 @@ def area(contours: Sequence[tuple[Sequence[Move], str]], off: float) -> Area:
 
 
 def _beside(edge: Sequence[ContourPiece], off: float) -> list[ContourPiece]:
-    """Beside every piece on its left, and round every corner (clockwise: the area lies outside of it)."""
+    """Return the pieces beside every piece on its left, and round every corner (clockwise: the area lies outside of it)."""
     out = [q for p in edge if (q := parallel(p, off)) is not None]
     for x, y in {p.start for p in edge}:
         east, west = (x + off, y), (x - off, y)
@@ -193,13 +194,13 @@ def _is_free(walls: Walls, edge: Sequence[ContourPiece], point: Vec, off: float)
 
 
 def _begin_at(ring: Sequence[ContourPiece], point: Vec) -> Ring:
-    """A ring from its corner that is nearest to a point."""
+    """Return a ring from its corner that is nearest to a point."""
     k = min(range(len(ring)), key=lambda i: math.dist(ring[i].start, point))
     return (*ring[k:], *ring[:k])
 
 
 def _signed(ring: Sequence[ContourPiece]) -> float:
-    """Twice the area within closed pieces, positive counter-clockwise."""
+    """Return twice the area within closed pieces, positive counter-clockwise."""
     total = 0.0
     for p in ring:
         total += p.start[0] * p.end[1] - p.end[0] * p.start[1]

@@ -1,4 +1,4 @@
-"""Arcs that do not lie in a plane of the machine: as chords."""
+"""Arcs that do not lie in a plane of the machine, as chords."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SAG = 1e-3  # mm from the arc to its chords, at most
 
 
 def arc_or_chords(r: Recorder, end: Point, centre: Point, clockwise: bool, turns: int = 1) -> None:
-    """An arc of the plane in force; chords at most `SAG` off where a frame tilts that plane out of the planes of the machine.
+    """Make an arc of the plane in force; chords at most `SAG` off where a frame tilts that plane out of the planes of the machine.
 
     Strict reading keeps arcs arcs, and refuses those.
     """

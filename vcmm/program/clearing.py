@@ -1,7 +1,7 @@
-"""Paths that clear a pocket or a face, in the plane of the tool centre: what the milling cycles of all languages are made of.
+"""Paths that clear a pocket or a face, in the plane of the tool centre. The milling cycles of all languages use them.
 
 Manuals say in which order a cycle clears (from the middle outwards, row by row) and leave the rest to the control. These paths
-keep to what is said; a reader tells that they are assumed. Lengths mm, points (n, 2), counterclockwise unless turned round.
+keep to that; a reader adds a remark that they are assumed. Lengths mm, points (n, 2), counterclockwise unless turned round.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class PathPiece(NamedTuple):
 
 
 def rings(half: float, step: float) -> list[float]:
-    """Distances from the middle line of the rings that clear a half width: equal, at most `step` apart, the last one `half`."""
+    """Return the distances from the middle line of the rings that clear a half width: equal, at most `step` apart, the last one `half`."""
     count = max(1, whole_count(math.ceil(half / step - 1e-9))) if step > 0 else 1
     return [half * (k + 1) / count for k in range(count)] if half > 0 else [0.0]
 
@@ -32,7 +32,7 @@ def rings(half: float, step: float) -> list[float]:
 def rectangle(
     size: Vec, step: float, corner: float = 0.0, clockwise: bool = False, angle: float = 0.0
 ) -> list[PathPiece]:
-    """Clears a rectangle about the origin from its middle line outwards.
+    """Return the path that clears a rectangle about the origin from its middle line outwards.
 
     size: how far the centre of the tool goes to each side, mm; corner: radius of its path in the corners of the last ring;
     angle: rad by which all is turned.
@@ -52,7 +52,7 @@ def rectangle(
 
 
 def _ring(half: Vec, corner: float) -> Iterator[PathPiece]:
-    """Once round, from the middle of the right side, counterclockwise."""
+    """Return one ring: once round, from the middle of the right side, counterclockwise."""
     a, b = half
     r = min(corner, a, b)
     yield PathPiece((a, 0.0))
@@ -68,7 +68,7 @@ def _ring(half: Vec, corner: float) -> Iterator[PathPiece]:
 
 
 def circle(radius: float, step: float, clockwise: bool = False) -> list[PathPiece]:
-    """Clears a circle about the origin: full circles from the middle outwards."""
+    """Return the path that clears a circle about the origin: full circles from the middle outwards."""
     out: list[PathPiece] = []
     for r in rings(radius, step):
         out += [PathPiece((r, 0.0)), PathPiece((r, 0.0), (0.0, 0.0), clockwise)] if r else []
@@ -86,7 +86,7 @@ def rows(first: Vec, size: Vec, count: int) -> list[Vec]:
 
 
 def turn_piece(piece: PathPiece, angle: float) -> PathPiece:
-    """Turned about the origin, rad."""
+    """Return the piece turned about the origin, rad."""
     if not angle:
         return piece
     c, s = math.cos(angle), math.sin(angle)
@@ -98,7 +98,7 @@ def turn_piece(piece: PathPiece, angle: float) -> PathPiece:
 
 
 def shift_pieces(pieces: Sequence[PathPiece], by: Vec) -> list[PathPiece]:
-    """Shifted in the plane."""
+    """Return the pieces shifted in the plane."""
     return [
         p._replace(
             end=(p.end[0] + by[0], p.end[1] + by[1]),

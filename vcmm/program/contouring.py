@@ -1,4 +1,4 @@
-"""A contour beside which a tool goes: what the contour cycles of all languages are made of. Moves of one plane, mm."""
+"""A contour beside which a tool goes, for the contour cycles of all languages. Moves of one plane, mm."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RecordedContour:
 
 @contextmanager
 def record_contour(r: Recorder) -> Iterator[RecordedContour]:
-    """What runs inside makes a contour; of the state nothing is changed by it but READING_NOTES."""
+    """Record the moves made inside as a contour; the state is unchanged but for READING_NOTES."""
     before = {f.name: getattr(r, f.name) for f in fields(r) if f.name not in READING_NOTES}
     r.moves, r.sides, r.corners, r.markers, r.tracer = [], [], [], [], None
     out = RecordedContour()
@@ -51,7 +51,7 @@ def record_contour(r: Recorder) -> Iterator[RecordedContour]:
 def beside(
     moves: Sequence[Move], side: str | None, radius: float, style: Style, file: str, closed: bool = False
 ) -> list[Move]:
-    """The contour as the path of the tool centre, without ways in and out. closed: it begins and ends at a corner of its own."""
+    """Return the contour as the path of the tool centre, without ways in and out. closed: it begins and ends at a corner of its own."""
     if side is None or not radius:
         return list(moves)
     round_again = [moves[-1], *moves, moves[0]] if closed else list(moves)
@@ -69,7 +69,7 @@ def beside(
 
 
 def _lead(move: Move, behind: bool) -> Move:
-    """A line into the contour along its first direction, or out of it along its last."""
+    """Return a line into the contour along its first direction, or out of it along its last."""
     a, b = tangent(move, behind)
     one, two, _ = PLANES[move.plane]
     end = move.end if behind else move.start
@@ -82,14 +82,14 @@ def _lead(move: Move, behind: bool) -> Move:
 
 
 def flat(move: Move, at_end: bool) -> Flat:
-    """The first or the last point of a move in its plane."""
+    """Return the first or the last point of a move in its plane."""
     one, two, _ = PLANES[move.plane]
     point = move.end if at_end else move.start
     return point[one], point[two]
 
 
 def tangent(move: Move, at_end: bool) -> Flat:
-    """The direction of a move at one of its ends."""
+    """Return the direction of a move at one of its ends."""
     (a, b), (c, d) = flat(move, False), flat(move, True)
     if move.centre is None:
         length = math.hypot(c - a, d - b)
@@ -102,7 +102,7 @@ def tangent(move: Move, at_end: bool) -> Flat:
 
 
 def pieces(path: Sequence[Move]) -> list[PathPiece]:
-    """The moves as pieces at one height."""
+    """Return the moves as pieces at one height."""
     out = []
     for move in path:
         one, two, _ = PLANES[move.plane]
@@ -112,7 +112,7 @@ def pieces(path: Sequence[Move]) -> list[PathPiece]:
 
 
 def reverse(path: Sequence[Move]) -> list[Move]:
-    """The same way back."""
+    """Return the same way back."""
     return [
         m._replace(start=m.end, end=m.start, clockwise=None if m.clockwise is None else not m.clockwise)
         for m in reversed(path)
@@ -120,5 +120,5 @@ def reverse(path: Sequence[Move]) -> list[Move]:
 
 
 def is_closed(path: Sequence[Move]) -> bool:
-    """Whether a contour ends where it begins."""
+    """Return whether a contour ends where it begins."""
     return math.dist(flat(path[0], False), flat(path[-1], True)) < CLOSED

@@ -1,4 +1,4 @@
-"""What the milling cycles of all languages are made of: moves in the plane and along the tool, pieces at one height, helices.
+"""Moves for the milling cycles of all languages: moves in the plane and along the tool, pieces at one height, helices.
 
 Coordinates are those of the plane in force and the height along the tool, mm, in the program's own frame.
 """
@@ -32,12 +32,12 @@ class CycleCutter:
         return self.recorder.p[PLANES[self.recorder.plane][2]]
 
     def here(self) -> Flat:
-        """Where the tool stands in the plane."""
+        """Return the position of the tool in the plane."""
         one, two, _ = PLANES[self.recorder.plane]
         return self.recorder.p[one], self.recorder.p[two]
 
     def point(self, spot: Flat | None, height: float | None) -> Point:
-        """A point from its coordinates in the plane and along the tool; None: as it is."""
+        """Return a point from its coordinates in the plane and along the tool; None: as it is."""
         one, two, normal = PLANES[self.recorder.plane]
         point = list(self.recorder.p)
         if spot is not None:
@@ -47,13 +47,13 @@ class CycleCutter:
         return point[0], point[1], point[2]
 
     def to(self, spot: Flat | None, height: float | None, rapid: bool) -> None:
-        """Straight, where that is a way."""
+        """Move straight, where that is a way."""
         point = self.point(spot, height)
         if point != self.recorder.p:
             self.recorder.straight(point, rapid)
 
     def follow(self, path: Sequence[PathPiece], height: float) -> None:
-        """Pieces at one height."""
+        """Follow pieces at one height."""
         for piece in path:
             if piece.centre is None:
                 self.to(piece.end, None, False)
@@ -67,14 +67,14 @@ class CycleCutter:
 
     @contextmanager
     def feed_at(self, feed: float) -> Iterator[None]:
-        """Moves at this feed, mm/min (or mm per turn, as the mode in force has it); the one in force where it is zero."""
+        """Move at this feed, mm/min (or mm per turn, as the mode in force has it); the one in force where it is zero."""
         before = self.recorder.feed
         self.recorder.feed = feed or before
         yield
         self.recorder.feed = before
 
     def helix(self, middle: Flat, radius: float, heights: Flat, pitch: float, clockwise: bool) -> None:
-        """From the tool's place on the circle, `pitch` mm a turn, from the one height to the other; the last turn is a part of one."""
+        """Mill a helix from the tool's place on the circle, `pitch` mm a turn, from the one height to the other; the last turn is a part of one."""
         (a, b), (first, last) = middle, heights
         full = abs(last - first) / pitch
         turns = whole_count(math.floor(full + 1e-9))
@@ -92,7 +92,7 @@ class CycleCutter:
             arc_or_chords(self.recorder, self.point(end, last), self.point((a, b), last), clockwise)
 
     def thread(self, middle: Flat, radius: float, heights: Flat, pitch: float, clockwise: bool) -> None:
-        """From the middle in half a circle, a helix, and half a circle back; straight where the tool fills the hole."""
+        """Mill a thread from the middle in half a circle, a helix, and half a circle back; straight where the tool fills the hole."""
         if not radius:
             self.to(middle, heights[1], False)
             return
@@ -103,7 +103,8 @@ class CycleCutter:
         self.follow([PathPiece(middle, ((x + a) / 2, (y + b) / 2), clockwise)], heights[1])
 
     def radius(self, who: str) -> float:
-        """Of the tool in the spindle, mm; 0 where nobody knows it: the path then runs on the contour. who: what needs it, in a sentence."""
+        """Return the radius of the tool in the spindle, mm; 0 where it is unknown: the path then runs on the contour. who: what needs it,
+        in a sentence."""
         tool = self.recorder.tool_data
         if tool.radius is None:
             self.recorder.assume(
@@ -115,6 +116,6 @@ class CycleCutter:
 
 
 def equal_depths(top: float, floor: float, most: float) -> list[float]:
-    """Depths of infeeds of one size, `most` at most, as few as that needs; one where `most` is zero."""
+    """Return the depths of infeeds of one size, `most` at most, as few as that needs; one where `most` is zero."""
     count = max(1, whole_count(math.ceil((top - floor) / most - 1e-9))) if most > 0 else 1
     return [top + (floor - top) * (k + 1) / count for k in range(count)]

@@ -43,7 +43,7 @@ Conversion = Callable[[CycleParameter, float], float]
 
 
 def in_units(length: float, feed: float) -> Conversion:
-    """length: mm of a length of the program; feed: mm/min of a feed."""
+    """Return the conversion of lengths and feeds. length: mm of a length of the program; feed: mm/min of a feed."""
     by: dict[str, Callable[[float], float]] = {
         "mm": lambda v: v * length, "size": lambda v: abs(v) * length, "deg": math.radians, "feed": lambda v: v * feed,
     }  # fmt: skip
@@ -60,15 +60,15 @@ class Values:
         return self.numbers.get(name, 0.0)
 
     def has(self, name: str) -> bool:
-        """Whether it was given at all."""
+        """Return whether it was given at all."""
         return name in self.numbers
 
     def number(self, name: str) -> int:
-        """A whole number."""
+        """Return a whole number."""
         return round(self[name])
 
     def without(self, name: str, otherwise: float) -> float:
-        """The value; `otherwise` where it is left out."""
+        """Return the value; `otherwise` where it is left out."""
         return self.numbers.get(name, otherwise)
 
 
@@ -80,7 +80,7 @@ class Cycle(Generic[Primitive]):
     primitive: Primitive
 
     def uses(self, name: str) -> bool:
-        """Whether the cycle has a parameter of that name."""
+        """Return whether the cycle has a parameter of that name."""
         return any(p.name == name for p in self.parameters)
 
     @property
@@ -89,11 +89,11 @@ class Cycle(Generic[Primitive]):
         return tuple(p.name for p in self.parameters if p.needed)
 
     def by_name(self, arguments: Sequence[float | None]) -> dict[str, float]:
-        """Arguments in the order of the manual, by name. What is given beyond the table is left alone."""
+        """Return the arguments in the order of the manual, by name. Arguments beyond the table are left out."""
         return {p.name: v for p, v in zip(self.parameters, arguments) if v is not None}
 
     def read(self, numbers: Mapping[str, float], convert: Conversion) -> Values:
-        """What the parameters mean, of those that are given by name."""
+        """Return the values of the given parameters by meaning."""
         out: dict[str, float] = {}
         for parameter in self.parameters:
             if parameter.name in numbers:
@@ -104,7 +104,7 @@ class Cycle(Generic[Primitive]):
 
 
 def cycle(parameters: str, primitive: Primitive) -> Cycle[Primitive]:
-    """A row from its text. Raises ValueError for a kind that does not exist."""
+    """Return a row from its text. Raises ValueError for a kind that does not exist."""
     out = []
     for part in filter(None, map(str.strip, parameters.split(","))):
         word, kind = part.split()

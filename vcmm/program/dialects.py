@@ -26,12 +26,12 @@ class Dialect:
 
     decimal_point: "calculator" (X10 is 10 mm) or "increment" (X10 without a point is 10 increments).
     dwell: seconds per unit of P in G4 and cycles. words: "o" O-words and named parameters, "macro" Fanuc macro B.
-    unused: what a word means that no code of its block uses: "refuse" or "remark".
+    unused: treatment of a word that no code of its block uses: "refuse" or "remark".
     codes: name of the table of G codes (vcmm.program.iso.groups). survey: the level (vcmm.program.levels), from the set-up.
     cycles_apart: drilling cycles are a modal group of their own: G0 G80 in one block, and G80 leaves G0 or G1 in force.
     system: of the G codes of a lathe, A, B or C. everything_home: G28 without axes sends all of them.
     length_follows: a block with G43 and an axis word counts increments from the programmed point (Fanuc), not from the
-    point the new tool stands at (LinuxCNC).
+    position of the new tool (LinuxCNC).
     """
 
     name: str
@@ -108,12 +108,12 @@ def register(
 
 
 def late(module: str, function: str) -> Callable[..., Any]:
-    """A function of a module that is imported now, and not before."""
+    """Return a function of a module that is imported now, and not before."""
     return getattr(importlib.import_module(module), function)
 
 
 def _reader(module: str, trace: bool) -> FrontEnd:
-    """`read` of a module, which is imported when the first program is read."""
+    """Return `read` of a module, which is imported when the first program is read."""
     return lambda text, name, setup: late(module, "read")(text, name, setup, trace)
 
 
@@ -127,12 +127,12 @@ register("fagor", _reader("vcmm.program.fagor.reader", False), ("pim",))
 
 
 def names() -> list[str]:
-    """All dialects that can be read."""
+    """Return all dialects that can be read."""
     return [*G_CODE, *FRONT_ENDS]
 
 
 def check_name(name: str) -> str:
-    """The name itself. Raises UsageError with the closest one."""
+    """Return the name. Raises UsageError with the closest one."""
     if name not in G_CODE and name not in FRONT_ENDS:
         raise UsageError(f'unknown dialect "{name}".{choose_from(name, names())}')
     return name

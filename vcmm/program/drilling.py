@@ -1,4 +1,4 @@
-"""A hole, drilled where the tool stands: what the cycles of all languages are made of."""
+"""A hole, drilled at the position of the tool, for the cycles of all languages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Hole:
     idle: bool = False
 
     def to(self, height: float, rapid: bool) -> None:
-        """Along the axis of the tool."""
+        """Move along the axis of the tool."""
         point, normal = list(self.recorder.p), PLANES[self.recorder.plane][2]
         if not self.idle and abs(point[normal] - height) < STILL:
             return
@@ -40,7 +40,7 @@ class Hole:
         self.recorder.straight((point[0], point[1], point[2]), rapid)
 
     def across(self, a: float, b: float) -> None:
-        """Rapid in the plane, to its coordinates."""
+        """Move at rapid in the plane, to its coordinates."""
         point, (first, second, _) = list(self.recorder.p), PLANES[self.recorder.plane]
         if not self.idle and (point[first], point[second]) == (a, b):
             return
@@ -48,21 +48,21 @@ class Hole:
         self.recorder.straight((point[0], point[1], point[2]), True)
 
     def wait(self, seconds: float) -> None:
-        """A dwell, where it lasts."""
+        """Dwell for the given seconds, if any."""
         if seconds:
             self.recorder.dwell(seconds)
 
     def feed_in(self, seconds: float = 0.0) -> None:
-        """To the bottom at feed, and a dwell there."""
+        """Feed to the bottom, and dwell there."""
         self.to(self.bottom, False)
         self.wait(seconds)
 
     def leave(self) -> None:
-        """Out, at rapid."""
+        """Move out at rapid."""
         self.to(self.retract, True)
 
     def leave_higher(self) -> None:
-        """Out from the clearance, at rapid, where it ends higher."""
+        """Move out from the clearance, at rapid, where it ends higher."""
         if self.retract > self.clearance:
             self.leave()
 
@@ -70,7 +70,7 @@ class Hole:
         self, depths: Sequence[float], again: Callable[[float], float], *, out: bool = True, wait: float = 0.0, pause: float = 0.0,
         back_at_feed: bool = False, before: Callable[[int], None] = lambda k: None, last: float | None = None,
     ) -> None:  # fmt: skip
-        """Feeds to each of the depths, with a dwell of `wait` seconds there. Between them the tool goes out to the clearance and stays
+        """Feed to each of the depths, with a dwell of `wait` seconds there. Between them the tool goes out to the clearance and stays
         there for `pause` seconds (where `out`), and then to the height `again`(depth), at rapid unless `back_at_feed`.
         before: called before each stroke, with its number from 0. last: the dwell at the last depth, s; `wait` where it is left out.
         """
@@ -90,7 +90,7 @@ class Hole:
 def depths_of(
     surface: float, final: float, step: float, less: float = 0.0, least: float = 0.0
 ) -> list[float]:
-    """Depths of the infeeds, mm: each `less` shorter than the one before, but not below `least`."""
+    """Return the depths of the infeeds, mm: each `less` shorter than the one before, but not below `least`."""
     if step > 0:
         whole_count((surface - final) / (min(step, least or step) if less else step))
     out, infeed = [surface], step
@@ -101,7 +101,7 @@ def depths_of(
 
 
 def whole_count(number: float) -> int:
-    """How many holes, infeeds or repetitions, as a whole number. Raises BlockFault beyond `MOST`."""
+    """Return a count of holes, infeeds or repetitions as a whole number. Raises BlockFault beyond `MOST`."""
     if not number <= MOST:
         raise BlockFault(0, f"{number:.6g} repetitions are more than {MOST}; check the numbers of this block")
     return round(number)

@@ -1,7 +1,7 @@
-"""Expressions of all languages: read from the tokens of a block by precedence, kept as functions, worked out when they are due.
+"""Expressions of all languages: read from the tokens of a block by precedence, kept as functions, evaluated when they are needed.
 
 A language is a `Grammar` (operators, functions, brackets) and a reader of its own variables. A value is a number or a function
-of what the control knows, so that a loop reads its text once. None stands for a vacant Fanuc variable: 0 in sums, ignored as
+of what the control knows, so that a loop reads its text once. None is a vacant Fanuc variable: 0 in sums, ignored as
 the value of a word, equal to nothing but itself.
 """
 
@@ -23,7 +23,7 @@ TIGHT = 99  # binds tighter than any operator
 
 @dataclass(frozen=True)
 class Grammar:
-    """levels: how tightly an operator of two values binds; equal ones bind from the left. prefixes: what stands before a value,
+    """levels: how tightly an operator of two values binds; equal ones bind from the left. prefixes: an operator before a value,
     how tightly it binds, and what it does. functions: how many arguments, and what they do. call: how a call looks in messages.
     dividing: operators that cannot take a zero behind them. equal: operators that tell a vacant value from zero.
     """
@@ -40,23 +40,23 @@ class Grammar:
 
 # -- working out --------------------------------------------------------------------------------------------------------
 def evaluate(value: Value, variables: Any) -> float | None:
-    """The number now; None for a vacant variable."""
+    """Return the number now; None for a vacant variable."""
     return value(variables) if callable(value) else value
 
 
 def number(value: Value, variables: Any) -> float:
-    """The number now; 0 for a vacant variable. Raises BlockFault where a text stands."""
+    """Return the number now; 0 for a vacant variable. Raises BlockFault for a text."""
     now = (value(variables) if callable(value) else value) or 0.0
     if not isinstance(now, float | int):
-        raise BlockFault(0, f'"{now}" stands where a number is due')
+        raise BlockFault(0, f'expected a number, found "{now}"')
     return now
 
 
 def whole(number: float | None, what: str, column: int = 0, near: float = 1e-4) -> int:
-    """A whole number from a computed one. Raises BlockFault (column 0: the caller knows it)."""
+    """Return a whole number from a computed one. Raises BlockFault (column 0: the caller knows it)."""
     if number is None or not math.isfinite(number) or abs(number - round(number)) > near:
         text = "vacant" if number is None else f"{number:g}"
-        raise BlockFault(column, f"{what} is {text}, and a whole number is due")
+        raise BlockFault(column, f"{what} is {text}; expected a whole number")
     return round(number)
 
 
@@ -70,12 +70,12 @@ def finite(number: float, column: int) -> float:
 
 
 def power(x: float, y: float) -> float:
-    """x to the power of y; not a number where there is no real one."""
+    """Return x to the power of y; not a number where there is no real one."""
     return math.nan if isinstance(x**y, complex) else float(x**y)
 
 
 def apply_sign(function: Callable[[float], float], value: Value) -> Value:
-    """A sign or negation before a value."""
+    """Return a sign or negation before a value."""
     if callable(value):
         inner = value
         return lambda variables: float(function(number(inner, variables)))
@@ -83,7 +83,7 @@ def apply_sign(function: Callable[[float], float], value: Value) -> Value:
 
 
 def binary(grammar: Grammar, operator: str, left: Value, right: Value, column: int) -> Evaluation:
-    """Two values and the operator between them."""
+    """Return two values and the operator between them."""
 
     def result(variables: Any) -> float:
         a, b = evaluate(left, variables), evaluate(right, variables)
@@ -106,7 +106,7 @@ def binary(grammar: Grammar, operator: str, left: Value, right: Value, column: i
 
 
 def call_function(grammar: Grammar, name: str, arguments: Sequence[Value], column: int) -> Evaluation:
-    """A function and its arguments, of which there are as many as it takes."""
+    """Return a function and its arguments, of which there are as many as it takes."""
     _, function = grammar.functions[name]
 
     def result(variables: Any) -> float:
@@ -121,22 +121,22 @@ def call_function(grammar: Grammar, name: str, arguments: Sequence[Value], colum
 
 
 def in_degrees(function: Callable[[float], float]) -> Callable[[float], float]:
-    """A function of an angle in degrees."""
+    """Return a function of an angle in degrees."""
     return lambda x: function(math.radians(x))
 
 
 def to_degrees(function: Callable[..., float]) -> Callable[..., float]:
-    """A function that gives an angle in degrees."""
+    """Return a function that gives an angle in degrees."""
     return lambda *x: math.degrees(function(*x))
 
 
 def round_half_up(x: float) -> float:
-    """To the nearest whole number, halves away from zero."""
+    """Round to the nearest whole number, halves away from zero."""
     return math.copysign(math.floor(abs(x) + 0.5), x)
 
 
 def away_from_zero(x: float) -> float:
-    """To the next whole number away from zero."""
+    """Round to the next whole number away from zero."""
     return math.copysign(math.ceil(abs(x)), x)
 
 
@@ -171,9 +171,9 @@ class Cursor:
         return self.tokens[self.at + ahead] if self.at + ahead < len(self.tokens) else None
 
     def next(self) -> Token:
-        """The next token. Raises BlockFault where there is none."""
+        """Return the next token. Raises BlockFault where there is none."""
         if self.is_done:
-            raise self.fault("the block ends where more is due; complete it")
+            raise self.fault("expected more, found the end of the block; complete it")
         self.at += 1
         return self.tokens[self.at - 1]
 
@@ -182,7 +182,7 @@ class Cursor:
         return "" if token is None else token.text.upper()
 
     def accept(self, *texts: str) -> bool:
-        """All the texts, one after another."""
+        """Accept all the texts, one after another. Return whether they were there."""
         if all(self.upper(k) == text for k, text in enumerate(texts)):
             self.at += len(texts)
             return True
@@ -191,7 +191,7 @@ class Cursor:
     def expect(self, text: str, why: str) -> None:
         if not self.accept(text):
             raise self.fault(
-                f'"{text}" is missing {why}{f", {self.upper()} stands there" if not self.is_done else ""}'
+                f'"{text}" is missing {why}{f", found {self.upper()}" if not self.is_done else ""}'
             )
 
     def fault(self, text: str, column: int | None = None) -> BlockFault:
@@ -206,7 +206,7 @@ class ExpressionReader(Cursor):
     operators = 0
 
     def expression(self, lowest: int = 0) -> Value:
-        """Values and the operators between them that bind tighter than `lowest`."""
+        """Return the values and the operators between them that bind tighter than `lowest`."""
         left = self.operand()
         levels = self.grammar.levels
         while (operator := self.upper()) in levels and levels[operator] > lowest:
@@ -221,11 +221,11 @@ class ExpressionReader(Cursor):
         return left
 
     def join(self, operator: str, left: Value, right: Value, column: int) -> Evaluation:
-        """Two values and the operator between them."""
+        """Return two values and the operator between them."""
         return binary(self.grammar, operator, left, right, column)
 
     def operand(self) -> Value:
-        """A value with what stands before it."""
+        """Return a value with the operators before it."""
         self.depth += 1
         if self.depth > DEEPEST_BRACKETS:
             raise self.fault(
@@ -246,16 +246,16 @@ class ExpressionReader(Cursor):
         return self.atom()
 
     def read_brackets(self) -> Value:
-        """An expression in brackets."""
+        """Return an expression in brackets."""
         self.at += 1
         inside = self.expression()
         self.expect(self.grammar.brackets[1], "after the expression")
         return inside
 
     def keep(self, value: Evaluation) -> Value:
-        """What is kept of an expression: a function, for those who work out later what they read."""
+        """Return the kept form of an expression: a function, for readers that evaluate it later."""
         return value
 
     def atom(self) -> Value:
-        """A number, a variable or a call of a function."""
+        """Return a number, a variable or a call of a function."""
         raise NotImplementedError

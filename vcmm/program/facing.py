@@ -26,13 +26,13 @@ class EndFace:
 
 
 def face_begins(c: Recorder) -> EndFace:
-    """X and the angle lead the tip from here on."""
+    """Begin polar interpolation and return its end face: X and the angle lead the tip from here on."""
     c.led = c.over_face = True
     return EndFace(c.world.apply((0.0, 0.0, 0.0)), c.rotary[2])
 
 
 def face_ends(c: Recorder, on: EndFace) -> None:
-    """Back to the axes themselves: C stands where the tool left it, X at its distance."""
+    """Return to the axes themselves: C keeps its angle, X its distance."""
     c.led = c.over_face = False
     x, y, z = c.p
     c.rotary = (c.rotary[0], c.rotary[1], on.angle + math.atan2(y, x))
@@ -42,7 +42,7 @@ def face_ends(c: Recorder, on: EndFace) -> None:
 
 
 def with_angles(moves: tuple[Move, ...], on: EndFace) -> tuple[Move, ...]:
-    """The moves over the end face with the angle of C at both ends; it goes on from move to move."""
+    """Return the moves over the end face with the angle of C at both ends; it goes on from move to move."""
     out, angle = [], on.angle
     for m in moves:
         if not m.over_face or m.rotary_end[2] != on.angle:

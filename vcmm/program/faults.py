@@ -1,4 +1,4 @@
-"""What is wrong with a program, and where: line and column are data, so that nobody has to read them out of a message."""
+"""Faults of a program with their place: line and column are data."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from vcmm.program.moves import Source
 
 
 class BlockFault(DataError):
-    """A block cannot be understood: column from 1 (0: whoever reads the block knows it), and one sentence that ends with what
-    to do. The reader of the program adds file and line."""
+    """A block cannot be understood: column from 1 (0: the reader of the block knows it), and one sentence that ends with
+    the remedy. The reader of the program adds file and line."""
 
     column: int
 

@@ -25,7 +25,7 @@ class AffineMap(NamedTuple):
         return x, y, z
 
     def undo(self, p: Point) -> Point:
-        """The point that `apply` takes to p."""
+        """Return the point that `apply` takes to p."""
         d = (p[0] - self.shift[0], p[1] - self.shift[1], p[2] - self.shift[2])
         if self.matrix is UNITY:
             return d
@@ -33,7 +33,7 @@ class AffineMap(NamedTuple):
         return x, y, z
 
     def then(self, inner: AffineMap) -> AffineMap:
-        """This map with another one inside it: the inner one is applied first."""
+        """Return this map with another one inside it: the inner one is applied first."""
         if self.matrix is UNITY and inner.matrix is UNITY:
             return AffineMap(UNITY, self.apply(inner.shift))
         columns = list(zip(*inner.matrix))
@@ -51,7 +51,7 @@ def _rows(rows: list[tuple[float, ...]]) -> Rows:
 
 
 def inverse(m: Rows) -> Rows:
-    """By cofactors; frames never have determinant zero (a scale of zero is refused where it is programmed)."""
+    """Return the inverse, by cofactors; frames never have determinant zero (a scale of zero is refused where it is programmed)."""
     (a, b, c), (d, e, f), (g, h, i) = m
     det = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     return (
@@ -77,18 +77,18 @@ def rotation(axis: int, angle: float) -> AffineMap:
 
 
 def _exact(x: float) -> float:
-    """cos 90 deg is 0, not 6e-17: a quarter turn then keeps round numbers round."""
+    """Return the number rounded: cos 90 deg is 0, not 6e-17; a quarter turn then keeps round numbers round."""
     return float(round(x)) if abs(x - round(x)) < 1e-15 else x
 
 
 def stretch(factors: Point) -> AffineMap:
-    """Factors along the axes: -1 mirrors, others scale."""
+    """Return the factors along the axes: -1 mirrors, others scale."""
     x, y, z = factors
     return AffineMap(((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))
 
 
 def in_plane(mapped: AffineMap, plane: str) -> tuple[float, bool] | None:
-    """(scale, flipped) of a plane under a map; None where circles of the plane do not stay circles in that plane."""
+    """Return (scale, flipped) of a plane under a map; None where circles of the plane do not stay circles in that plane."""
     if mapped.matrix is UNITY:
         return 1.0, False
     one, two, normal = PLANES[plane]
@@ -102,7 +102,7 @@ def in_plane(mapped: AffineMap, plane: str) -> tuple[float, bool] | None:
 
 
 def with_axes(x: Sequence[float], z: Sequence[float]) -> AffineMap | None:
-    """The plane square to z whose first axis is as near to x as it can be; None where the two are parallel or zero."""
+    """Return the plane square to z whose first axis is as near to x as it can be; None where the two are parallel or zero."""
     size = math.hypot(*z)
     if size < 1e-9:
         return None
@@ -148,5 +148,5 @@ def plane_of_axes(named: Sequence[int], degrees: Sequence[float | None]) -> Affi
 
 
 def _whole(x: float) -> float:
-    """1 is 1, not 0.9999999999999999."""
+    """Return a number rounded to the whole: 1 is 1, not 0.9999999999999999."""
     return float(round(x)) if abs(x - round(x)) < 1e-12 else x

@@ -1,8 +1,8 @@
-"""A contour of which each element says only a part: all contours that fit, found by geometry.
+"""A contour whose elements are each determined only in part: all contours that fit, found by geometry.
 
-Every unknown (a line or circle, a point between two elements) is worked out as soon as what is known determines it to a few
-candidates, and each of them is followed. All solutions of each such step are kept, so that what is left at the end is all there is. What no step
-determines stays unknown, and is said. Lengths in mm, angles in rad. Source of the words: see vcmm.program.heidenhain.free.
+Every unknown (a line or circle, a point between two elements) is computed as soon as the known data determine it to a few
+candidates, and each of them is followed. All solutions of each such step are kept, so that the remaining ones at the end are all solutions. Values that no step
+determines stay unknown, and are reported. Lengths in mm, angles in rad. Source of the words: see vcmm.program.heidenhain.free.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class FreeContour:
         return None if point is None else c.value + point[axis]
 
     def polar(self, c: Coordinate | None, pole: Vec, angular: bool) -> float | None:
-        """Radius or angle about the pole."""
+        """Return the radius or angle about the pole."""
         if c is None or c.joint is None:
             return None if c is None else c.value
         point = self.joints[c.joint]
@@ -98,20 +98,20 @@ class FreeContour:
         return c.value + (math.atan2(b, a) if angular else math.hypot(a, b))
 
     def end_tangent(self, i: int) -> float | None:
-        """Direction at the end of element i; of what went before for i = -1."""
+        """Return the direction at the end of element i; of what went before for i = -1."""
         if i < 0:
             return self.before
         return self.tangent(i, i + 1)
 
     def tangent(self, i: int, joint: int) -> float | None:
-        """Direction of element i at a joint."""
+        """Return the direction of element i at a joint."""
         carrier, point = self.carriers[i], self.joints[joint]
         if isinstance(carrier, DirectedLine):
             return carrier.angle
         return None if carrier is None or point is None else carrier.tangent_at(point)
 
     def entry(self, i: int) -> float | None:
-        """The direction that its block gives it at its start: AN, IAN, RAN."""
+        """Return the direction that its block gives it at its start: AN, IAN, RAN."""
         e = self.elements[i]
         if e.angle is None or e.angle_from is None:
             return e.angle
@@ -126,7 +126,7 @@ class FreeContour:
 
     # -- points between elements --
     def loci(self, j: int) -> list[Carrier]:
-        """Lines and circles on which joint j lies."""
+        """Return the lines and circles on which joint j lies."""
         out: list[Carrier] = []
         if j > 0:
             e, start = self.elements[j - 1], self.joints[j - 1]
@@ -147,7 +147,7 @@ class FreeContour:
         return out
 
     def points(self, j: int) -> list[Vec] | None:
-        """Where joint j may be; None where that is not determined."""
+        """Return the possible places of joint j; None where they are not determined."""
         one = self.exact(j)
         loci = self.loci(j)
         if one is not None:
@@ -160,7 +160,7 @@ class FreeContour:
         return None
 
     def exact(self, j: int) -> Vec | None:
-        """Joint j where it closes the contour, follows from a centre angle or is where two elements touch."""
+        """Return the joint j where it closes the contour, follows from a centre angle or is where two elements touch."""
         for k, e in enumerate(self.elements):
             if e.closes == "-":
                 begin = max((i for i in range(k + 1) if self.elements[i].closes == "+"), default=0)
@@ -180,7 +180,7 @@ class FreeContour:
 
     # -- whether all fits --
     def fits(self, i: int) -> bool:
-        """Whether element i, where it is known wholly, obeys every word of its block."""
+        """Return whether element i, where it is known wholly, obeys every word of its block."""
         carrier, start, end, e = self.carriers[i], self.joints[i], self.joints[i + 1], self.elements[i]
         if carrier is None or start is None or end is None:
             return True
@@ -207,7 +207,7 @@ class FreeContour:
         return self._arc_fits(i, carrier, start, end)
 
     def _reaches(self, i: int, end: Vec) -> bool:
-        """Whether the end point is the one that the block gives."""
+        """Return whether the end point is the one that the block gives."""
         e = self.elements[i]
         x, y = self.coordinate(e.x, 0), self.coordinate(e.y, 1)
         if any(v is not None and abs(v - p) > AGREE for v, p in ((x, end[0]), (y, end[1]))):
@@ -220,7 +220,7 @@ class FreeContour:
         return pa is None or reach * abs(math.remainder(pa - turn, 2.0 * math.pi)) <= AGREE
 
     def _is_parallel(self, i: int, line: DirectedLine, start: Vec) -> bool:
-        """Whether a line lies beside the one that its block names, where that is known."""
+        """Return whether a line lies beside the one that its block names, where that is known."""
         other, apart = self.parallel_to(i), self.elements[i].apart
         if other is None:
             return True
@@ -250,7 +250,7 @@ class FreeContour:
         )
 
     def length(self) -> float:
-        """Of the path, mm."""
+        """Return the length of the path, mm."""
         total = 0.0
         for i, c in enumerate(self.carriers):
             start, end = self.joints[i], self.joints[i + 1]
@@ -264,7 +264,7 @@ class FreeContour:
 
 
 def swept(c: DirectedCircle, start: Vec, end: Vec, full: bool) -> float:
-    """Angle from one point to another in the sense of travel; a whole turn for one and the same where it may be `full`, else 0."""
+    """Return the angle from one point to another in the sense of travel; a whole turn for one and the same where it may be `full`, else 0."""
     a = math.atan2(start[1] - c.centre[1], start[0] - c.centre[0])
     b = math.atan2(end[1] - c.centre[1], end[0] - c.centre[0])
     turn = math.fmod((b - a) * math.copysign(1.0, c.rho) + 4.0 * math.pi, 2.0 * math.pi)
@@ -279,7 +279,7 @@ def _through(point: Vec, angle: float) -> DirectedLine:
 
 
 def _turned(point: Vec, c: DirectedCircle, turn: float) -> Vec:
-    """A point carried round a circle in its sense."""
+    """Return a point carried round a circle in its sense."""
     turn = math.copysign(1.0, c.rho) * turn
     a, b = point[0] - c.centre[0], point[1] - c.centre[1]
     co, si = math.cos(turn), math.sin(turn)
@@ -287,7 +287,7 @@ def _turned(point: Vec, c: DirectedCircle, turn: float) -> Vec:
 
 
 def _distance(c: Carrier, p: Vec) -> float:
-    """Of a point from a line or circle."""
+    """Return the distance of a point from a line or circle."""
     if isinstance(c, DirectedLine):
         n = c.normal
         return abs(n[0] * p[0] + n[1] * p[1] - c.offset)

@@ -37,7 +37,7 @@ STEPS = 20_000  # of a search
 
 
 def contours(elements: Sequence[FreeElement], start: Vec, before: float | None) -> list[FreeContour]:
-    """All contours from `start` that fit, no more than MOST. Raises Undetermined where the words leave one open, and TooMany."""
+    """Return all contours from `start` that fit, no more than MOST. Raises Undetermined where the words leave one open, and TooMany."""
     joints: list[Vec | None] = [start, *(None for _ in elements)]
     out: list[FreeContour] = []
     for made in _complete(FreeContour(elements, joints, [None] * len(elements), before), count(1)):
@@ -88,13 +88,13 @@ def _complete(c: FreeContour, steps: Iterator[int]) -> Iterator[FreeContour]:
 
 
 def _candidates(c: FreeContour, i: int) -> Sequence[Carrier] | None:
-    """What element i may be."""
+    """Return the candidates for element i."""
     return _arcs(c, i) if c.elements[i].arc else _lines(c, i)
 
 
 # -- lines --
 def _lines(c: FreeContour, i: int) -> list[DirectedLine] | None:
-    """Which lines element i may be; None where that is not determined."""
+    """Return the possible lines of element i; None where they are not determined."""
     e, start, end = c.elements[i], c.joints[i], c.joints[i + 1]
     after = c.carriers[i + 1] if i + 1 < len(c.elements) and c.elements[i + 1].tangential else None
     came = c.carriers[i - 1] if e.tangential and i else None
@@ -121,7 +121,7 @@ def _lines(c: FreeContour, i: int) -> list[DirectedLine] | None:
 
 
 def _angles(c: FreeContour, i: int, after: Carrier | None) -> list[float] | None:
-    """Directions that a line may have."""
+    """Return the directions that a line may have."""
     e, end = c.elements[i], c.joints[i + 1]
     entry = c.entry(i)
     if entry is None and e.tangential:
@@ -135,7 +135,7 @@ def _angles(c: FreeContour, i: int, after: Carrier | None) -> list[float] | None
 
 
 def _parallels(line: DirectedLine, apart: float, angles: list[float] | None) -> list[DirectedLine]:
-    """Beside a line, on both sides, either way."""
+    """Return the lines beside a line, on both sides, either way."""
     n = line.normal
     out = []
     for side in (1.0, -1.0):
@@ -148,7 +148,7 @@ def _parallels(line: DirectedLine, apart: float, angles: list[float] | None) -> 
 
 # -- arcs --
 def _arcs(c: FreeContour, i: int) -> list[DirectedCircle] | None:
-    """Which circles element i may be; None where that is not determined."""
+    """Return the possible circles of element i; None where they are not determined."""
     e = c.elements[i]
     senses = (1.0, -1.0) if e.clockwise is None else (-1.0,) if e.clockwise else (1.0,)
     sides = (1.0, -1.0) if e.beside is not None else (1.0,)
@@ -168,7 +168,7 @@ def _arcs(c: FreeContour, i: int) -> list[DirectedCircle] | None:
 
 
 def _radius(c: FreeContour, i: int) -> float | None:
-    """Of an arc: R, or from its chord s and its centre angle, s = 2 R sin(angle / 2)."""
+    """Return the radius of an arc: R, or from its chord s and its centre angle, s = 2 R sin(angle / 2)."""
     e, start, end = c.elements[i], c.joints[i], c.joints[i + 1]
     chord = math.dist(start, end) if start is not None and end is not None else e.length
     half = math.sin(e.turn / 2.0) if e.turn is not None else 0.0
@@ -178,7 +178,7 @@ def _radius(c: FreeContour, i: int) -> float | None:
 
 
 def _arc_data(c: FreeContour, i: int) -> tuple[list[Row], list[DirectedCircle]]:
-    """What is known of centre and radius of an arc besides its own radius."""
+    """Return the known data of centre and radius of an arc besides its own radius."""
     e = c.elements[i]
     rows: list[Row] = []
     touching = [DirectedCircle(p, 0.0) for p in e.through]
@@ -209,7 +209,7 @@ def _end_data(
     rows: list[Row],
     touching: list[DirectedCircle],
 ) -> None:
-    """What the end of an arc says: a point with or without its direction, or what the arc touches there."""
+    """Evaluate the end of an arc: a point with or without its direction, or the element that the arc touches there."""
     if point is not None and way is not None:
         rows += rows_at(point, way)
     elif point is not None:

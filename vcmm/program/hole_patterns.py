@@ -1,4 +1,4 @@
-"""Where the holes of a pattern lie, in the plane, mm: what the patterns of all languages are made of."""
+"""Places of the holes of a pattern, in the plane, mm, for all languages."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from vcmm.program.cutter import Flat
 
 
 def hole_circle(middle: Flat, radius: float, angles: Iterable[float]) -> list[Flat]:
-    """On a circle, at angles in rad."""
+    """Return the holes on a circle, at angles in rad."""
     return [(middle[0] + radius * math.cos(w), middle[1] + radius * math.sin(w)) for w in angles]
 
 
 def hole_line(begin: Flat, angle: float, distances: Iterable[float]) -> list[Flat]:
-    """On a line at an angle in rad."""
+    """Return the holes on a line at an angle in rad."""
     return [(begin[0] + d * math.cos(angle), begin[1] + d * math.sin(angle)) for d in distances]
 
 
 def hole_grid(
     begin: Flat, turn: float, counts: tuple[int, int], steps: Flat, along: bool = True
 ) -> list[Flat]:
-    """Rows to and fro, turned about their begin by rad. counts, steps: along the first and the second axis; along: rows run along the first."""
+    """Return the rows to and fro, turned about their begin by rad. counts, steps: along the first and the second axis; along: rows run
+    along the first."""
     inner, outer = counts if along else counts[::-1]
     out: list[Flat] = []
     for row in range(outer):

@@ -1,4 +1,4 @@
-"""From the text of an NC program, in whatever dialect, to a Program: the door to the readers of all languages."""
+"""Read the text of an NC program, in any dialect, as a Program: entry to the readers of all languages."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def read_program(
 
 
 def _with_hint(error: DataError, how: str, choice: str, ranking: list[Candidate]) -> DataError:
-    """The refusal, with a sentence more where the program looks like one of another control than the one that was said."""
+    """Return the refusal, with an additional sentence where the program looks like one of another control than the stated one."""
     likely = ranking[0].dialect if ranking else choice
     if likely == choice or ranking[0].score <= 1:
         return error
@@ -52,7 +52,7 @@ def _with_hint(error: DataError, how: str, choice: str, ranking: list[Candidate]
 
 
 def _doubt(read: Program, how: str, choice: str, ranking: list[Candidate]) -> Program:
-    """With a remark where all signs are those of another kind of control than the one that was said."""
+    """Add a remark where all signs are those of another kind of control than the stated one."""
     if not ranking or ranking[0].score < CLEAR or kin(ranking[0].dialect) == kin(choice):
         return read
     own = next((c.score for c in ranking if kin(c.dialect) == kin(choice)), 0.0)
@@ -71,7 +71,7 @@ def interpret(
     *,
     flow: MoveFlow | None = None,
 ) -> Program:
-    """The meaning of a program text. `name` stands in messages; a file of that name has its subprograms beside it. flow: takes the
+    """Return The meaning of a program text. `name` is used in messages; a file of that name has its subprograms beside it. flow: takes the
     moves as they come, and the Program has none."""
     setup = setup or Setup()
     chosen = dialect or setup.dialect
@@ -99,9 +99,9 @@ def interpret(
 def read_for(
     job: str, text: str, dialect: str | None, setup: Setup, *, name: str = "program", trace: bool = False
 ) -> Program:
-    """The program for a job whose answer depends on every number: nothing is assumed. Where numbers are missing, DataError names
-    each of them and how to give it; what is wrong in itself is refused as it is. A tool that stands in the set-up without a
-    length is a remark."""
+    """Return the program for a job whose answer depends on every number: no value is assumed. Where numbers are missing, DataError names
+    each of them and how to give it; other faults are refused as they are. A tool without a length in the set-up
+    is a remark."""
     try:
         read = interpret(text, dialect, replace(setup, strict=True), name, trace)
         return replace(read, warnings=(*read.warnings, *tools_without_length(read, setup)))
@@ -120,7 +120,7 @@ def read_for(
 
 
 def check_unit(dialect: str, name: str) -> None:
-    """Languages whose programs say their unit themselves take none from the set-up. Raises DataError."""
+    """Check the unit: languages whose programs state their unit take none from the set-up. Raises DataError."""
     how = {"heidenhain": "BEGIN PGM ... MM or INCH", "sinumerik": "G70, G71, G700 or G710"}.get(dialect)
     if how is not None:
         raise DataError(
@@ -130,7 +130,8 @@ def check_unit(dialect: str, name: str) -> None:
 
 @contextmanager
 def _no_search_for_rings() -> Iterator[None]:
-    """A program becomes very many small objects without rings; to look for rings takes the longer the more there are."""
+    """Switch off the search for reference cycles: a program becomes very many small objects without cycles, and the search slows down
+    with their number."""
     enabled = gc.isenabled()
     gc.disable()
     try:

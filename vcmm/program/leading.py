@@ -1,6 +1,6 @@
-"""What of a move says that its tip is led over the workpiece, and which way the tool points.
+"""Fields of a move for a tip led over the workpiece, and for the direction of the tool.
 
-A tilted plane may be defined before the tool stands square to it (G68.2 before G53.1, PLANE ... STAY): until then points lie in the
+A tilted plane may be defined before the tool is square to it (G68.2 before G53.1, PLANE ... STAY): until then points lie in the
 plane, and the rotary axes stay where they are.
 """
 
@@ -34,19 +34,19 @@ class Leader(Protocol):
 
 
 def unit(direction: Point) -> Point | None:
-    """The direction with length 1; None where it has none."""
+    """Return the direction with length 1; None where it has none."""
     size = math.hypot(*direction)
     return None if size < 1e-9 else (direction[0] / size, direction[1] / size, direction[2] / size)
 
 
 def column(world: AffineMap, axis: int) -> Point:
-    """Where an axis of the program points in the workpiece."""
+    """Return the direction of an axis of the program in the workpiece."""
     x, y, z = (row[axis] for row in world.matrix)
     return unit((x, y, z)) or (0.0, 0.0, 1.0)
 
 
 def leading(r: Leader, rewritable: bool) -> dict[str, Any]:
-    """Fields of a Move. One in machine coordinates is not led; in a tilted plane the tool is square to it there as well."""
+    """Return the fields of a Move. A move in machine coordinates is not led; in a tilted plane the tool is square to it there as well."""
     if r.tilted:
         axis = column(r.world, 2)
         return {
@@ -62,7 +62,7 @@ def leading(r: Leader, rewritable: bool) -> dict[str, Any]:
 
 
 def let_go(r: Leader, start: Point, end: Point, rotary: Point | None) -> None:
-    """Axes that a block moves are no longer where the control has led them."""
+    """Release axes that a block moves: they leave the places to which the control has led them."""
     for k, letter in enumerate("XYZ"):
         if abs(end[k] - start[k]) > STILL:
             r.release(letter)
@@ -72,7 +72,7 @@ def let_go(r: Leader, start: Point, end: Point, rotary: Point | None) -> None:
 
 
 def name_axes(r: Leader, letters: str) -> None:
-    """The axes that a block names; in a frame that is turned one word moves all three linear axes."""
+    """Name the axes of a block; in a frame that is turned one word moves all three linear axes."""
     if not r.held:
         return
     turned = r.world.matrix is not UNITY and any(k in "XYZ" for k in letters)
@@ -81,7 +81,7 @@ def name_axes(r: Leader, letters: str) -> None:
 
 
 def held_after(move: Move, axes: str) -> str:
-    """Axes of which only the machine knows where they stand after a move: all that a led one has moved."""
+    """Return the axes whose positions after a move only the machine knows: all that a led one has moved."""
     if not move.led or move.over_face:
         return axes
     turned = "ABC" if move.tool_axis_end is not None else "".join(a for a in axes if a in "ABC")
@@ -89,10 +89,10 @@ def held_after(move: Move, axes: str) -> str:
 
 
 def waits_for_words(r: Leader) -> bool:
-    """Whether a linear axis stands where the control has led it, so that a block that does not name it must not move it."""
+    """Return whether the control has led a linear axis, so that a block that does not name it must not move it."""
     return not r.led and any(letter in "XYZ" for letter in r.held)
 
 
 def held_behind(r: Leader, moves: Sequence[Move]) -> str:
-    """The same behind the last of many moves that were made without the recorder."""
+    """Return the same behind the last of many moves that were made without the recorder."""
     return held_after(moves[-1], r.held) if r.led and moves else r.held

@@ -1,4 +1,4 @@
-"""Two levels of reading: strict refuses what a program lacks, survey takes what the machine would have in its memory, and says so.
+"""Two levels of reading: strict refuses missing data of a program, survey assumes values that the machine would have in its memory, with remarks.
 
 A reader calls `Recorder.assume` wherever a program leaves open what tool table, work offsets, caller or builder of the machine
 would settle. What is wrong in itself (a malformed word, an impossible arc) is a fault on both levels.
@@ -55,7 +55,7 @@ class UnusedWord(NamedTuple):
 
 
 class Telling(Protocol):
-    """Who is told what is assumed: vcmm.program.recorder.Recorder."""
+    """Receiver of assumptions: vcmm.program.recorder.Recorder."""
 
     @property
     def setup(self) -> Any: ...
@@ -86,8 +86,8 @@ class Listening(Telling, Protocol):
 
 
 def pass_over(r: Listening, word: str, column: int, refused: bool = False, name: str = "") -> None:
-    """A word that nothing in its block uses. Strict (or where the control stops, `refused`): a fault. Survey: kept with its line, and
-    told once for each letter, or `name` where words have longer ones."""
+    """Pass over a word without use in its block. Strict (or where the control stops, `refused`): a fault. Survey: kept with its line, and
+    noted once for each letter, or `name` where words have longer ones."""
     letter = name or (word[:2] if word.startswith(",") else word[:1])
     text = f'nothing in this block uses the word "{letter}"'
     if r.setup.strict or refused:
@@ -98,7 +98,7 @@ def pass_over(r: Listening, word: str, column: int, refused: bool = False, name:
 
 
 def tell_unknown_axes(r: Telling, now: Sequence[float], then: Sequence[float]) -> None:
-    """Rotary axes (rad, A B C) that a block turns while no machine is named: whether they are there is not known, and told once for each."""
+    """Note rotary axes (rad, A B C) that a block turns while no machine is named: whether they exist is unknown; once for each."""
     if r.setup.axes is None:
         for axis, before, after in zip("ABC", now, then):
             if before != after:
@@ -109,12 +109,12 @@ def tell_unknown_axes(r: Telling, now: Sequence[float], then: Sequence[float]) -
 
 
 def toml_text(text: str) -> str:
-    """A text as TOML writes it."""
+    """Return a text in the form of TOML."""
     return json.dumps(text, ensure_ascii=False)
 
 
 def unknown_tool(r: Telling, number: int, called: str, column: int | None = None, *, free: int = 0) -> None:
-    """A tool that the set-up has not, the same in every language: a survey goes on with a tool without length.
+    """Note a tool that the set-up does not have, the same in every language: a survey goes on with a tool without length.
 
     Strict: refused where the set-up has tools and lacks this one; without any it is a remark. called: how the program calls it.
     number 0: it is called by its name; free: the number that it gets.
@@ -152,6 +152,6 @@ def _sentence(a: Assumption, job: str) -> str:
         return f"{job} needs {a.what}: write {a.blank} in the set-up file (vcmm nc --write-setup writes it with blanks)"
     survey = f'the survey of vcmm nc goes on with "{a.value}", which does not give {job} the path'
     word = a.what.split()[0]
-    if word[0].isupper() and a.refusal.startswith(word):  # a code: nobody needs it, it is in the way
+    if word[0].isupper() and a.refusal.startswith(word):  # a code: no job needs it, it is in the way
         return f"{a.refusal}. {survey[0].upper()}{survey[1:]}"
     return f"{job} needs {a.what}: {survey}; put it into the program, or add the file that has it"

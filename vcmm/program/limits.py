@@ -1,4 +1,4 @@
-"""What the drives and the control can do: limits per axis, the rounding tolerance, pauses; and what was assumed of them.
+"""Limits of drives and control: limits per axis, the rounding tolerance, pauses; and assumptions about them.
 
 Numbers come from `[axes.X] dynamics` of the machine file and `[control]` of the set-up. What is absent is taken from
 `TYPICAL`, by kind of machine, and said so in `assumptions`, which every summary prints.
@@ -47,7 +47,7 @@ class Control:
 
 
 def control_from(table: Mapping[str, object]) -> Control:
-    """A `[control]` table: tolerance = "10 um", tool_change = "5 s", rapid_stop = true. Raises UsageError."""
+    """Return a `[control]` table: tolerance = "10 um", tool_change = "5 s", rapid_stop = true. Raises UsageError."""
     keys = ("tolerance", "rapid_stop", "tool_change")
     for key in table:
         if key not in keys:
@@ -81,7 +81,7 @@ class Limits:
 
 
 def axis_limits(machine: Machine) -> Limits:
-    """Limits of a machine, with what had to be assumed."""
+    """Return the limits of a machine, with the assumptions."""
     table = np.full((3, 6), np.inf)
     lag, forward, notes = np.zeros(6), np.ones(6), []
     for letter, axis in machine.axes.items():
@@ -108,7 +108,7 @@ def axis_limits(machine: Machine) -> Limits:
 
 
 def _servo(letter: str, dynamics: Mapping[str, float], notes: list[str]) -> tuple[float, float]:
-    """1/Kv (s) and feed-forward share: a gain alone is a plain position loop, no gain is one without lag."""
+    """Return 1/Kv (s) and feed-forward share: a gain alone is a plain position loop, no gain is one without lag."""
     if "gain" not in dynamics:
         notes.append(f"axis {letter}: no gain stated, so it follows its command without lag")
         return 0.0, 1.0

@@ -1,4 +1,4 @@
-"""Features that the measuring cycles of all controls touch: the ways to them, the touches, what is found beside what was set.
+"""Features that the measuring cycles of all controls touch: the ways to them, the touches, found values beside set ones.
 
 A cycle is a row of a table (vcmm.program.cycle_tables) whose parameters mean "size", "length" and "width", "x" and "y" (where a row has
 none, the middle is where the probe stands); its primitive is one of the functions here or one of the control's own.
@@ -40,20 +40,20 @@ class MeasuringCycle:
         return Feeler(self.r, self.tool, self.v.without("overtravel", OVERTRAVEL))
 
     def go(self, point: Point) -> None:
-        """Straight there, where that is a way."""
+        """Move straight there, where that is a way."""
         if point != self.r.p:
             self.r.straight(point, self.rapid)
 
     def off(self, inside: bool) -> float | None:
-        """mm between the middle of the ball and a surface from which it probes; None: from the middle of the feature."""
+        """Return mm between the middle of the ball and a surface from which it probes; None: from the middle of the feature."""
         raise NotImplementedError
 
     def depth(self, height: float) -> float:
-        """How deep it goes down beside a feature, from a height."""
+        """Return the depth beside a feature, from a height."""
         raise NotImplementedError
 
     def approach(self, over: Point, ray: Flat, half: float, inside: bool) -> None:
-        """To where it begins to touch a surface that is expected `half` mm from the middle along a unit vector of the plane."""
+        """Move to the start of a touch of a surface that is expected `half` mm from the middle along a unit vector of the plane."""
         self.go(over)
         off = self.off(inside)
         if off is not None:
@@ -62,20 +62,20 @@ class MeasuringCycle:
             self.go(at(self.r.p, 2, self.depth(over[2])))
 
     def back(self, over: Point) -> None:
-        """After a touch: up, and over the middle."""
+        """Move up after a touch, and over the middle."""
         self.go(at(self.r.p, 2, over[2]))
         self.go(over)
 
     def finish(self, start: Point) -> None:
-        """After the last touch: to where the cycle began."""
+        """Move after the last touch to the start of the cycle."""
         self.go(start)
 
     def middle(self) -> Flat:
-        """Where the feature is expected."""
+        """Return the expected place of the feature."""
         return self.v.without("x", self.r.p[0]), self.v.without("y", self.r.p[1])
 
     def rim(self, middle: Flat, size: float, angle: float, inside: bool) -> Point:
-        """Where the tip is when a bore, or a boss from outside, answers at an angle (rad)."""
+        """Return the tip position at the touch of a bore, or of a boss from outside, at an angle (rad)."""
         over = (*middle, self.r.p[2])
         self.approach(over, (math.cos(angle), math.sin(angle)), size / 2.0, inside)
         tip = self.feeler.rim(middle, size, angle, inside)
@@ -83,7 +83,7 @@ class MeasuringCycle:
         return tip
 
     def across(self, middle: Flat, axis: int, size: float, inside: bool) -> Flat:
-        """Coordinates of two sides along an axis, the positive one first."""
+        """Return the coordinates of two sides along an axis, the positive one first."""
         over, sides = (*middle, self.r.p[2]), []
         for side in (1.0, -1.0):
             self.approach(over, (side, 0.0) if axis == 0 else (0.0, side), size / 2.0, inside)
@@ -93,7 +93,7 @@ class MeasuringCycle:
         return sides[0], sides[1]
 
     def along(self, axis: int, stops: Sequence[tuple[float, float, float]]) -> list[float]:
-        """Coordinates of a surface along X or Y, at places along the other axis, each with the expected one and the way to it."""
+        """Return the coordinates of a surface along X or Y, at places along the other axis, each with the expected one and the way to it."""
         start, places = self.r.p, []
         for place, expected, sense in stops:
             self.go(at(start, 1 - axis, place))
@@ -103,7 +103,7 @@ class MeasuringCycle:
 
 
 def circle(m: MeasuringCycle, inside: bool, angles: Sequence[float] | None = None) -> Findings:
-    """A bore or boss by touches at angles (rad); without them across X, and across Y through the middle found."""
+    """Return a bore or boss by touches at angles (rad); without them across X, and across Y through the middle found."""
     start, size, (x, y) = m.r.p, m.v["size"], m.middle()
     if angles is None:
         tips = [m.rim((x, y), size, angle, inside) for angle in (0.0, math.pi)]
@@ -117,7 +117,7 @@ def circle(m: MeasuringCycle, inside: bool, angles: Sequence[float] | None = Non
 
 
 def width(m: MeasuringCycle, inside: bool, axis: int, size: float) -> Findings:
-    """A groove or web across X or Y."""
+    """Return a groove or web across X or Y."""
     start, middle = m.r.p, m.middle()
     plus, minus = m.across(middle, axis, size, inside)
     m.finish(start)
@@ -125,7 +125,7 @@ def width(m: MeasuringCycle, inside: bool, axis: int, size: float) -> Findings:
 
 
 def rectangle(m: MeasuringCycle, inside: bool) -> Findings:
-    """A pocket or stud parallel to the axes: across X, and across Y through the middle found."""
+    """Return a pocket or stud parallel to the axes: across X, and across Y through the middle found."""
     start, sizes, (x, y) = m.r.p, (m.v["length"], m.v["width"]), m.middle()
     right, left = m.across((x, y), 0, sizes[0], inside)
     middle = (right + left) / 2.0

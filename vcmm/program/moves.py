@@ -19,7 +19,7 @@ ORIGIN: Point = (0.0, 0.0, 0.0)
 
 
 class Source(NamedTuple):
-    """Where a move stands in the text: line from 1, columns from 1 (first, one past the last)."""
+    """Place of a move in the text: line from 1, columns from 1 (first, one past the last)."""
 
     line: int
     first: int
@@ -27,13 +27,13 @@ class Source(NamedTuple):
 
 
 class Posture(NamedTuple):
-    """Which of the positions of the rotary axes that point the tool alike is asked for; without one it is the nearest.
+    """Choice among the positions of the rotary axes with the same tool direction; without one it is the nearest.
 
-    sign: of the angle of the axis that is meant (PLANE SEQ+, G53.1 P1). larger: its larger (+1) or smaller (-1) value of the
-    two (PLANE SYM+, CYCLE800). axis: "primary" (HEIDENHAIN), "first" (FANUC, Siemens): vcmm.shop.motion.posture says which that is.
-    binding: where that one lies beyond the travels it is refused; else the other is taken.
+    sign: of the angle of that axis (PLANE SEQ+, G53.1 P1). larger: its larger (+1) or smaller (-1) value of the
+    two (PLANE SYM+, CYCLE800). axis: "primary" (HEIDENHAIN), "first" (FANUC, Siemens): defined in vcmm.shop.motion.posture.
+    binding: a position beyond the travels is refused; else the other is taken.
     along: direction of the workpiece that a free rotary axis turns along X of the machine (TABLE ROT). keeps_tip: the tip stays where
-    it is on the workpiece while they turn (G53.6, MOVE), else X, Y and Z stand. said: as the program says it. by_axis: of several the
+    it is on the workpiece while they turn (G53.6, MOVE), else X, Y and Z keep their positions. said: the words of the program. by_axis: of several the
     one whose one axis turns least counts before the other (FANUC), else the one whose largest turn is least.
     """
 
@@ -86,7 +86,7 @@ class Move(NamedTuple):
         None  # unit vectors from the tip to the spindle, workpiece axes; None: as A, B, C stand
     )
     tool_axis_end: Point | None = None
-    over_face: bool = False  # polar interpolation: X and C lead the tip over the end face, Y stands still
+    over_face: bool = False  # polar interpolation: X and C lead the tip over the end face, Y is at rest
     work_spindle: int = 1  # which spindle holds the part: 2 = the sub-spindle
     posture: Posture | None = None  # which position of the rotary axes brings the tool along its axis
     sweeps: bool = False  # the tool axis stays in the plane of its directions at both ends; else the rotary axes run in proportion
@@ -110,11 +110,11 @@ class MoveFlow:
         self.count = 0
 
     def take(self, moves: Sequence[Move]) -> None:
-        """The next moves."""
+        """Take the next moves."""
         self.count += len(moves)
 
     def restart(self) -> None:
-        """What has come was read in the wrong dialect."""
+        """Forget the moves so far: they were read in the wrong dialect."""
         self.count = 0
 
 

@@ -1,4 +1,4 @@
-"""Offset curves in a plane: pieces (line, arc) of moves, their parallel curves, and how two parallel curves meet at a corner.
+"""Offset curves in a plane: pieces (line, arc) of moves, their parallel curves, and the joint of two parallel curves at a corner.
 
 Offsets are signed, h > 0 to the left of the direction of travel. The parallel curve of a line lies at h along its left
 normal; that of an arc is the arc about the same centre with radius R - h (counterclockwise) or R + h (clockwise).
@@ -69,19 +69,19 @@ def unit(a: Vec) -> Vec:
 
 
 def tangent(piece: ContourPiece, at: Vec) -> Vec:
-    """Unit direction of travel at the start or the end of a piece."""
+    """Return the unit direction of travel at the start or the end of a piece."""
     if piece.centre is None:
         return unit(minus(piece.end, piece.start))
     return left(unit(minus(at, piece.centre))) if piece.sweep > 0 else left(unit(minus(piece.centre, at)))
 
 
 def beside(piece: ContourPiece, at: Vec, h: float) -> Vec:
-    """The point of the parallel curve that belongs to the start or end `at`."""
+    """Return the point of the parallel curve that belongs to the start or end `at`."""
     return along(at, left(tangent(piece, at)), h)
 
 
 def parallel_radius(piece: ContourPiece, h: float) -> float:
-    """Radius of the parallel curve of an arc; zero or below: the tool is too big for the arc."""
+    """Return the radius of the parallel curve of an arc; zero or below: the tool is too big for the arc."""
     assert piece.centre is not None
     return math.dist(piece.start, piece.centre) - math.copysign(h, h * piece.sweep)
 
@@ -93,7 +93,7 @@ def turn_between(a: ContourPiece, b: ContourPiece) -> float:
 
 
 def corner(a: ContourPiece, b: ContourPiece, h: float, rounding: str) -> Joint:
-    """Joint of the parallel curves of a and b, which follow one another in a.end.
+    """Return the joint of the parallel curves of a and b, which follow one another in a.end.
 
     rounding of outside corners: "arc" about the programmed corner, or "lines" along the tangents (the intersection up to
     a change of direction of 90 deg, beyond it one line across, h beyond each perpendicular).
@@ -112,7 +112,7 @@ def corner(a: ContourPiece, b: ContourPiece, h: float, rounding: str) -> Joint:
 
 
 def _inside_point(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> Vec:
-    """Where the parallel curves meet. Tangents that differ by rounding alone need not meet at all, or meet far away, where one
+    """Return the meeting point of the parallel curves. Tangents that differ by rounding alone need not meet at all, or meet far away, where one
     piece is an arc: then the point between their ends serves, which is within ROUNDED of both."""
     one, two = beside(a, a.end, h), beside(b, b.start, h)
     middle = 0.5 * (one[0] + two[0]), 0.5 * (one[1] + two[1])
@@ -127,7 +127,7 @@ def _inside_point(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> Ve
 
 
 def is_inside(a: ContourPiece, b: ContourPiece, h: float) -> bool:
-    """True for an inside corner. Where the path turns straight back the curvatures decide on which side it closes."""
+    """Return True for an inside corner. Where the path turns straight back the curvatures decide on which side it closes."""
     turn = turn_between(a, b)
     if math.pi - abs(turn) > 1e-9:
         return turn * h > 0
@@ -141,7 +141,7 @@ def _curvature(piece: ContourPiece) -> float:
 
 
 def _smooth(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> bool:
-    """True where one shared point is within TINY of both parallel curves, so that neither arc nor cut is needed.
+    """Return True where one shared point is within TINY of both parallel curves, so that neither arc nor cut is needed.
 
     The middle of two points |h turn| apart lies h turn^2 / 8 inside the rounding and (h turn / 2)^2 / (2 R) off a
     parallel arc of radius R.
@@ -173,7 +173,7 @@ def _square_corner(a: ContourPiece, b: ContourPiece, h: float, ends: tuple[Vec, 
 
 
 def _meeting(a: ContourPiece, b: ContourPiece, h: float) -> Vec:
-    """Intersection of the parallel curves nearest to the programmed corner."""
+    """Return the intersection of the parallel curves nearest to the programmed corner."""
     if a.centre is None and b.centre is None:
         n, m = left(tangent(a, a.end)), left(tangent(b, b.start))
         scale = h / (1 + dot(n, m))
@@ -218,7 +218,7 @@ def _circle_circle(a: ContourPiece, b: ContourPiece, h: float) -> list[Vec]:
 
 
 def trimmed_sweep(piece: ContourPiece, start: Vec, end: Vec) -> float:
-    """Signed sweep of the parallel arc between its joints; of the opposite sign or zero where nothing is left of it."""
+    """Return the signed sweep of the parallel arc between its joints; of the opposite sign or zero where nothing remains of it."""
     assert piece.centre is not None
     sign = math.copysign(1.0, piece.sweep)
     lost = sign * _angle(piece.centre, piece.start, start) % (2 * math.pi)
@@ -228,13 +228,13 @@ def trimmed_sweep(piece: ContourPiece, start: Vec, end: Vec) -> float:
 
 
 def _angle(centre: Vec, start: Vec, end: Vec) -> float:
-    """Angle from start to end about the centre, rad in (-pi, pi]."""
+    """Return the angle from start to end about the centre, rad in (-pi, pi]."""
     a, b = minus(start, centre), minus(end, centre)
     return math.atan2(cross(a, b), dot(a, b))
 
 
 def sweep_of(start: Vec, end: Vec, centre: Vec, clockwise: bool, turns: int) -> float:
-    """Signed sweep of an arc; start and end within 1e-9 mm of one another are a full circle."""
+    """Return the signed sweep of an arc; start and end within 1e-9 mm of one another are a full circle."""
     sign = -1.0 if clockwise else 1.0
     angle = sign * _angle(centre, start, end) % (2 * math.pi)
     if math.dist(start, end) < 1e-9 or angle == 0.0:
@@ -244,14 +244,14 @@ def sweep_of(start: Vec, end: Vec, centre: Vec, clockwise: bool, turns: int) -> 
 
 # -- moves and pieces ---------------------------------------------------------------------------------------------------
 def planar(move: Move) -> bool:
-    """True for a move with motion in its plane."""
+    """Return True for a move with motion in its plane."""
     one, two, _ = PLANES[move.plane]
     moved = math.hypot(move.end[one] - move.start[one], move.end[two] - move.start[two]) > STILL
     return move.kind == "arc" or (move.kind != "dwell" and moved)
 
 
 def piece_of(move: Move) -> ContourPiece:
-    """A move as a piece of its plane."""
+    """Return a move as a piece of its plane."""
     one, two, _ = PLANES[move.plane]
     start, end = (move.start[one], move.start[two]), (move.end[one], move.end[two])
     if move.centre is None:
@@ -261,7 +261,7 @@ def piece_of(move: Move) -> ContourPiece:
 
 
 def in_space(plane: str, point: Vec, height: float) -> Point:
-    """A point of the plane at a height along its normal."""
+    """Return a point of the plane at a height along its normal."""
     one, two, normal = PLANES[plane]
     out = [0.0, 0.0, 0.0]
     out[one], out[two], out[normal] = point[0], point[1], height

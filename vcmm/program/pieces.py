@@ -1,4 +1,5 @@
-"""Lines and arcs of a plane as pieces: where two meet, how far a point is, cutting one at points, joining them to loops. Lengths mm, angles rad."""
+"""Lines and arcs of a plane as pieces: their meeting points, distances of points, cutting one at points, joining them to loops. Lengths
+mm, angles rad."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ TURN = 2.0 * math.pi
 
 
 def radius_of(p: ContourPiece) -> float:
-    """Of an arc."""
+    """Return the radius of an arc."""
     assert p.centre is not None
     return math.dist(p.start, p.centre)
 
@@ -23,7 +24,7 @@ def length_of(p: ContourPiece) -> float:
 
 
 def point_at(p: ContourPiece, share: float) -> Vec:
-    """A point of a piece, `share` of its length from its start."""
+    """Return a point of a piece, `share` of its length from its start."""
     if p.centre is None:
         return p.start[0] + share * (p.end[0] - p.start[0]), p.start[1] + share * (p.end[1] - p.start[1])
     first = math.atan2(p.start[1] - p.centre[1], p.start[0] - p.centre[0])
@@ -32,7 +33,7 @@ def point_at(p: ContourPiece, share: float) -> Vec:
 
 
 def share_at(p: ContourPiece, point: Vec) -> float:
-    """The share of a piece at which a point of its line or circle lies; beyond 1 where it is not on it. Negative before a line."""
+    """Return the share of a piece at which a point of its line or circle lies; beyond 1 where it is not on it. Negative before a line."""
     if p.centre is None:
         d = (p.end[0] - p.start[0], p.end[1] - p.start[1])
         return ((point[0] - p.start[0]) * d[0] + (point[1] - p.start[1]) * d[1]) / (d[0] ** 2 + d[1] ** 2)
@@ -45,7 +46,7 @@ def share_at(p: ContourPiece, point: Vec) -> float:
 
 
 def distance(p: ContourPiece, point: Vec) -> float:
-    """Of a point from a piece."""
+    """Return the distance of a point from a piece."""
     share = share_at(p, point) if p.centre is None or math.dist(point, p.centre) > 0.0 else 0.0
     if 0.0 <= share <= 1.0:
         if p.centre is not None:
@@ -55,7 +56,7 @@ def distance(p: ContourPiece, point: Vec) -> float:
 
 
 def normal_at(p: ContourPiece, share: float) -> Vec:
-    """Unit normal on the left of the way of travel."""
+    """Return the unit normal on the left of the way of travel."""
     if p.centre is None:
         length = math.dist(p.start, p.end)
         return -(p.end[1] - p.start[1]) / length, (p.end[0] - p.start[0]) / length
@@ -65,12 +66,12 @@ def normal_at(p: ContourPiece, share: float) -> Vec:
 
 
 def reverse_piece(p: ContourPiece) -> ContourPiece:
-    """The same way back."""
+    """Return the same way back."""
     return ContourPiece(p.end, p.start, p.centre, -p.sweep)
 
 
 def parallel(p: ContourPiece, off: float) -> ContourPiece | None:
-    """Beside a piece, on its left; None where an arc has no radius left."""
+    """Return the piece beside a piece, on its left; None where an arc has no radius left."""
     if p.centre is not None and (p.sweep > 0.0) and radius_of(p) <= off + SAME:
         return None
     n, m = normal_at(p, 0.0), normal_at(p, 1.0)
@@ -79,7 +80,7 @@ def parallel(p: ContourPiece, off: float) -> ContourPiece | None:
 
 
 def meetings(a: ContourPiece, b: ContourPiece) -> list[Vec]:
-    """Points of both: crossings, and ends of one that lie on the other."""
+    """Return the points of both: crossings, and ends of one that lie on the other."""
     ends = [p for p in (b.start, b.end) if distance(a, p) < SAME] + [
         p for p in (a.start, a.end) if distance(b, p) < SAME
     ]
@@ -87,7 +88,7 @@ def meetings(a: ContourPiece, b: ContourPiece) -> list[Vec]:
 
 
 def _line_points(a: ContourPiece, b: ContourPiece) -> list[Vec]:
-    """Where the lines or circles of two pieces cross."""
+    """Return the crossing points of the lines or circles of two pieces."""
     if a.centre is not None and b.centre is not None:
         r, s, apart = radius_of(a), radius_of(b), math.dist(a.centre, b.centre)
         if apart < SAME:
@@ -118,7 +119,7 @@ def _on_chord(foot: Vec, along: Vec, square: float) -> list[Vec]:
 
 
 def cut(p: ContourPiece, points: Iterable[Vec]) -> Iterator[ContourPiece]:
-    """A piece cut at points of it; parts shorter than SAME are left out."""
+    """Yield a piece cut at points of it; parts shorter than SAME are left out."""
     length = length_of(p)
     inner = sorted({s for s in (share_at(p, q) for q in points) if SAME < s * length < length - SAME})
     shares = [0.0, *inner, 1.0]
@@ -133,7 +134,7 @@ def cut(p: ContourPiece, points: Iterable[Vec]) -> Iterator[ContourPiece]:
 
 
 def cut_all(pieces: Sequence[ContourPiece]) -> list[ContourPiece]:
-    """All pieces cut where they meet; of parts that are one and the same the first."""
+    """Return all pieces cut where they meet; of parts that are one and the same the first."""
     out: list[ContourPiece] = []
     middles: list[Vec] = []
     boxes = [_box(p) for p in pieces]
@@ -153,7 +154,7 @@ Box = tuple[float, float, float, float]
 
 
 def _box(p: ContourPiece) -> Box:
-    """Least and largest x and y."""
+    """Return the least and largest x and y."""
     xs, ys = zip(*extremes(p), strict=True)
     return min(xs), max(xs), min(ys), max(ys)
 
@@ -163,7 +164,7 @@ def _touch(a: Box, b: Box) -> bool:
 
 
 def _is_same(a: ContourPiece, b: ContourPiece) -> bool:
-    """Whether two parts cover each other, whichever way they go."""
+    """Return whether two parts cover each other, whichever way they go."""
     if math.dist(point_at(a, 0.5), point_at(b, 0.5)) > SAME:
         return False
     return (
@@ -176,7 +177,7 @@ def _is_same(a: ContourPiece, b: ContourPiece) -> bool:
 
 
 def loops(parts: Sequence[ContourPiece]) -> list[list[ContourPiece]]:
-    """Parts joined end to start. What does not close is left out."""
+    """Return the parts joined end to start. Open ones are left out."""
     left, out = list(parts), []
     while left:
         ring = [left.pop(0)]
@@ -192,7 +193,7 @@ def loops(parts: Sequence[ContourPiece]) -> list[list[ContourPiece]]:
 
 
 def crossings(p: ContourPiece, axis: int, at: float) -> list[float]:
-    """Where a piece crosses the line on which a coordinate has one value: the other coordinate."""
+    """Return the crossings of a piece with the line on which a coordinate has one value: the other coordinate."""
     if p.centre is None:
         u, v = p.start[axis] - at, p.end[axis] - at
         if (u < 0) == (v < 0):

@@ -1,4 +1,4 @@
-"""Surfaces read by a probe: towards one, until ball and surface meet, and back. What the cycles of all controls are made of."""
+"""Surfaces read by a probe: towards one, until ball and surface meet, and back. For the cycles of all controls."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Feeler(NamedTuple):
         return ball_radius(self.tool)
 
     def feel(self, towards: Point, distance: float) -> Point:
-        """Where the tip is (mm as programmed) when the probe answers: from where it stands along a unit vector, and back.
+        """Return the tip position (mm as programmed) when the probe answers: along a unit vector, and back.
 
         distance: mm at which it is expected to answer; where the set-up states no surface on that way, it does there.
         """
@@ -51,7 +51,7 @@ class Feeler(NamedTuple):
         )
         if not met:
             r.fault(
-                f"the probe stands behind the surface that it is to touch, its ball of {2.0 * self.radius:g} mm does not fit, or it finds nothing within "
+                f"the probe is behind the surface that it is to touch, its ball of {2.0 * self.radius:g} mm does not fit, or it finds nothing within "
                 f"{self.overtravel:g} mm beyond: check where it starts, the expected position or size, and the way that it may go"
             )
         tip = r.p
@@ -59,7 +59,7 @@ class Feeler(NamedTuple):
         return tip
 
     def until(self, towards: Point, farthest: float) -> Point | None:
-        """The same where nothing is expected anywhere: None where it goes so far (mm) without an answer."""
+        """Return the same without an expected place: None after so far (mm) without an answer."""
         r, start = self.recorder, self.recorder.p
         x, y, z = (p + farthest * t for p, t in zip(start, towards))
         met = touch(r, (x, y, z), self.tool)
@@ -68,11 +68,11 @@ class Feeler(NamedTuple):
         return tip if met else None
 
     def surface(self, axis: int, expected: float, sense: float) -> float:
-        """Coordinate of a surface along an axis (0, 1, 2), mm as programmed: the probe goes there from where it stands, and back.
+        """Return the coordinate of a surface along an axis (0, 1, 2), mm as programmed: the probe goes there, and back.
 
-        expected: where the program takes the surface to be; sense: +1 or -1, the way to it. From the side the ball touches its
+        expected: the place of the surface in the program; sense: +1 or -1, the way to it. From the side the ball touches its
         radius before; from above with its lowest point; from below with its highest one, and the reading stays low by the diameter,
-        since along the probe controls correct the length alone (HEIDENHAIN, TNC7, cycle 427: Q272 = 3). That is told.
+        since along the probe controls correct the length alone (HEIDENHAIN, TNC7, cycle 427: Q272 = 3). A remark states it.
         """
         below = axis == 2 and sense > 0
         radius = 0.0 if axis == 2 else self.radius
@@ -87,7 +87,7 @@ class Feeler(NamedTuple):
         return tip[axis] + sense * radius
 
     def rim(self, middle: tuple[float, float], diameter: float, angle: float, inside: bool) -> Point:
-        """Where the tip is when a bore answers from inside, a boss from outside, at an angle (rad) about its expected middle."""
+        """Return the tip position when a bore answers from inside, a boss from outside, at an angle (rad) about its expected middle."""
         x, y = math.cos(angle), math.sin(angle)
         sense = 1.0 if inside else -1.0
         here = self.recorder.p
@@ -96,14 +96,15 @@ class Feeler(NamedTuple):
         return self.feel((sense * x, sense * y, 0.0), sense * (reach - from_middle))
 
     def circle(self, tips: Sequence[Point], inside: bool) -> ProbedCircle:
-        """The bore or boss through touches at tips."""
+        """Return the bore or boss through touches at tips."""
         x, y, radius = circle_through(tips)
         return ProbedCircle(x, y, 2.0 * (radius + (self.radius if inside else -self.radius)))
 
 
 @contextmanager
 def measuring_cycle(r: Recorder, what: str, feed: float) -> Iterator[None]:
-    """A cycle of the control, its ways at a feed per minute. In a survey what it cannot do is passed over and told, strict it is refused."""
+    """Run a measuring cycle of the control, its ways at a feed per minute. In a survey an unsupported cycle is passed over with a remark,
+    strict it is refused."""
     before = r.feed_mode, r.feed
     r.feed_mode, r.feed = "G94", feed
     try:
@@ -118,12 +119,12 @@ def measuring_cycle(r: Recorder, what: str, feed: float) -> Iterator[None]:
 
 
 def ball_radius(tool: Tool) -> float:
-    """mm; 0 where the set-up does not state it."""
+    """Return the radius of the ball, mm; 0 where the set-up does not state it."""
     return (tool.diameter or 0.0) / 2.0
 
 
 def circle_through(points: Sequence[Point]) -> tuple[float, float, float]:
-    """Middle and radius of the circle through three points in X and Y, by least squares through more (as x^2 + y^2 = 2ax + 2by + c).
+    """Return the middle and radius of the circle through three points in X and Y, by least squares through more (as x^2 + y^2 = 2ax + 2by + c).
 
     Hand check: (1, 0), (-1, 0), (0, 1) give 0, 0, 1.
     """
@@ -141,7 +142,8 @@ def circle_through(points: Sequence[Point]) -> tuple[float, float, float]:
 def meeting(
     lines: Sequence[Sequence[Point]], sense: Sequence[float], radius: float
 ) -> tuple[float, float, list[float]]:
-    """Where two surfaces meet: that touched along Y (by one tip or two along X) and that touched along X; their angles in deg from X+.
+    """Return the meeting point of two surfaces: that touched along Y (by one tip or two along X) and that touched along X; their
+    angles in deg from X+.
 
     One tip: parallel to its axis, or square to the other surface where that is known. A surface lies the radius beyond its tips.
     """
@@ -164,12 +166,12 @@ def meeting(
 
 
 def _near(angle: float, usual: float) -> float:
-    """The same line's angle within 90 deg of the usual one."""
+    """Return the same line's angle within 90 deg of the usual one."""
     return angle - math.pi * round((angle - usual) / math.pi)
 
 
 def touch(r: Recorder, end: Point, tool: Tool, expected: Point | None = None, stops: bool = True) -> bool:
-    """Straight towards a programmed point until the probe answers; whether it does. Rotary axes stand.
+    """Move straight towards a programmed point until the probe answers; return whether it does. Rotary axes are at rest.
 
     expected: the programmed point at which it answers where no surface is stated on this way; None: it goes on to the end.
     stops: else the way goes on to its end, and only where it answered is kept.
@@ -192,7 +194,7 @@ def touch(r: Recorder, end: Point, tool: Tool, expected: Point | None = None, st
 
 
 def leave(r: Recorder, end: Point, tool: Tool) -> bool:
-    """Straight away from a surface until the probe is free (G38.4); whether it touched one at the start."""
+    """Move straight away from a surface until the probe is free (G38.4); return whether it touched one at the start."""
     r.free("a probing move is programmed")
     _check_tool(r, tool)
     radius = ball_radius(tool)
@@ -210,7 +212,7 @@ def _check_tool(r: Recorder, tool: Tool) -> None:
 
 
 def _answer_probe(r: Recorder, met: tuple[Point, Point, Point] | None, end: Point, stops: bool) -> bool:
-    """The move to where the probe answers, which may read further, and what is kept of it."""
+    """Make the move to the place where the probe answers, which may be read later, and return whether it answered."""
     goal = end
     if met is not None:
         number, read = len(r.touches), r.setup.read_out
@@ -237,7 +239,7 @@ def _answer_probe(r: Recorder, met: tuple[Point, Point, Point] | None, end: Poin
 
 
 def shifted_zero(r: Recorder, reads: Point, should: Point) -> Point:
-    """The work offset in force, shifted so that what now reads `reads` (mm) will read `should`; machine axes, mm."""
+    """Return the work offset in force, shifted so that what now reads `reads` (mm) will read `should`; machine axes, mm."""
     here, there = r.world.apply(should), r.world.apply(reads)
     old = r.offsets.get(r.offset, ORIGIN)
     return old[0] + there[0] - here[0], old[1] + there[1] - here[1], old[2] + there[2] - here[2]
@@ -246,7 +248,7 @@ def shifted_zero(r: Recorder, reads: Point, should: Point) -> Point:
 def correct_zero(
     r: Recorder, name: str, reads: Sequence[float | None], should: Sequence[float | None]
 ) -> None:
-    """A work offset (that in force, or another, which takes over what is corrected), so that `reads` will read `should` in the axes that
+    """Correct a work offset (that in force, or another, which takes the corrected values over), so that `reads` will read `should` in the axes that
     are not None."""
     p = r.p
     one, two = (tuple(p[i] if v is None else v for i, v in enumerate(which)) for which in (reads, should))
@@ -259,13 +261,13 @@ def correct_zero(
 
 
 def correct_turn(r: Recorder, name: str, by: float) -> None:
-    """A work offset is turned further about its zero by so many rad."""
+    """Turn a work offset about its zero by so many rad."""
     old = r.rotations.get(r.offset, 0.0)
     r.rotations[name] = old + by
 
 
 def at(point: Point, axis: int, value: float) -> Point:
-    """The point with another coordinate along an axis."""
+    """Return the point with another coordinate along an axis."""
     out = list(point)
     out[axis] = value
     return out[0], out[1], out[2]

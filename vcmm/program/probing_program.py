@@ -8,9 +8,9 @@
                   (HEIDENHAIN, TNC 640 User's Manual, Measuring Cycles)
 
 X Y Z of a program are those of its work offset. The length of the probe counts to the lowest point of its ball, as macros calibrate it, so
-the middle of the ball stands one radius higher than Z says. Every touch prints the line of vcmm.files.foreign.touch_log, format "touches"; what the
-control does not measure is printed as it was commanded, of the middle of the ball.
-Where a head turns, X Y Z are those of the axes, as if it stood at zero: what follows the tip (G43.4, TRAORI, M128) is ended first.
+the middle of the ball is one radius higher than Z. Every touch prints the line of vcmm.files.foreign.touch_log, format "touches"; values
+that the control does not measure are printed as commanded, of the middle of the ball.
+Where a head turns, X Y Z are those of the axes, as if it were at zero: modes that follow the tip (G43.4, TRAORI, M128) are ended first.
 Between two touches the probe goes over `clear`; rotary axes turn only up there. Collisions are not looked for.
 """
 
@@ -74,13 +74,13 @@ class ProbingJob:
         return len({t.spindle for t in self.touches}) > 1 or any(t.spindle for t in self.touches)
 
     def start(self, touch: PlannedTouch) -> tuple[float, float, float]:
-        """X Y Z of the program, of the lowest point of the ball, from where the touch begins."""
+        """Return X Y Z of the program, of the lowest point of the ball, at the start of the touch."""
         away = [s - w * (self.standoff + self.ball) for s, w in zip(touch.surface, touch.way)]
         return away[0], away[1], away[2] - self.ball
 
 
 def probing_texts(job: ProbingJob, control: str) -> dict[str, str]:
-    """File name -> text of the program, of HEIDENHAIN with the mask of its print. Raises UsageError for a control that is not written."""
+    """Return the file name -> text of the program, of HEIDENHAIN with the mask of its print. Raises UsageError for a control that is not written."""
     writers = {"fanuc": _iso, "haas": _iso, "sinumerik": _sinumerik, "heidenhain": _heidenhain}
     if control not in writers:
         raise UsageError(f'--control "{control}" is not written.{choose_from(control, CONTROLS)}')
@@ -92,13 +92,13 @@ def probing_texts(job: ProbingJob, control: str) -> dict[str, str]:
 
 
 def _number(value: float, digits: int = 4) -> str:
-    """With a decimal point, as controls want it: 37.5, -5., 0."""
+    """Return a number with a decimal point, in the form for controls: 37.5, -5., 0."""
     text = f"{value:.{digits}f}".rstrip("0")
     return "0." if text in ("-0.", "0.") else text
 
 
 def _visits(job: ProbingJob) -> list[tuple[PlannedTouch, bool, bool]]:
-    """Every touch, with whether the rotary axes turn and whether the spindle turns before it."""
+    """Return every touch, with whether the rotary axes turn and whether the spindle turns before it."""
     out, rotary, spindle = [], None, None
     for touch in job.touches:
         turns, orients = dict(touch.rotary) != rotary, job.orients and touch.spindle != spindle
@@ -108,7 +108,7 @@ def _visits(job: ProbingJob) -> list[tuple[PlannedTouch, bool, bool]]:
 
 
 def _words_to_print(job: ProbingJob, touch: PlannedTouch, measured: str, blank: str) -> list[str]:
-    """Words of the line that a touch prints; measured: how the control prints the value along the axis."""
+    """Return the words of the line that a touch prints; measured: the form in which the control prints the value along the axis."""
     words = ["TOUCH", f"F{touch.feature}"]
     words += [f"{letter}{w}" for letter, w in zip("IJK", touch.way)]
     for i, letter in enumerate("XYZ"):
@@ -118,7 +118,7 @@ def _words_to_print(job: ProbingJob, touch: PlannedTouch, measured: str, blank: 
 
 
 def _iso(job: ProbingJob, control: str) -> list[str]:
-    """Fanuc and Haas."""
+    """Return the lines for Fanuc and Haas."""
     first = RESULTS[control]
     lines = ["%", "O9500 (TOUCHES OF SPHERES)", f"G21 G17 G90 G94 {job.offset}", f"T{job.tool} M6"]
     lines += ["G49"] if job.leads_tip else []  # ends G43.4 and G43.5
@@ -144,7 +144,8 @@ def _rotary(touch: PlannedTouch) -> str:
 
 
 def _sinumerik(job: ProbingJob, control: str) -> list[str]:
-    """CYCLE978 goes along its axis from where the probe stands; X, Y and Z of the printed line as for the others."""
+    """Return the lines for Sinumerik: CYCLE978 goes along its axis from the position of the probe; X, Y and Z of the printed line as for
+    the others."""
     lines = [
         "; touches of spheres",
         "DEF INT _ERR",
@@ -175,7 +176,8 @@ def _sinumerik(job: ProbingJob, control: str) -> list[str]:
 
 
 def _heidenhain(job: ProbingJob, control: str) -> list[str]:
-    """TCH PROBE 427 goes over the clearance height by itself; Q261 is the height of the middle of the ball, of a touch along Z that of the surface."""
+    """Return the lines for HEIDENHAIN. TCH PROBE 427 goes over the clearance height by itself; Q261 is the height of the middle of the
+    ball, of a touch along Z that of the surface."""
     lines = [
         f"BEGIN PGM {job.name} MM",
         f"TOOL CALL {job.tool} Z S0",
@@ -206,7 +208,7 @@ def _heidenhain(job: ProbingJob, control: str) -> list[str]:
 
 
 def _mask(job: ProbingJob) -> str:
-    """Mask of FN 16: one line for each touch, appended to the log."""
+    """Return the mask of FN 16: one line for each touch, appended to the log."""
     letters = [*"FIJKXYZ", *job.touches[0].rotary, *(["S"] if job.orients else [])]
     digits = {"F": "%1.0F", "I": "%2.0F", "J": "%2.0F", "K": "%2.0F"}
     words = " ".join(f"{letter}{digits.get(letter, '%11.4F')}" for letter in letters)
@@ -215,5 +217,5 @@ def _mask(job: ProbingJob) -> str:
 
 
 def turning_height(reach: Sequence[float], above: float) -> float:
-    """Z (mm) above everything that turns: the farthest reach of it from the centre of the rotary axes, plus `above`."""
+    """Return Z (mm) above everything that turns: the farthest reach of it from the centre of the rotary axes, plus `above`."""
     return math.ceil(max(reach) + above)

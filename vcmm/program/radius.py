@@ -77,7 +77,7 @@ class RadiusCompensation(NamedTuple):
 def centre_path(
     moves: Sequence[Move], sides: Sequence[RadiusCompensation | None], file: str = ""
 ) -> list[Move]:
-    """Path of the tool centre (mm) for the programmed contour, with `compensation` set on compensated moves.
+    """Return the path of the tool centre (mm) for the programmed contour, with `compensation` set on compensated moves.
 
     sides[i]: in force during move i, None where there is none. Moves without motion in the plane (along its normal, dwells) are
     carried along at the centre point reached. Corner moves take the source, feed and state of the move after the corner.
@@ -104,7 +104,7 @@ def centre_path(
 
 
 def _run_from(sides: Sequence[RadiusCompensation | None], i: int) -> list[RadiusCompensation]:
-    """The stretch with compensation on that begins at move i; empty where it is off."""
+    """Return the stretch with compensation on that begins at move i; empty where it is off."""
     run: list[RadiusCompensation] = []
     while i < len(sides) and (side := sides[i]) is not None:
         run.append(side)
@@ -113,7 +113,7 @@ def _run_from(sides: Sequence[RadiusCompensation | None], i: int) -> list[Radius
 
 
 class _Walker:
-    """The path so far. `off` holds how far the tool stands beside the programmed point after a compensated run."""
+    """The path so far. `off` holds the distance of the tool from the programmed point after a compensated run."""
 
     def __init__(self, style: Style, file: str) -> None:
         self.style, self.file = style, file
@@ -121,7 +121,7 @@ class _Walker:
         self.off: Point = (0.0, 0.0, 0.0)
 
     def plain(self, move: Move) -> None:
-        """A move without compensation. The offset left over from a run ends with the first move (in the plane; LinuxCNC: any)."""
+        """Take a move without compensation. The offset left over from a run ends with the first move (in the plane; LinuxCNC: any)."""
         if self.off == (0.0, 0.0, 0.0):
             self.path.append(move)
             return
@@ -143,12 +143,12 @@ class _Walker:
         self.path.append(move._replace(start=start, end=(end[0], end[1], end[2])))
 
     def standing(self, move: Move) -> Point:
-        """Where the controlled point really is before a move; exactly where the path ends, unless the tool has changed."""
+        """Return the true position of the controlled point before a move; exactly at the end of the path, unless the tool has changed."""
         start = _plus(move.start, self.off)
         return self.path[-1].end if self.path and _near(start, self.path[-1].end) else start
 
     def run(self, moves: Sequence[Move], sides: Sequence[RadiusCompensation], leaving: Move | None) -> None:
-        """One stretch with compensation on; leaving: the first move in the plane behind it."""
+        """Take one stretch with compensation on; leaving: the first move in the plane behind it."""
         if self.off == ORIGIN and all(s.radius == 0.0 and s.nose == ORIGIN for s in sides):
             self.path += [m._replace(compensation=s.side) for m, s in zip(moves, sides)]
             return
@@ -205,7 +205,7 @@ class _Walker:
                 self.refuse(move, "a move in machine coordinates while radius compensation is on", fix)
 
     def is_engaged(self, move: Move, piece: ContourPiece, h: float) -> bool:
-        """True where the path already ends beside the start of the contour: an approach written for the centre itself."""
+        """Return True where the path already ends beside the start of the contour: an approach written for the centre itself."""
         if not self.path or _near(self.path[-1].end, move.start):
             return False
         one, two, _ = PLANES[move.plane]
@@ -213,7 +213,7 @@ class _Walker:
         return math.dist((end[one], end[two]), beside(piece, piece.start, h)) < 1e-9
 
     def entry_piece(self, move: Move, piece: ContourPiece, here: Point, h: float) -> ContourPiece:
-        """The entry from where the tool really stands, as a piece that ends on the contour."""
+        """Return the entry from the true position of the tool, as a piece that ends on the contour."""
         one, two, _ = PLANES[move.plane]
         start = (here[one], here[two])
         if piece.centre is not None:
@@ -248,7 +248,7 @@ class _Walker:
             )
 
     def exit_joint(self, pieces: list[ContourPiece], h: float, leaving: Move | None) -> Joint:
-        """How the last compensated move ends: beside its end, or for type B around an outside corner to the exit line."""
+        """Return the end of the last compensated move: beside its end, or for type B around an outside corner to the exit line."""
         if not pieces:
             return Joint((0.0, 0.0), (0.0, 0.0))
         last = pieces[-1]
@@ -260,7 +260,7 @@ class _Walker:
         return Joint(point, point)
 
     def feed_for(self, following: Move) -> float | None:
-        """The feed of a corner move: that of the move after it, for a rapid the last one before."""
+        """Return the feed of a corner move: that of the move after it, for a rapid the last one before."""
         if following.feed is not None:
             return following.feed
         return next((m.feed for m in reversed(self.path) if m.feed is not None), None)
@@ -294,13 +294,13 @@ class _Maker:
         self.here = end
 
     def carry(self, move: Move) -> None:
-        """A dwell or a move along the normal: the plane coordinates stay."""
+        """Carry a dwell or a move along the normal: the plane coordinates stay."""
         normal = PLANES[move.plane][2]
         end = tuple(move.end[k] - self.shift[k] if k == normal else self.here[k] for k in range(3))
         self.put(move, (end[0], end[1], end[2]))
 
     def offset(self, move: Move, piece: ContourPiece, h: float, end: Vec, entry: bool) -> None:
-        """The parallel curve of one programmed move, up to its joint with the next."""
+        """Take the parallel curve of one programmed move, up to its joint with the next."""
         one, two, normal = PLANES[move.plane]
         start = (self.here[one], self.here[two])
         target = in_space(move.plane, end, move.end[normal] - self.shift[normal])
@@ -320,7 +320,7 @@ class _Maker:
         self.put(move._replace(turns=turns), target, in_space(move.plane, piece.centre, self.here[normal]))
 
     def round(self, joint: Joint, following: Move, h: float) -> None:
-        """The extra moves at an outside corner, at the height reached."""
+        """Make the extra moves at an outside corner, at the height reached."""
         height = self.here[PLANES[following.plane][2]]
         state = following._replace(
             rotary_end=following.rotary_start, feed=self.walker.feed_for(following),
@@ -352,7 +352,7 @@ class _Maker:
 
 
 def _next_planar(moves: Sequence[Move], at: int) -> Move | None:
-    """The first move in its plane from number `at` on."""
+    """Return the first move in its plane from number `at` on."""
     return next((moves[k] for k in range(at, len(moves)) if planar(moves[k])), None)
 
 

@@ -1,4 +1,4 @@
-"""The text of a program file, and which dialect it seems to be written in."""
+"""The text of a program file, and the likely dialect of it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WORD = re.compile(
 
 
 def read_bytes(path: Path) -> str:
-    """The text of a program, line ends as they are. UTF-8, else Latin-1 (comments of old posts). Raises DataError."""
+    """Return the text of a program, line ends unchanged. UTF-8, else Latin-1 (comments of old posts). Raises DataError."""
     raw = raw_bytes(path).strip(b"\0")  # leader and trailer of a tape, which controls pass over
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise DataError(
@@ -33,14 +33,14 @@ def read_bytes(path: Path) -> str:
         line = raw.count(b"\n", 0, raw.index(b"\0")) + 1
         column = raw.index(b"\0") - (raw.rfind(b"\n", 0, raw.index(b"\0")) + 1) + 1
         raise DataError(
-            f"{path}:{line}:{column}: a NUL byte stands here: this is no text; remove it or name the NC program"
+            f"{path}:{line}:{column}: a NUL byte in the text: this is no NC program; remove it or name the NC program"
         )
     long = _LONG_NUMBER.search(raw)
     if long is not None:
         line = raw.count(b"\n", 0, long.start()) + 1
         column = long.start() - (raw.rfind(b"\n", 0, long.start()) + 1) + 1
         raise DataError(
-            f"{path}:{line}:{column}: a number of {len(long[0]):,} digits stands here, and no control reads more than "
+            f"{path}:{line}:{column}: a number of {len(long[0]):,} digits; no control reads more than "
             f"{MOST_DIGITS}; correct it"
         )
     try:
@@ -50,7 +50,7 @@ def read_bytes(path: Path) -> str:
 
 
 def guess(text: str, path: Path | None) -> tuple[str, str]:
-    """The dialect that a program seems to be written in, and why; the reason says when it is not sure. Raises DataError where it is
+    """Return the dialect that a program seems to be written in, and the reason, which states doubt. Raises DataError where it is
     one that is not here."""
     ranking = candidates(text, path)
     if text.strip() and not _WORD.search(text.upper()):
@@ -72,7 +72,7 @@ def guess(text: str, path: Path | None) -> tuple[str, str]:
 
 
 def likely(path: Path) -> str:
-    """The dialect that a file seems to be written in, "" where it is not here or cannot be read as text."""
+    """Return the likely dialect of a file, "" where it is not here or cannot be read as text."""
     try:
         return guess(read_bytes(path), path)[0]
     except DataError:
@@ -80,6 +80,6 @@ def likely(path: Path) -> str:
 
 
 def runner_up(text: str, path: Path | None) -> Candidate | None:
-    """The second likely dialect, where the first is not sure."""
+    """Return the second likely dialect, where the first is not sure."""
     here = [c for c in candidates(text, path) if c.dialect in names()]
     return here[1] if unsure(here) else None

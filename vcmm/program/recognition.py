@@ -1,7 +1,7 @@
-"""Which dialect a program is written in, by scored evidence: header, comment signs, words, cycles, end; never one sign alone.
+"""The dialect of a program, by scored evidence: header, comment signs, words, cycles, end; never one sign alone.
 
-Every sign that a text has adds its weight to a dialect once. What decides is told, and so is the runner-up. The weights say how
-exclusive a sign is: 1 habit, 3 rare elsewhere, 6 and more: no other control reads it.
+Every sign that a text has adds its weight to a dialect once. The deciding signs and the runner-up are reported. A weight is the
+exclusiveness of a sign: 1 habit, 3 rare elsewhere, 6 and more: no other control reads it.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class Candidate:
 
 
 def candidates(text: str, path: Path | None) -> list[Candidate]:
-    """All dialects that a text has signs of, the best first."""
+    """Return all dialects that a text has signs of, the best first."""
     views = _views(text[:READ].upper())
     signs_of: dict[str, list[tuple[float, str]]] = {}
     for sign in SIGNS:
@@ -142,7 +142,7 @@ def _compile(pattern: str) -> re.Pattern[str]:
 
 
 def _views(text: str) -> dict[str, str]:
-    """The text, without its comments, and its comments alone."""
+    """Return the text, without its comments, and its comments alone."""
     comments = re.findall(r"\([^()\n]*\)|;[^\n]*", text)
     plain = _COMMENT.sub("", _COMMENT.sub("", text))
     return {"all": text, "code": plain, "comments": "\n".join(comments)}
@@ -156,7 +156,7 @@ def _add(
 
 
 def _axes(code: str, signs_of: dict[str, list[tuple[float, str]]]) -> None:
-    """A turning program has X and Z and no Y, unless a driven tool has its say; a milling program has Y."""
+    """Score the axes: a turning program has X and Z and no Y, unless a driven tool has its say; a milling program has Y."""
     x, y, z = (len(re.findall(rf"{a}[ \t]*[-+.\d#\[]", code)) for a in "XYZ")
     arcs = re.search(r"G0?[23](?!\d)[^\n]*[IK][ \t]*[-+.\d]", code)
     if x and z and not y:
@@ -168,7 +168,7 @@ def _axes(code: str, signs_of: dict[str, list[tuple[float, str]]]) -> None:
 
 
 def ranking_text(ranking: list[Candidate]) -> str:
-    """Why the first was taken, and the runner-up; says when it is not sure."""
+    """Return the reason for the first dialect, and the runner-up; doubt is stated."""
     best = ranking[0]
     if best.score <= 1:
         return "nothing tells it apart, so name it with --dialect where that is wrong"
@@ -182,11 +182,11 @@ def ranking_text(ranking: list[Candidate]) -> str:
 
 
 def kin(dialect: str) -> str:
-    """Dialects that read the common words alike."""
+    """Return the dialects with the same common words."""
     kin = {"mill": MILLS, "lathe": LATHES, "router": (*HOBBY, "linuxcnc")}
     return next((name for name, members in kin.items() if dialect in members), dialect)
 
 
 def unsure(ranking: list[Candidate]) -> bool:
-    """Whether the runner-up is nearly as likely."""
+    """Return whether the runner-up is nearly as likely."""
     return len(ranking) > 1 and ranking[1].score >= SURE * ranking[0].score

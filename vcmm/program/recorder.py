@@ -38,7 +38,7 @@ class Recorder(ModalState):
 
     NO_FEED: ClassVar[Mapping[str, str]] = {"G93": _NO_FEED, "G94": _NO_FEED, "G95": _NO_FEED}
     NO_TURNS: ClassVar[str] = (
-        "the feed is per turn, but the spindle stands still; start it with S and M3 or M4 before"
+        "the feed is per turn, but the spindle is at rest; start it with S and M3 or M4 before"
     )
 
     file: str = ""
@@ -90,7 +90,7 @@ class Recorder(ModalState):
         raise ProgramFault(self.file, self.line, column or self.column or self.source.first, text)
 
     def remark(self, text: str, column: int | None = None, kind: str = "", every: bool = False) -> None:
-        """A remark at the block being executed; one of each kind (where none is named: of each text), or `every` one."""
+        """Add a remark at the block being executed; one of each kind (where none is named: of each text), or `every` one."""
         if not every:
             if (kind or text) in self.remarked:
                 return
@@ -101,9 +101,9 @@ class Recorder(ModalState):
         self, what: str, value: str, otherwise: str = "", *, blank: SetupEntry | None = None, column: int | None = None,
         matters: bool = True,
     ) -> None:  # fmt: skip
-        """What the program lacks and the machine would know: `value` is taken, and told once for each `what`.
+        """Assume `value` for data that the program lacks and the machine would know, with one remark for each `what`.
 
-        The caller goes on with the value: this only tells. Strict: refused with the sentence `otherwise`; where there is none,
+        The caller goes on with the value: this only adds the remark. Strict: refused with the sentence `otherwise`; where there is none,
         both levels go on, strict with a remark. blank: how the set-up file gives it. matters: whether the path depends on it.
         """
         if self.setup.strict and otherwise:
@@ -115,29 +115,29 @@ class Recorder(ModalState):
 
     # -- positions --
     def refresh(self) -> None:
-        """`world`, and the programmed point at which the tool now is, after frame, offset or tool have changed."""
+        """Refresh `world`, and the programmed point of the tool, after frame, offset or tool have changed."""
         base, angle = self.offsets.get(self.offset, ORIGIN), self.rotations.get(self.offset, 0.0)
         outer = translation((base[0] + self.common[0], base[1] + self.common[1], base[2] + self.common[2]))
         self.world = (outer.then(rotation(2, angle)) if angle else outer).then(self.frame)
         self.locate()
 
     def locate(self) -> None:
-        """The programmed point that belongs to q."""
+        """Compute the programmed point that belongs to q."""
         self.p = self.world.undo(self.tip())
 
     def tip(self) -> Point:
-        """Where the tip is: machine position, mm."""
+        """Return the tip position: machine position, mm."""
         q, o = self.q, self.tool_offset
         return q[0] - o[0], q[1] - o[1], q[2] - o[2]
 
     def set_frame(self, frame: AffineMap) -> None:
-        """The program's own frame."""
+        """Set the program's own frame."""
         self.free("a frame (shift, rotation, mirror, scale) changes")
         self.frame = frame
         self.refresh()
 
     def set_offset(self, name: str) -> None:
-        """Work offset in force; zero, with a remark, where the set-up lacks it."""
+        """Set the work offset in force; zero, with a remark, where the set-up lacks it."""
         self.free("the work offset changes")
         if name not in self.setup.offsets and self.setup.offsets:
             self.remark(
@@ -147,14 +147,14 @@ class Recorder(ModalState):
         self.refresh()
 
     def select(self, name: str) -> None:
-        """A work offset is in force from here on."""
+        """Select a work offset from here on."""
         self.offset = name
         if self.setup.work_spindles:
             self.hold(self.setup.work_spindles.get(name, 1))
         self.selected.setdefault(name, self.source)
 
     def hold(self, spindle: int) -> None:
-        """The part that is cut from here on is held by this spindle."""
+        """Set the spindle that holds the part cut from here on."""
         if spindle != self.work_spindle:
             self.remark(
                 f"from here on the part in spindle {spindle} is cut; what was cut before is that of spindle {self.work_spindle}",
@@ -169,7 +169,7 @@ class Recorder(ModalState):
 
     # -- tools --
     def change_tool(self, tool: Tool, called: str) -> None:
-        """A tool goes into the spindle, its length in force."""
+        """Put a tool into the spindle, its length in force."""
         self.free("the tool changes")
         self.tool, self.tool_data = tool.number, tool
         if tool.number:
@@ -177,14 +177,14 @@ class Recorder(ModalState):
         self.set_length(tool.offset)
 
     def set_length(self, offset: Point) -> None:
-        """Tool offset in force. The axes stay; the length is along the tool axis, Z unless the program says otherwise."""
+        """Set the tool offset in force. The axes stay; the length is along the tool axis, Z unless the program says otherwise."""
         if self.tool_axis != 2 and self.tool_data.shape != "turning":
             offset = (0.0, offset[2], 0.0) if self.tool_axis == 1 else (offset[2], 0.0, 0.0)
         self.tool_offset = offset
         self.refresh()
 
     def compensate(self, side: str | None, style: Style, extra: float = 0.0) -> None:
-        """Radius compensation with the tool in the spindle on ("left", "right") or off; extra mm on the radius (DR)."""
+        """Switch radius compensation with the tool in the spindle on ("left", "right") or off; extra mm on the radius (DR)."""
         if side is None:
             self.compensation = None
             return
@@ -214,7 +214,7 @@ class Recorder(ModalState):
         self.fault("constant surface speed at X 0 has no limit of the spindle speed; add LIMS=")
 
     def rate(self, length: float, turns: float) -> float | None:
-        """mm/min along a path of `length` mm, at so many turns per minute; None where a survey does not know it."""
+        """Return mm/min along a path of `length` mm, at so many turns per minute; None where a survey does not know it."""
         if self.feed is None or self.feed <= 0:
             self.assume("the feed", "not known; its time is not counted", self.NO_FEED[self.feed_mode])
             return None
@@ -229,12 +229,12 @@ class Recorder(ModalState):
 
     # -- motion --
     def straight(self, end: Point, rapid: bool, rotary: Point | None = None) -> None:
-        """Straight to a programmed point; rotary axes (rad) go along."""
+        """Move straight to a programmed point; rotary axes (rad) go along."""
         self._line(self.world.apply(end), rapid, rotary)
         self.p = end
 
     def to_machine(self, tip: Point, rapid: bool, rotary: Point | None = None) -> None:
-        """Straight to a tip position in machine coordinates, such as SUPA, G53 or M91: never rewritten."""
+        """Move straight to a tip position in machine coordinates, such as SUPA, G53 or M91: never rewritten."""
         self.free("a move in machine coordinates is programmed")
         self._line(tip, rapid, rotary, rewritable=False)
         self.refresh()
@@ -247,18 +247,18 @@ class Recorder(ModalState):
         self.emit(kind, end, start=start, rotary=rotary, feed=feed, rewritable=rewritable)
 
     def line_feed(self, start: Point, end: Point, rotary: Point) -> float | None:
-        """mm/min of a straight cut; degrees per minute where rotary axes alone move, which is what F means then."""
+        """Return the mm/min of a straight cut; degrees per minute where rotary axes alone move, the meaning of F then."""
         distance = math.dist(start, end)
         return self.rate(distance or self.turn_angle(rotary), self.spindle(start, end))
 
     def turn_angle(self, rotary: Point) -> float:
-        """Degrees from the rotary position to another one."""
+        """Return the degrees from the rotary position to another one."""
         return math.degrees(math.dist(self.rotary, rotary))
 
     def arc(
         self, end: Point, centre: Point, clockwise: bool, turns: int = 1, plane: str | None = None
     ) -> None:
-        """Arc in the plane to a programmed point; start and end within 1e-9 mm in the plane are a full circle."""
+        """Move along an arc in the plane to a programmed point; start and end within 1e-9 mm in the plane are a full circle."""
         plane = plane or self.plane
         one, two, normal = PLANES[plane]
         self.check_radii(plane, end, centre)
@@ -293,7 +293,7 @@ class Recorder(ModalState):
             )
 
     def dwell(self, seconds: float) -> None:
-        """The axes wait."""
+        """Make the axes wait."""
         if seconds < 0:
             self.fault("a dwell cannot be negative; correct its time")
         self.emit("dwell", self.tip(), seconds=seconds)
@@ -304,7 +304,7 @@ class Recorder(ModalState):
         plane: str | None = None, centre: Point | None = None, clockwise: bool | None = None, turns: int = 1,
         seconds: float = 0.0, rewritable: bool = True,
     ) -> Move:  # fmt: skip
-        """A move with everything that is in force. Its `compensation` is set where the centre path is worked out."""
+        """Return a move with all values in force. Its `compensation` is set for the computation of the centre path."""
         stop = self.exact_stop or self.exact_once
         return Move(
             kind=kind, source=self.source, start=start, end=end, rotary_start=self.rotary,
@@ -315,7 +315,7 @@ class Recorder(ModalState):
         )  # fmt: skip
 
     def point_to(self, direction: Point) -> None:
-        """The tool is to point along a direction of the workpiece, from its tip to the spindle."""
+        """Point the tool along a direction of the workpiece, from its tip to the spindle."""
         self.aim = unit(direction)
         if self.aim is None:
             self.fault("the direction of the tool has no length; give a vector, as in I0 J0 K1")
@@ -348,7 +348,7 @@ class Recorder(ModalState):
         self.aimed, self.held = self.aim, held_after(self.moves[-1], self.held)
 
     def side_on(self, rewritable: bool) -> RadiusCompensation | None:
-        """Compensation of a move; a mirror image is cut with the tool on the other side."""
+        """Return the compensation of a move; a mirror image is cut with the tool on the other side."""
         side = self.compensation if rewritable else None
         plane_map = None if side is None else in_plane(self.world, self.plane)
         if side is None or plane_map is None or not plane_map[1]:
@@ -363,7 +363,7 @@ class Recorder(ModalState):
 
     # -- result --
     def program(self, file: str = "") -> Program:
-        """Everything together: rounded corners, approaches, centre path. file: where the program began, for messages."""
+        """Return the program with all parts: rounded corners, approaches, centre path. file: the first file of the program, for messages."""
         traces, steps = ((), ()) if self.tracer is None else self.tracer.result(self)
         moves, sides = self.moves, self.sides
         if self.corners:
@@ -379,7 +379,7 @@ class Recorder(ModalState):
 
 
 def radius_centre(start: Point, end: Point, radius: float, clockwise: bool, plane: str) -> Point | None:
-    """Centre of the arc of a radius (negative: the long way round); None where the radius is too small."""
+    """Return the centre of the arc of a radius (negative: the long way round); None where the radius is too small."""
     one, two, _ = PLANES[plane]
     dx, dy = end[one] - start[one], end[two] - start[two]
     chord = math.hypot(dx, dy)

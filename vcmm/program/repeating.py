@@ -1,4 +1,4 @@
-"""Programs that never end: the control stands exactly as it stood before at the same block, so all that follows follows again.
+"""Programs that never end: the control has exactly the state of an earlier pass at the same block, so all later blocks repeat.
 
 A program has no other input than its state. Where that is the same at two passes of one block, every later pass is the same too;
 the states are compared after Brent, An improved Monte Carlo factorization algorithm, BIT 20 (1980) 176: with one that was kept
@@ -51,9 +51,9 @@ class RepeatedStates:
     def is_repetition(
         self, place: Hashable, values: Callable[[], object], whole: Callable[[], object]
     ) -> bool:
-        """One pass backwards. place: block and position; values: variables, as something that compares; whole: all that blocks ask.
+        """Note one pass backwards. place: block and position; values: variables, as something that compares; whole: all that blocks ask.
 
-        Returns True where the control stands as it stood at the pass that was kept.
+        Returns True where the state equals that of the pass that was kept.
         """
         self.passes += 1
         if self.passes < FIRST:
@@ -65,7 +65,7 @@ class RepeatedStates:
         return place == self.place and values() == self.values and frozen(whole()) == self.whole
 
     def left(self, recorder: Telling, column: int, sure: bool = True) -> bool:
-        """Where a state repeats: whether the loop waits for what only the machine knows. A survey goes on behind it, and says so.
+        """Return where a state repeats: whether the loop waits for what only the machine knows. A survey goes on behind it, and says so.
 
         Raises BlockFault where it asks for nothing of that kind and all values are `sure`: it never ends.
         """
@@ -84,7 +84,7 @@ class RepeatedStates:
 
 @contextmanager
 def own_states(recorder: WaitingRecorder) -> Iterator[None]:
-    """A part of a program that is repeated: how often is no variable, so each run of it has states of its own."""
+    """Give each run of a repeated part of a program states of its own, because the count of repetitions is no variable."""
     outer = recorder.states
     recorder.states = RepeatedStates()
     try:
@@ -95,7 +95,8 @@ def own_states(recorder: WaitingRecorder) -> Iterator[None]:
 
 
 def frozen(thing: Any) -> Hashable:
-    """All that objects hold, but what no block asks, as nested tuples that can be compared; what cannot be looked into counts as itself."""
+    """Return The contents of objects, except values that no block uses, as nested tuples that can be compared; what cannot be looked into
+    counts as itself."""
     return _frozen(thing, {})
 
 

@@ -1,4 +1,4 @@
-"""Roughing of turned contours: what G71 and G72 of the G-code family and CYCLE95 of Sinumerik are made of.
+"""Roughing of turned contours, for G71 and G72 of the G-code family and CYCLE95 of Sinumerik.
 
 Points are (X as a radius, Z), mm. Passes are type I: each cuts up to where it first meets the contour; the contour itself, with the
 allowance, is followed at the end.
@@ -48,7 +48,7 @@ class SectionChord(NamedTuple):
 
 
 def passes(moves: Sequence[Move], begin: Flat, rough: Rough, order: str, column: int = 0) -> Iterator[Cut]:
-    """Cuts along the second axis of `order`, one below the other in the first; then the contour with its allowance.
+    """Yield the cuts along the second axis of `order`, one below the other in the first; then the contour with its allowance.
 
     moves: the contour behind a first move that leads to it. begin: where the tool stands, which the allowance moves. Raises
     BlockFault at the column: too many passes.
@@ -76,7 +76,7 @@ def passes(moves: Sequence[Move], begin: Flat, rough: Rough, order: str, column:
 
 
 def follow_contour(moves: Sequence[Move], x: float, z: float) -> Iterator[Cut]:
-    """The contour moved by (x, z)."""
+    """Yield the contour moved by (x, z)."""
     for m in moves:
         end = (m.end[0] + x, m.end[2] + z)
         if m.centre is None:
@@ -90,7 +90,7 @@ def _flat(a: int, across: float, along: float) -> Flat:
 
 
 def _meeting(stretches: Sequence[SectionChord], a: int, b: int, level: float, down: float) -> float:
-    """Where a pass at `level` first meets the contour, arcs on their circle; its end where it never does."""
+    """Return the place where a pass at `level` first meets the contour, arcs on their circle; its end where it never does."""
     for p, q, centre in stretches:
         u, v = (p[a] - level) * down, (q[a] - level) * down
         if u >= 0.0 and v < 0.0:
@@ -100,14 +100,14 @@ def _meeting(stretches: Sequence[SectionChord], a: int, b: int, level: float, do
 
 
 def _on_circle(point: Flat, centre: Flat, axes: tuple[int, int], level: float, near: float) -> float:
-    """Where the circle through a point is at `level`: of its two places the one that lies nearer to `near`, mm."""
+    """Return the place of the circle through a point at `level`: of its two places the one nearer to `near`, mm."""
     a, b = axes
     half = math.sqrt(max(math.dist(point, centre) ** 2 - (level - centre[a]) ** 2, 0.0))
     return min(centre[b] - half, centre[b] + half, key=lambda place: abs(place - near))
 
 
 def _stretches(moves: Sequence[Move], rough: Rough) -> list[SectionChord]:
-    """The contour with its allowance in straight stretches, arcs within CHORD."""
+    """Return the contour with its allowance in straight stretches, arcs within CHORD."""
     out: list[SectionChord] = []
     begin = (moves[0].start[0] + rough.x, moves[0].start[2] + rough.z)
     for m in moves:
@@ -120,13 +120,13 @@ def _stretches(moves: Sequence[Move], rough: Rough) -> list[SectionChord]:
 
 
 def section_of(moves: Sequence[Move], rough: Rough) -> Section:
-    """The contour with its allowance as a chain of points, arcs within CHORD."""
+    """Return the contour with its allowance as a chain of points, arcs within CHORD."""
     stretches = _stretches(moves, rough)
     return [stretches[0].begin, *(s.end for s in stretches)]
 
 
 def comes_back(moves: Sequence[Move], begin: Flat, order: str) -> bool:
-    """Whether the contour behind its first move comes back across (X of G71), so that one pass to its first meeting leaves a pocket."""
+    """Return whether the contour behind its first move comes back across (X of G71), so that one pass to its first meeting leaves a pocket."""
     across = [p[0 if order == "XZ" else 1] for p in section_of(moves[1:], Rough(1.0, 0.0, 0.0, 0.0))]
     out = begin[0 if order == "XZ" else 1] - across[0]  # zero: no pass at all
     return any((b - a) * math.copysign(1.0, out) < -1e-6 for a, b in itertools.pairwise(across) if out)

@@ -48,7 +48,7 @@ class RoundedCorner(NamedTuple):
 def round_corners(
     moves: Sequence[Move], states: Sequence[State], corners: Sequence[RoundedCorner], file: str = ""
 ) -> tuple[list[Move], list[State]]:
-    """The moves with all corners worked in; states[i] belongs to move i and is carried along.
+    """Return the moves with all corners worked in; states[i] belongs to move i and is carried along.
 
     Raises ProgramLimit with the place where a corner does not fit between its neighbours.
     """
@@ -81,7 +81,7 @@ def round_corners(
 
 
 def _check_way(second: Move, rounded: RoundedCorner, file: str) -> None:
-    """The sign of a chamfer (C, I, K of a lathe) is that of the next move."""
+    """Check the sign of a chamfer (C, I, K of a lathe): it is that of the next move."""
     if rounded.ahead is None:
         return
     way = [b - a for a, b in zip(second.start, second.end)]
@@ -140,7 +140,7 @@ def _round(a: ContourPiece, b: ContourPiece, turn: float, radius: float) -> tupl
 
 
 def _foot(piece: ContourPiece, centre: Vec) -> Vec:
-    """The point of a piece that is nearest to a point beside it."""
+    """Return the point of a piece that is nearest to a point beside it."""
     if piece.centre is None:
         direction = tangent(piece, piece.start)
         reach = (centre[0] - piece.start[0]) * direction[0] + (centre[1] - piece.start[1]) * direction[1]
@@ -165,7 +165,7 @@ def _chamfer(
 
 
 def _fits(piece: ContourPiece, start: Vec, end: Vec) -> bool:
-    """True where the trimmed piece still runs forwards and lies within the programmed rounded."""
+    """Return True where the trimmed piece still runs forwards and lies within the programmed rounded."""
     if piece.centre is not None:
         return trimmed_sweep(piece, start, end) * piece.sweep > 0
     direction, length = tangent(piece, piece.start), math.dist(piece.start, piece.end)

@@ -1,4 +1,4 @@
-"""Subprograms in files of their own: where they are looked for, and what they may be called."""
+"""Subprograms in files of their own: the folders searched, and possible names."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ BESIDE = ("", "sub", "subs", "subprograms", "subroutines", "macros", "nc_subrout
 
 
 def folders_of(program: Path, further: Iterable[Path] = ()) -> list[Path]:
-    """Where subprograms of a program are looked for: beside it, in the usual folders beside it, then in those of the set-up."""
+    """Return the folders searched for subprograms of a program: beside it, in the usual folders beside it, then in those of the set-up."""
     beside = [program.parent / name if name else program.parent for name in BESIDE]
     return [f for f in (*beside, *further) if not is_outside(f) and f.is_dir()]
 
 
 def find_file(folders: Sequence[Path], names: Sequence[str]) -> Path | None:
-    """The first file of one of these names, whatever its case and with any of ENDINGS; None where there is none."""
+    """Return The first file with one of the names, in any case and with any of ENDINGS; None where there is none."""
     for folder in folders:
         there = _listing(folder)
         for name in names:

@@ -1,4 +1,4 @@
-"""Is a program sensible on this machine with this set-up? What the language allows and a shop would not do."""
+"""Checks of a program on this machine with this set-up: allowed by the language, but unusual in a shop."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SLACK = 1e-6  # mm, rad
 
 
 def without_length(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Move | None:
-    """The first cut with a tool whose length the program does not take into account; G1 that only positions is none."""
+    """Return the first cut with a tool whose length the program does not take into account; G1 that only positions is none."""
     for i, move in enumerate(moves):
         tool = tools.get(move.tool)
         cuts = move.kind in CUTS and tool is not None and tool.shape != "turning"
@@ -30,7 +30,7 @@ def without_length(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Move | N
 
 
 def _positions(moves: Sequence[Move], index: int) -> bool:
-    """Whether a line before G43 only positions: Z has stood still since the tool change, and once the length is in force the tip stands
+    """Return whether a line before G43 only positions: Z has stood still since the tool change, and once the length is in force the tip stands
     no lower than where its next move ends."""
     move = moves[index]
     k = index
@@ -50,7 +50,7 @@ def _positions(moves: Sequence[Move], index: int) -> bool:
 
 
 def length_missing(move: Move, tools: Mapping[int, Tool]) -> str:
-    """What such a cut would do, and what to write."""
+    """Return the effect of such a cut, and the required statement."""
     name = move.tool or "spindle"
     return (
         f"line {move.source.line} of the program cuts with tool {move.tool} while no tool length is in force: the tool would "
@@ -60,7 +60,7 @@ def length_missing(move: Move, tools: Mapping[int, Tool]) -> str:
 
 
 def tools_without_length(program: Program, setup: Setup) -> tuple[Remark, ...]:
-    """Tools that cut or touch, are no turning tools and stand in the set-up without a length: 0 mm is taken for each, and said."""
+    """Return the Tools that cut or touch, are no turning tools and have no length in the set-up: 0 mm is assumed for each, with a remark."""
     first: dict[int, Move] = {}
     for move in program.moves:
         if move.kind in CUTS:
@@ -78,7 +78,7 @@ def tools_without_length(program: Program, setup: Setup) -> tuple[Remark, ...]:
 
 
 def remarks_on(program: Program, setup: Setup, machine: Machine | None) -> tuple[Remark, ...]:
-    """Tool lengths not in force, work offsets that the set-up does not name, ends of moves beyond the travels."""
+    """Return the tool lengths not in force, work offsets that the set-up does not name, ends of moves beyond the travels."""
     out, moves = list(tools_without_length(program, setup)), program.moves
     late = without_length(moves, setup.tools)
     if late is not None:
@@ -95,13 +95,13 @@ def remarks_on(program: Program, setup: Setup, machine: Machine | None) -> tuple
 
 
 def lacking(axes: Collection[str], axis: str) -> str:
-    """What is wrong with a word of an axis that the machine has not."""
+    """Return the fault of a word of an axis that the machine does not have."""
     has = " ".join(sorted(axes))
     return f"the machine has no axis {axis} (it has {has}), and its control stops here; take {axis} out, or name the right machine"
 
 
 def without_axis(moves: Sequence[Move], axes: Collection[str]) -> tuple[Move, str] | None:
-    """The first move that turns an axis which the machine has not, and that axis."""
+    """Return the first move that turns an axis which the machine does not have, and that axis."""
     lost = [(i, a) for i, a in enumerate(ROTARY) if a not in axes]
     for move in moves:
         for i, axis in lost:
@@ -111,7 +111,7 @@ def without_axis(moves: Sequence[Move], axes: Collection[str]) -> tuple[Move, st
 
 
 def _kind(moves: Sequence[Move], machine: Machine) -> list[Remark]:
-    """A program in ZX alone on a machine that has Y, and one with Y on a machine that has none."""
+    """Return a program in ZX alone on a machine that has Y, and one with Y on a machine that has none."""
     cuts = [
         m for m in moves if m.kind in CUTS and not m.led
     ]  # a path over the end face is one of C, not of Y
@@ -129,7 +129,7 @@ def _kind(moves: Sequence[Move], machine: Machine) -> list[Remark]:
 
 
 def _beyond(moves: Sequence[Move], machine: Machine) -> list[Remark]:
-    """The first move of each axis that ends outside its travel."""
+    """Return the first move of each axis that ends outside its travel."""
     out: list[Remark] = []
     left = {a: machine.axes[a].limits for a in machine.axes}
     for move in moves:

@@ -1,4 +1,4 @@
-"""Setup: what a program does not say. Machine, dialect, work offsets, tools, stock, reference points."""
+"""Setup: data that a program does not contain. Machine, dialect, work offsets, tools, stock, reference points."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ LINUXCNC_TIPS: dict[int, tuple[int, int]] = {
 def imaginary_nose(
     orientation: int, radius: float, plane: str, tips: Mapping[int, tuple[int, int]] = FANUC_TIPS
 ) -> Point:
-    """From the centre of a nose of `radius` mm to the imaginary tip at which the offsets of a turning tool are measured; none beside G18."""
+    """Return the vector from the centre of a nose of `radius` mm to the imaginary tip at which the offsets of a turning tool are
+    measured; none beside G18."""
     x, z = tips.get(orientation, (0, 0)) if plane == "ZX" else (0, 0)
     return x * abs(radius), 0.0, z * abs(radius)
 
@@ -164,12 +165,12 @@ class Setup:
 
 
 def has_driven(setup: Setup) -> bool:
-    """Whether there are tools with a spindle of their own, so that the main spindle holds the part."""
+    """Return whether there are tools with a spindle of their own, so that the main spindle holds the part."""
     return any(t.driven is not None for t in setup.tools.values())
 
 
 def first_tool(moves: Sequence[Move], setup: Setup) -> int:
-    """The tool with which X and Y of the work offsets were set: the stated one, else the first that cuts; 0: none is known."""
+    """Return the tool with which X and Y of the work offsets were set: the stated one, else the first that cuts; 0: none is known."""
     if setup.set_with is not None:
         return setup.set_with
     cuts = (
@@ -181,6 +182,6 @@ def first_tool(moves: Sequence[Move], setup: Setup) -> int:
 
 
 def turns_with(setup: Setup, program: Program) -> bool:
-    """Whether the program cuts with turning tools of the set-up; those that it does not use are of no matter."""
+    """Return whether the program cuts with turning tools of the set-up; those that it does not use are of no matter."""
     used = {m.tool for m in program.moves if m.kind != "rapid"}
     return any(t.shape == "turning" for n, t in setup.tools.items() if n in used)

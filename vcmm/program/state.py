@@ -1,4 +1,4 @@
-"""The modal state of a control: what holds from block to block until something else is said, for all languages.
+"""The modal state of a control: values in force from block to block until changed, for all languages.
 
 Lengths are mm, angles rad. The feed is kept as the language counts it, `feed_scale` mm in each of its units.
 """
@@ -59,7 +59,7 @@ class ModalState:
     led: bool = False  # tool centre point control is on
     over_face: bool = False  # polar interpolation is on: X and C lead the tip
     work_spindle: int = 1  # which spindle holds the part
-    tilted: bool = False  # a tilted plane is in force, and the tool stands square to it
+    tilted: bool = False  # a tilted plane is in force, and the tool is square to it
     aim: Point | None = None  # tool axis that the program asks for, workpiece axes
     sweeps: bool = False  # the tool axis sweeps the plane of its directions at both ends of a block
     posture: Posture | None = None  # which of the positions that point the tool alike
@@ -72,15 +72,15 @@ class ModalState:
     tolerance: float | None = None
 
     def diametral(self) -> bool:
-        """Whether X counts diameters now."""
+        """Return whether X counts diameters now."""
         return self.diameter == "always" or (self.diameter == "absolute" and self.absolute)
 
     def release(self, letter: str) -> None:
-        """A word says where a rotary axis goes."""
+        """Release a rotary axis that a word moves."""
         self.held = self.held.replace(letter, "")
 
     def surface_speed(self) -> float:
-        """Cutting speed with G96, mm/min."""
+        """Return the cutting speed with G96, mm/min."""
         return 1000.0 * self.speed
 
     def turns(self, x: float) -> float:
@@ -90,7 +90,7 @@ class ModalState:
         return min(self.surface_speed() / (2.0 * math.pi * abs(x)) if x else math.inf, self.speed_limit)
 
     def modal(self) -> Modal:
-        """Snapshot of the modal state."""
+        """Return the snapshot of the modal state."""
         return Modal(
             motion=self.motion, plane=self.plane, unit=self.unit, absolute=self.absolute, arc_absolute=self.arc_absolute,
             feed_mode=self.feed_mode, feed=0.0 if self.feed_mode == "G93" else self.feed or 0.0,

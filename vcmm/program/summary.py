@@ -1,4 +1,4 @@
-"""What a program amounts to: numbers of moves, path lengths, cutting time at the programmed feed, extents."""
+"""Totals of a program: numbers of moves, path lengths, cutting time at the programmed feed, extents."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ProgramSummary:
         }  # fmt: skip
 
     def rows(self, program: Program) -> Iterator[tuple[str, str]]:
-        """Lines for a table."""
+        """Yield the lines for a table."""
         yield "cutting time at the programmed feed", f"{self.cutting_time:.1f} s"
         if self.dwell_time:
             yield "dwells", f"{self.dwell_time:.1f} s"
@@ -52,7 +52,7 @@ def _box(box: tuple[Point, Point]) -> str:
 
 
 def arc_angle(move: Move) -> float:
-    """Angle swept by an arc, rad, positive."""
+    """Return the angle swept by an arc, rad, positive."""
     assert move.centre is not None
     a, b, _ = PLANES[move.plane]
     begin = math.atan2(move.start[b] - move.centre[b], move.start[a] - move.centre[a])
@@ -62,7 +62,7 @@ def arc_angle(move: Move) -> float:
 
 
 def move_length(move: Move) -> float:
-    """Path of the tip, mm: of an arc with its mean radius and its rise."""
+    """Return the path of the tip, mm: of an arc with its mean radius and its rise."""
     if move.centre is None:
         return math.dist(move.start, move.end)
     a, b, n = PLANES[move.plane]
@@ -71,7 +71,7 @@ def move_length(move: Move) -> float:
 
 
 def _points(move: Move) -> Iterator[Point]:
-    """Points that span the extent of a move: ends, and where an arc turns back along an axis."""
+    """Yield the points that span the extent of a move: ends, and where an arc turns back along an axis."""
     yield move.start
     yield move.end
     if move.centre is None:
@@ -90,7 +90,7 @@ def _points(move: Move) -> Iterator[Point]:
 
 
 def extent(points: Sequence[Point]) -> tuple[Point, Point] | None:
-    """Lowest and highest corner."""
+    """Return the lowest and highest corner."""
     if not points:
         return None
     columns = list(zip(*points))
@@ -101,7 +101,7 @@ def extent(points: Sequence[Point]) -> tuple[Point, Point] | None:
 
 
 class SummaryBuilder:
-    """Totals of moves that come in pieces. The first move starts where nobody knows: its start does not count."""
+    """Totals of moves that come in pieces. The first move has an unknown start, which does not count."""
 
     def __init__(self, setup: Setup | None = None) -> None:
         self.offsets = setup.offsets if setup else {}
@@ -112,7 +112,7 @@ class SummaryBuilder:
         self.begun = False
 
     def add(self, moves: Sequence[Move]) -> None:
-        """The next moves."""
+        """Add the next moves."""
         everything, work, cuts = [], [], []
         for move in moves:
             self._count(move)
@@ -147,7 +147,7 @@ class SummaryBuilder:
 
 
 def summary(moves: Sequence[Move], setup: Setup | None = None) -> ProgramSummary:
-    """Totals of a program."""
+    """Return the totals of a program."""
     builder = SummaryBuilder(setup)
     builder.add(moves)
     return builder.total()

@@ -1,4 +1,4 @@
-"""Lines and circles with a way of travel, in a plane: those that touch others, where they meet, all solutions of each task.
+"""Lines and circles with a way of travel, in a plane: those that touch others, their meeting points, all solutions of each task.
 
 A line has the direction t = (cos a, sin a) and lies where n.q = d, n = (-sin a, cos a) being the normal on its left. A circle has a
 centre c and a radius rho, positive where it is travelled counter-clockwise; a point is a circle of radius zero. They touch, travelled the same way:
@@ -35,7 +35,7 @@ class DirectedLine(NamedTuple):
         return -math.sin(self.angle), math.cos(self.angle)
 
     def foot(self, point: Vec) -> Vec:
-        """The point of the line that is nearest."""
+        """Return the point of the line that is nearest."""
         n = self.normal
         beside = self.offset - n[0] * point[0] - n[1] * point[1]
         return point[0] + beside * n[0], point[1] + beside * n[1]
@@ -48,7 +48,7 @@ class DirectedCircle(NamedTuple):
     rho: float
 
     def tangent_at(self, point: Vec) -> float:
-        """Direction of travel at a point of it, rad."""
+        """Return the direction of travel at a point of it, rad."""
         out = math.atan2(point[1] - self.centre[1], point[0] - self.centre[0])
         return out + math.copysign(math.pi / 2.0, self.rho)
 
@@ -57,13 +57,13 @@ Carrier = DirectedLine | DirectedCircle
 
 
 def line_at(angle: float, touching: DirectedCircle) -> DirectedLine:
-    """The line of this direction that touches a circle."""
+    """Return the line of this direction that touches a circle."""
     n = (-math.sin(angle), math.cos(angle))
     return DirectedLine(angle, n[0] * touching.centre[0] + n[1] * touching.centre[1] - touching.rho)
 
 
 def lines_touching(a: DirectedCircle, b: DirectedCircle) -> list[DirectedLine]:
-    """n.(a - b) = rho_a - rho_b: two lines at most; none where one circle lies in the other or both have one centre."""
+    """Return the lines with n.(a - b) = rho_a - rho_b: two lines at most; none where one circle lies in the other or both have one centre."""
     v = (a.centre[0] - b.centre[0], a.centre[1] - b.centre[1])
     apart, lift = math.hypot(*v), a.rho - b.rho
     if apart < TINY or abs(lift) > apart + TINY:
@@ -74,20 +74,20 @@ def lines_touching(a: DirectedCircle, b: DirectedCircle) -> list[DirectedLine]:
 
 
 def touch_row(line: DirectedLine) -> Row:
-    """The circles that touch a line."""
+    """Return the circles that touch a line."""
     n = line.normal
     return n[0], n[1], -1.0, line.offset
 
 
 def rows_at(point: Vec, angle: float) -> tuple[Row, Row]:
-    """The circles through a point in this direction: c = point + rho n."""
+    """Return the circles through a point in this direction: c = point + rho n."""
     return (1.0, 0.0, math.sin(angle), point[0]), (0.0, 1.0, -math.cos(angle), point[1])
 
 
 def circles(
     rows: Iterable[Row], touching: Sequence[DirectedCircle], beside: Sequence[tuple[Vec, float]] = ()
 ) -> list[DirectedCircle] | None:
-    """All circles that obey the rows and touch the others; None where these do not determine them.
+    """Return all circles that obey the rows and touch the others; None where these do not determine them.
 
     beside: points, and how far the centre is from each; used where the radius is known by a row of its own.
     """
@@ -114,7 +114,7 @@ Equation = tuple[float, float, float, float, float]  # k, and the factors of x, 
 
 
 def _equation(centre: Vec, radius: float, k: float) -> Equation:
-    """|c - centre|^2 = (rho - radius)^2 (k = 1), or = radius^2 (k = 0)."""
+    """Return the equation |c - centre|^2 = (rho - radius)^2 (k = 1), or = radius^2 (k = 0)."""
     a, b = centre
     rest = a * a + b * b - radius * radius
     return k, -2.0 * a, -2.0 * b, 2.0 * radius * k, rest
@@ -125,7 +125,7 @@ def _difference(one: Equation, other: Equation) -> Row:
 
 
 def _independent(rows: Sequence[Row]) -> list[Row]:
-    """The first rows of which none follows from those before (Gram-Schmidt; 1e-7 of its length is nothing)."""
+    """Return the first rows of which none follows from those before (Gram-Schmidt; 1e-7 of its length is nothing)."""
     kept: list[Row] = []
     basis: list[tuple[float, float, float]] = []
     for row in rows:
@@ -151,7 +151,7 @@ def _cross(a: Sequence[float], b: Sequence[float]) -> Triple:
 
 
 def _solve_three(rows: Sequence[Row]) -> Triple:
-    """Cramer's rule."""
+    """Solve three rows by Cramer's rule."""
     a, b, c = rows
     bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
     volume = sum(x * y for x, y in zip(a[:3], bc))
@@ -160,7 +160,7 @@ def _solve_three(rows: Sequence[Row]) -> Triple:
 
 
 def _on_sphere(rows: Sequence[Row], equation: Equation) -> list[Triple] | None:
-    """Two rows leave a line p + s v; its points on the sphere. None: all of them."""
+    """Return the points on the sphere of the line p + s v that two rows leave. None: all of them."""
     a, b = rows
     v = _cross(a, b)
     p = _solve_three([a, b, (*v, 0.0)])
@@ -176,7 +176,7 @@ def _on_sphere(rows: Sequence[Row], equation: Equation) -> list[Triple] | None:
 
 
 def quadratic(two: float, one: float, none: float) -> list[float]:
-    """Real roots; a double one once, also where rounding makes it just complex."""
+    """Return the real roots; a double one once, also where rounding makes it just complex."""
     if abs(two) < 1e-12:
         return [] if abs(one) < 1e-12 else [-none / one]
     inside = one * one - 4.0 * two * none
@@ -192,7 +192,8 @@ def _circle(p: Triple) -> DirectedCircle:
 
 
 def meeting(a: Carrier, b: Carrier) -> list[Vec] | None:
-    """Where two cross or touch, two points at most; None where they are one and the same (or parallel, where no point is shared)."""
+    """Return the points where two cross or touch, two at most; None where they are one and the same (or parallel, where no point
+    is shared)."""
     if isinstance(a, DirectedLine) and isinstance(b, DirectedLine):
         n, m = a.normal, b.normal
         across = n[0] * m[1] - n[1] * m[0]
@@ -216,7 +217,7 @@ def meeting(a: Carrier, b: Carrier) -> list[Vec] | None:
 
 
 def _both_sides(centre: Vec, n: Vec, along: float, radius: float) -> list[Vec]:
-    """Points of a circle that lie `along` the direction n from its centre. Within 1e-6 mm of touching they touch."""
+    """Return the points of a circle that lie `along` the direction n from its centre. Within 1e-6 mm of touching they touch."""
     foot = (centre[0] + along * n[0], centre[1] + along * n[1])
     if abs(along) > abs(radius) + 1e-6:
         return []
@@ -227,7 +228,7 @@ def _both_sides(centre: Vec, n: Vec, along: float, radius: float) -> list[Vec]:
 
 
 def touch_point(a: Carrier, b: Carrier) -> Vec | None:
-    """Where two that touch do so; None where they are one and the same, or two lines."""
+    """Return the touching point of two; None where they are one and the same, or two lines."""
     if isinstance(a, DirectedLine):
         return a.foot(b.centre) if isinstance(b, DirectedCircle) else None
     if isinstance(b, DirectedLine):

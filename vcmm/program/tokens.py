@@ -40,12 +40,12 @@ class Token(NamedTuple):
 
 
 def tokenize(text: str) -> Iterator[Token]:
-    """All tokens of a text, in order; together they are the text."""
+    """Yield all tokens of a text, in order; together they are the text."""
     return match_tokens(_TOKEN, text)
 
 
 def match_tokens(pattern: re.Pattern[str], text: str) -> Iterator[Token]:
-    """The tokens of a pattern whose groups name their kinds ("end": the end of a line), with line and column.
+    """Yield the tokens of a pattern whose groups name their kinds ("end": the end of a line), with line and column.
 
     A stray CR within a token counts as a line, as it does in editors, but ends no comment.
     """
@@ -60,7 +60,7 @@ def match_tokens(pattern: re.Pattern[str], text: str) -> Iterator[Token]:
 
 
 def split_lines(text: str) -> list[str]:
-    """Lines without their ends. CR LF, LF and CR end a line, and nothing else does (str.splitlines knows ten ends)."""
+    """Return the lines without their ends. CR LF, LF and CR end a line, and nothing else does (str.splitlines knows ten ends)."""
     lines = _LINE_END.split(text) if "\r" in text else text.split("\n")
     if lines and not lines[-1]:
         lines.pop()

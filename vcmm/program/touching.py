@@ -1,8 +1,8 @@
-"""Where a probe touches: the surfaces that a set-up states, and the first contact of the tip on a straight way.
+"""Places of a touch: the surfaces that a set-up states, and the first contact of the tip on a straight way.
 
 A program that probes (G31, G38.2) goes on with what the probe found. Nominally the ball meets the surface where ball and surface
-touch; what the machine and the probe add is told apart by `Setup.read_out`, the mm by which each touch reads further along its way
-(`vcmm.shop.machining.touched_zero` asks how much of that comes out in the path).
+touch; the additions of the machine and the probe are given by `Setup.read_out`, the mm by which each touch reads further along its way
+(`vcmm.shop.machining.touched_zero` uses their effect on the path).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import NamedTuple
 from vcmm.program.moves import ORIGIN, Point
 
 GRAZING = 1e-9  # of a unit vector: a way along the surface never meets it
-BEHIND = 1e-6  # mm: a tip that stands this far in the surface at the start still touches it there
+BEHIND = 1e-6  # mm: a tip this far inside the surface at the start still touches it there
 
 
 class ProbeContact(NamedTuple):
@@ -40,7 +40,7 @@ class Face:
     box: tuple[Point, Point] | None = None
 
     def meets(self, start: Point, along: Point, radius: float) -> tuple[float, Point] | None:
-        """(mm along the unit way until a ball of `radius` touches, outward normal there), None where it never does."""
+        """Return (mm along the unit way until a ball of `radius` touches, outward normal there), None where it never does."""
         falling = -_dot(along, self.normal)
         if falling < GRAZING:
             return None
@@ -63,7 +63,7 @@ class BoxEdges:
     high: Point
 
     def meets(self, start: Point, along: Point, radius: float) -> tuple[float, Point] | None:
-        """The same: the middle of the ball comes as near as its radius to an edge (a cylinder about it), or to a corner (a sphere)."""
+        """Return the same: the middle of the ball comes as near as its radius to an edge (a cylinder about it), or to a corner (a sphere)."""
         if radius <= 0.0:
             return None
         contacts = []
@@ -81,7 +81,7 @@ class BoxEdges:
     def _near(
         self, start: Point, along: Point, radius: float, at: list[float], fixed: list[int]
     ) -> tuple[float, Point] | None:
-        """Where the distance from `at` along the axes `fixed` falls to the radius, with the foot on the edge."""
+        """Return where the distance from `at` along the axes `fixed` falls to the radius, with the foot on the edge."""
         b = sum((start[i] - at[i]) * along[i] for i in fixed)
         a = sum(along[i] ** 2 for i in fixed)
         c = sum((start[i] - at[i]) ** 2 for i in fixed) - radius * radius
@@ -112,7 +112,7 @@ class Round:
     high: float = math.inf
 
     def meets(self, start: Point, along: Point, radius: float) -> tuple[float, Point] | None:
-        """The same: |start + way along - axis| = R - r inside, R + r outside (the nearer root outside, the farther inside)."""
+        """Return the same: |start + way along - axis| = R - r inside, R + r outside (the nearer root outside, the farther inside)."""
         x, y = start[0] - self.point[0], start[1] - self.point[1]
         a, reach = along[0] ** 2 + along[1] ** 2, self.radius + (-radius if self.inside else radius)
         if a < GRAZING**2 or reach <= 0.0:
@@ -136,7 +136,7 @@ Surface = Face | BoxEdges | Round
 
 
 def box_faces(low: Point, size: Point) -> tuple[Surface, ...]:
-    """The six faces of a box, and its edges."""
+    """Return the six faces of a box, and its edges."""
     high = (low[0] + size[0], low[1] + size[1], low[2] + size[2])
     out: list[Surface] = [BoxEdges(low, high)]
     for i in range(3):
@@ -149,7 +149,7 @@ def box_faces(low: Point, size: Point) -> tuple[Surface, ...]:
 def first_contact(
     surfaces: Sequence[Surface], start: Point, end: Point, radius: float, centre: Point = ORIGIN
 ) -> tuple[Point, Point, Point] | None:
-    """(tip, unit way, outward normal) at the first touch between two tip positions, None where nothing is met.
+    """Return (tip, unit way, outward normal) at the first touch between two tip positions, None where nothing is met.
 
     radius: of the ball; centre: its middle seen from the tip, mm.
     """
@@ -168,7 +168,7 @@ def first_contact(
 
 
 def stopped_at(start: Point, at: Point, end: Point) -> tuple[Point, Point, Point] | None:
-    """A touch where a way passes a tip position, of a surface square to the way; None where it ends before or begins behind it."""
+    """Return a touch where a way passes a tip position, of a surface square to the way; None where it ends before or begins behind it."""
     length = math.dist(start, end)
     if not length:
         return None
@@ -182,7 +182,7 @@ def stopped_at(start: Point, at: Point, end: Point) -> tuple[Point, Point, Point
 def left_contact(
     surfaces: Sequence[Surface], start: Point, end: Point, radius: float, centre: Point = ORIGIN
 ) -> tuple[Point, Point, Point] | None:
-    """(tip, unit way, outward normal) where a ball that touches at its start leaves on its way; None where it touches nothing there.
+    """Return (tip, unit way, outward normal) where a ball that touches at its start leaves on its way; None where it touches nothing there.
 
     A ball that lies on a surface leaves it at once: where it does is where it would touch on the way back.
     """

@@ -1,4 +1,4 @@
-"""Trace: for each move, which words made it and what was in force; for whoever rewrites the program.
+"""Trace: for each move, its words and the values in force; for rewriting the program.
 
 Made only on request (interpret(..., trace=True)), parallel to Program.moves. Where radius compensation is on, moves at
 outside corners are added and the two are no longer parallel: the traces are those of the programmed contour.
@@ -63,7 +63,7 @@ class Trace(NamedTuple):
 
 
 class TextCut(NamedTuple):
-    """A place of a line that changes when the program is written out: columns from 1, `text` instead of what stands there."""
+    """A place of a line that changes when the program is written out: columns from 1, `text` replaces them."""
 
     line: int
     first: int

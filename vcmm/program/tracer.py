@@ -1,4 +1,4 @@
-"""Tracer: what the readers of all languages note of every block, for whoever rewrites the program.
+"""Tracer: notes of the readers of all languages on every block, for rewriting the program.
 
 Moves belong to the innermost block that made them: a block that calls a subprogram keeps only its own.
 """
@@ -25,25 +25,25 @@ _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
 
 
 def lines_with_ends(text: str) -> list[tuple[str, str]]:
-    """Lines and their ends; CR LF, LF and CR end a line."""
+    """Return the lines and their ends; CR LF, LF and CR end a line."""
     return [(m[1], m[2]) for m in _LINE.finditer(text)]
 
 
 def decimals_of(text: str) -> int | None:
-    """Digits behind the point or comma; None without one."""
+    """Return the digits behind the point or comma; None without one."""
     behind = re.search(r"[.,](\d*)", text)
     return None if behind is None else len(behind[1])
 
 
 def plain(text: str) -> bool:
-    """Whether a value is written as a plain decimal number."""
+    """Return whether a value is written as a plain decimal number."""
     return NUMBER.match(text.strip()) is not None and "EX" not in text.upper()
 
 
 def word_at(
     letter: str, line: str, number: int, span: tuple[int, int], value: tuple[int, int], mode: str = ""
 ) -> WordAt:
-    """A word of a line; span and value: columns from 1, one past the last."""
+    """Return a word of a line; span and value: columns from 1, one past the last."""
     text = line[value[0] - 1 : value[1] - 1]
     return WordAt(
         letter, *span, text, plain=plain(text), decimals=decimals_of(text) if plain(text) else None,
@@ -52,7 +52,7 @@ def word_at(
 
 
 def written_out(value: float, sign: bool = False) -> str:
-    """A number instead of an expression: nine decimals at most."""
+    """Return a number instead of an expression: nine decimals at most."""
     text = f"{value:+.9f}" if sign else f"{value:.9f}"
     text = text.rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else "+0" if text == "+0" else text
@@ -91,13 +91,13 @@ class Tracer:
             )  # fmt: skip
 
     def _intern(self, state: Modal) -> Modal:
-        """The same object for the same state as last time: most blocks change nothing, and a program has 10^5 of them."""
+        """Return the same object for the same state as last time: most blocks change nothing, and a program has 10^5 of them."""
         if state != self.state:
             self.state = state
         return self.state
 
     def result(self, r: Recorder) -> tuple[tuple[Trace, ...], tuple[ExecutedBlock, ...]]:
-        """All traces in order of the moves, with what roundings take away."""
+        """Return all traces in order of the moves, with what roundings take away."""
         guards = _guards(r)
         traces = [
             trace._replace(
@@ -111,12 +111,12 @@ class Tracer:
 
 
 def _as_line(move: Move) -> Move:
-    """An approach as the line to its first point."""
+    """Return an approach as the line to its first point."""
     return move._replace(kind="line", seconds=0.0) if move.kind == "approach" else move
 
 
 def _guards(r: Recorder) -> dict[int, tuple[float, float]]:
-    """Lengths that roundings and chamfers take from the ends of the moves beside them: r tan(turn / 2) of two lines."""
+    """Return the lengths that roundings and chamfers take from the ends of the moves beside them: r tan(turn / 2) of two lines."""
     out: dict[int, tuple[float, float]] = {}
     for corner in r.corners:
         following = next((k for k in range(corner.after + 1, len(r.moves)) if planar(r.moves[k])), None)

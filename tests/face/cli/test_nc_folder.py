@@ -33,7 +33,7 @@ def test_the_table_as_json(folder: Path, capsys: pytest.CaptureFixture[str]):
     ]  # fmt: skip
     assert rows[0]["assumed"] == 1
     assert rows[1]["assumed"] == 0
-    assert rows[2]["reason"].startswith('c.nc:4:8: the word "X" stands twice')
+    assert rows[2]["reason"].startswith('c.nc:4:8: the word "X" appears twice')
     assert set(rows[0]) == {"file", "dialect", "exit", "moves", "assumed", "reason"}
 
 
@@ -51,7 +51,7 @@ def test_the_table_as_text_csv_and_page(folder: Path, tmp_path: Path, capsys: py
         ("c.nc", "2"),
         ("d.h", "0"),
     ]
-    assert "stands twice" in (out / "programs.html").read_text()
+    assert "appears twice" in (out / "programs.html").read_text()
 
 
 def test_a_folder_without_programs(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

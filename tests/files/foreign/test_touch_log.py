@@ -32,7 +32,7 @@ def test_lines_of_four_controls_read_the_same(tmp_path):
     [
         ("TOUCH F1 X1 Y2\n", "1: Z missing"),
         ("TOUCH F1 X1 Y2 Z3 Q4\n", "1: Q is no word of a touch"),
-        ("TOUCH F1 X1 X2 Y2 Z3\n", "1: X stands twice"),
+        ("TOUCH F1 X1 X2 Y2 Z3\n", "1: X is given twice"),
         ("TOUCH F1 I1 J1 K0 X1 Y2 Z3\n", r"1: I J K = 1 1 0 has the length 1.414"),
         ("TOUCH F1.5 X1 Y2 Z3\n", "F1.5 is no number of a feature"),
         ("ALARM 92\n", "1: .*neither a touch"),

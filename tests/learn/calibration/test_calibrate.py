@@ -303,7 +303,7 @@ def test_bad_recordings():
     few = lengths_to(
         bare(), "few", np.eye(3) * 100.0, (-100, 0, 0), (0, 0, 0), {"station": "setup", "zero": "setup"}, 1e-4
     )
-    with pytest.raises(ModelLimit, match="3 lengths; 4 or more are due"):
+    with pytest.raises(ModelLimit, match="3 lengths; expected 4 or more"):
         calibrate([few], bare())
 
 

@@ -97,7 +97,7 @@ def test_the_same_as_a_general_least_squares():
 @pytest.mark.parametrize(
     ("stations", "points", "said"),
     [
-        (CORNERS[:3], GRID, "4 or more are due"),
+        (CORNERS[:3], GRID, "expected 4 or more"),
         (CORNERS * [1, 1, 0], GRID * [1, 1, 0], "one plane"),
         (CORNERS[:4], GRID[:3], "do not determine"),
         (np.array([[k * 400.0, 5, 3] for k in range(5)]), GRID, "one plane|undetermined"),

@@ -103,5 +103,5 @@ def test_the_training_readings_are_no_test(done, capsys):
     assert "holds the same readings as" in capsys.readouterr().err
     one, _ = load_recording(folder / "another.toml", bare())
     check_independent(one, [one.take(np.arange(5))])
-    with pytest.raises(UsageError, match="a gain is told on a test"):
+    with pytest.raises(UsageError, match="state the gain on a separate"):
         check_independent(one, [one])

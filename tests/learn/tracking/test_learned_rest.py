@@ -134,7 +134,7 @@ def test_what_does_not_foretell_is_not_written(tmp_path, capsys):
 def test_three_recordings_are_too_few(tmp_path, capsys):
     machine = write_waves(tmp_path, [6.0] * 3)
     assert run(["track", str(machine), str(tmp_path / "checks"), "--no-explain", "--learn-rest"]) == 2
-    assert "4 recordings or more are due, here are 3" in capsys.readouterr().err
+    assert "expected 4 or more recordings, found 3" in capsys.readouterr().err
 
 
 def test_its_uncertainty_grows_where_no_row_lay(tmp_path, capsys):

@@ -117,9 +117,7 @@ def test_several_contours_are_told_and_strict_asks():
 16 FSELECT 3
 17 FC X+0 DR- R30 CCX+30 CCY+30"""
     plain = text.format(one="", two="", three="")
-    with pytest.raises(
-        DataError, match=r"5:1: 48 free contours fit .FK.; which one FSELECT means .* X35.482 Y59.495"
-    ):
+    with pytest.raises(DataError, match=r"5:1: 48 free contours fit .FK.; FSELECT counts .* X35.482 Y59.495"):
         moves(plain, 0, 30)
     assert len(moves(plain, 0, 30, strict=False)) == 5
     # by pencil, t = (0.5, 0.866), n = (-0.866, 0.5) on its left: 30 + 10 n + sqrt(30^2 - 10^2) t; 30 + 10 n + (55 - sqrt(20^2 - 10^2)) t, then beside -n

@@ -29,7 +29,7 @@ def test_groups():
     ("text", "language", "column", "what"),
     [
         ("G0 G1 X1", FANUC, 4, "G0 and G1 belong to one group"), ("M3 M4", FANUC, 4, "exclude each other"),
-        ("X1 X2", FANUC, 4, 'the word "X" stands twice'), ("M123", LINUXCNC, 1, "machine builder or user"),
+        ("X1 X2", FANUC, 4, 'the word "X" appears twice'), ("M123", LINUXCNC, 1, "machine builder or user"),
         ("G92.4", LINUXCNC, 1, 'Did you mean "G92'),
     ],
 )  # fmt: skip

@@ -43,10 +43,10 @@ def test_values(words: str, text: str, value: float):
     [
         ("o", "[1 + 2", 1, '"\\[" is never closed'), ("o", "FOO[1]", 1, '"FOO" is no function of this dialect; known: ABS'),
         ("o", "ATAN[1]", 8, "ATAN takes two arguments"), ("macro", "#<a>", 2, "belong to the linuxcnc dialect"),
-        ("o", "#[2.5] ", 7, "parameter #2.5 does not exist"), ("o", "1,5", 2, "a comma stands in a number"),
-        ("o", "1.2.3", 4, "a second decimal point"), ("o", "", 1, "a number is due here, the line ends"),
-        ("o", "  )", 3, "a number is due here, '\\)' stands there"), ("o", "#<a", 2, "never closed"),
-        ("o", "SIN 30", 5, "is missing after SIN, '3' stands there"), ("o", "[1/0]", 3, "division by zero"),
+        ("o", "#[2.5] ", 7, "parameter #2.5 does not exist"), ("o", "1,5", 2, "a comma in a number"),
+        ("o", "1.2.3", 4, "a second decimal point"), ("o", "", 1, "expected a number, found the end of the line"),
+        ("o", "  )", 3, "expected a number, found '\\)'"), ("o", "#<a", 2, "never closed"),
+        ("o", "SIN 30", 5, "is missing after SIN, found '3'"), ("o", "[1/0]", 3, "division by zero"),
         ("macro", "SQRT[-4.]", 1, "SQRT\\[-4\\] has no real value"),
     ],
 )  # fmt: skip

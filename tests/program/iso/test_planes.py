@@ -70,8 +70,8 @@ def test_without_g53_1_the_rotary_axes_stay():
     ("text", "said"),
     [
         ("G68.2 P4 X0 Y0 Z0 I30. J0", "G68.2 P4 is not understood; describe the plane by Euler angles"),
-        ("G68.3 X0 Y0 Z0", "G68.3, a tilted working plane that hangs on where the machine stands is not understood"),
-        ("G68.4 X0 Y0 Z0 I30.", "G68.4, a tilted working plane that hangs on"),
+        ("G68.3 X0 Y0 Z0", "G68.3, a tilted working plane that depends on the position of the machine is not understood"),
+        ("G68.4 X0 Y0 Z0 I30.", "G68.4, a tilted working plane that depends on"),
         ("G68.2 P1 Q122 X0 I30.", "Q122 is no order of rotations"),
         ("G68.2 P2 Q5 X0", "G68.2 P2 takes Q0, Q1, Q2, Q3"),
         ("G68.2 P2 Q3 X0", "needs its blocks Q1 to Q3"),

@@ -1,1 +1,1 @@
-"""From the readings of instruments to a machine file with honest covariance."""
+"""Calibrate: from readings of instruments to a machine file with its joint covariance."""

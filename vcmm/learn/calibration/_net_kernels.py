@@ -15,7 +15,7 @@ Array = NDArray[Any]
 
 @njit(cache=True, error_model="numpy")
 def answer(sizes: Array, weight: Array, threshold: Array, out: Array) -> None:
-    """out (layers, widest): row 0 holds the inputs; O = 1 / (1 + exp(-I + theta)), eq. 8 and 9 of the paper."""
+    """Compute the answer of a net. out (layers, widest): row 0 holds the inputs; O = 1 / (1 + exp(-I + theta)), eq. 8 and 9 of the paper."""
     at, node = 0, 0
     for layer in range(1, len(sizes)):
         for j in range(sizes[layer]):
@@ -38,7 +38,7 @@ def train(
     gain: float,
     momentum: float,
 ) -> None:
-    """Adapts weight and threshold in place. order (epochs, n): the sequence of the patterns.
+    """Train a net: adapt weight and threshold in place. order (epochs, n): the sequence of the patterns.
 
     delta = (d - O) O (1 - O) at the output, O (1 - O) sum(delta W) inside (eq. 12 and 13, which prints 1 - O of the last
     layer). The threshold enters with minus (eq. 8), so that eq. 11 needs - eta delta.

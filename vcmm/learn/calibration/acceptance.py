@@ -1,7 +1,7 @@
-"""What an acceptance test of a machine would find: its figures with uncertainty, predicted from the machine file.
+"""Predict the figures of an acceptance test with uncertainty from a machine file.
 
-The test is done on drawn machines: every Input is drawn anew by its law, scatter per touch. value = mean of the figure over the
-draws (what the test is expected to give), u = its standard deviation, p_pass = share of draws within the limit.
+The test is simulated on sampled machines: every Input is sampled anew by its law, scatter per touch. value = mean of the figure over the
+draws (the expected result of the test), u = its standard deviation, p_pass = share of draws within the limit.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def predict_figures(
     seed: int = 0,
     trials: int = TRIALS,
 ) -> list[Figure]:
-    """Figures of a test ("230-2", "230-4", "230-6", "10360-2"; "230-7" is `predicted_spindle`). Raises UsageError for another one."""
+    """Predict the figures of a test ("230-2", "230-4", "230-6", "10360-2"; "230-7" is `predicted_spindle`). Raises UsageError for another one."""
     makers: Mapping[str, Callable[..., list[Figure]]] = {
         "230-2": _positioning, "230-4": _circles, "230-6": _diagonals, "10360-2": _lengths,
     }  # fmt: skip
@@ -82,7 +82,7 @@ def predict_figures(
 
 
 def without_rounding(figures: Sequence[Figure]) -> tuple[list[Figure], list[str]]:
-    """Figures of which the machine file says nothing lose value and chance to pass; and sentences that say why."""
+    """Return the figures without value and chance to pass where the machine file does not determine them; and sentences that say why."""
     out, why = [], dict[str, list[str]]()
     for one in figures:
         reason = UNTOLD.get(one.name.split(" ")[0])
@@ -95,7 +95,7 @@ def without_rounding(figures: Sequence[Figure]) -> tuple[list[Figure], list[str]
 
 
 def tip_errors(machine: Machine, run: Run, rng: np.random.Generator, trials: int) -> Array:
-    """(trials, n, 3) mm actual - nominal of drawn machines, scatter along nx ny nz included; workpiece axes."""
+    """Return the tip errors (trials, n, 3) mm, actual - nominal, of sampled machines, scatter along nx ny nz included; workpiece axes."""
     run = machine.prepare(_run_with_tip(machine, with_defaults(machine, run)))
     total = np.broadcast_to(machine.indication_error(run), (trials, run.n, 3)).copy()
     for found in influences(machine, run, machine.inputs):
@@ -113,7 +113,7 @@ def tip_errors(machine: Machine, run: Run, rng: np.random.Generator, trials: int
 
 
 def _run_with_tip(machine: Machine, run: Run) -> Run:
-    """Columns and label that probe and stylus need: touched along nx ny nz with a stylus along its offset (down without one).
+    """Return the run with columns and label that probe and stylus need: touched along nx ny nz with a stylus along its offset (down without one).
 
     Where effects name one stylus, the test is made with it; what else they need is that of a machine at rest at 20 degC.
     """
@@ -131,7 +131,7 @@ def _run_with_tip(machine: Machine, run: Run) -> Run:
 
 
 def summary(name: str, drawn: Array, limit: float | None = None) -> Figure:
-    """A figure from its draws (trials,) in mm."""
+    """Return a figure from its draws (trials,) in mm."""
     passed = None if limit is None else float((drawn <= limit).mean())
     return Figure(
         name,
@@ -149,7 +149,7 @@ def _middle(machine: Machine) -> dict[str, float]:
 def _moving(
     machine: Machine, positions: Mapping[str, Array], senses: Mapping[str, Array], seen: Array
 ) -> Run:
-    """Rows at axis positions, the axes not named in their middle; seen (3,) or (n, 3): direction in which is measured."""
+    """Return rows at axis positions, the axes not named in their middle; seen (3,) or (n, 3): direction of measurement."""
     n = len(next(iter(positions.values())))
     at = {a: np.asarray(positions.get(a, np.full(n, q))) for a, q in _middle(machine).items()}
     columns = {f"sense_{a}": senses.get(a, np.zeros(n)) for a in machine.axes}
@@ -159,7 +159,7 @@ def _moving(
 
 
 def targets_of(travel: tuple[float, float]) -> Array:
-    """Five targets per metre, five or more, not evenly spaced (ISO 230-2:2014, 4.3.2: p + r), within the travel."""
+    """Return five targets per metre, five or more, not evenly spaced (ISO 230-2:2014, 4.3.2: p + r), within the travel."""
     low, high = travel
     n = max(5, int(np.ceil(5 * (high - low) / 1000.0)))
     even = np.linspace(low, high, n)
@@ -186,7 +186,7 @@ def _both_ways(machine: Machine, start: Array, end: Array, senses: Mapping[str, 
 
 
 def _split(values: Array, n: int) -> tuple[Array, Array]:
-    """(trials, 2 n RUNS) in order made to up and down (trials, n, RUNS)."""
+    """Split (trials, 2 n RUNS) in measuring order into up and down (trials, n, RUNS)."""
     shaped = values.reshape(len(values), RUNS, 2, n)
     return np.moveaxis(shaped[:, :, 0], 1, 2), np.moveaxis(shaped[:, :, 1, ::-1], 1, 2)
 
@@ -242,7 +242,7 @@ def _circles(
 def _diagonals(
     machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
 ) -> list[Figure]:
-    """Body diagonals (Ed the largest E), then face diagonals in the middle planes (Ef)."""
+    """Return the figures of body diagonals (Ed the largest E), then of face diagonals in the middle planes (Ef)."""
     out, largest = [], {"Ed": np.zeros(trials), "Ef": np.zeros(trials)}
     for name, start, end in [*corners(machine), *face_diagonals(machine)]:
         way = (end - start) / np.linalg.norm(end - start)
@@ -259,7 +259,8 @@ def _diagonals(
 def _lengths(
     machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
 ) -> list[Figure]:
-    """Seven lines, five lengths each three times (E0, R0); two diagonals with an offset stylus (E150); 25 points on a sphere."""
+    """Return the figures of seven lines, five lengths each three times (E0, R0); two diagonals with an offset stylus (E150); 25 points on
+    a sphere."""
     errors, length = _measured_lengths(machine, seven_lines(machine), rng, trials)
     figures = standards.lengths(errors)
     out = [_length_figure(limits, "E0", figures["E0"], np.abs(errors), length)]
@@ -282,7 +283,7 @@ def _measured_lengths(
     trials: int,
     offset: Array | None = None,
 ) -> tuple[Array, Array]:
-    """(errors (trials, lengths, repeats) mm, indicated - true, lengths (lengths,) mm)."""
+    """Return (errors (trials, lengths, repeats) mm, indicated - true, lengths (lengths,) mm)."""
     run, length = length_run(machine, lines, offset, REPEATS)
     seen = np.einsum("tni,ni->tn", -tip_errors(machine, run, rng, trials), run.normal)
     half = seen.shape[1] // 2
@@ -290,7 +291,7 @@ def _measured_lengths(
 
 
 def sphere_figures(machine: Machine, rng: np.random.Generator, trials: int) -> tuple[Array, Array]:
-    """Form and |size error| (trials,) mm of a sphere of 25 mm in the middle, touched at 25 points (ISO 10360-5:2020, 6.2)."""
+    """Return the form and |size error| (trials,) mm of a sphere of 25 mm in the middle, touched at 25 points (ISO 10360-5:2020, 6.2)."""
     normals = half_sphere()
     middle = travels(machine).mean(axis=1)
     places = {a: middle[i] + 12.5 * normals[:, i] for i, a in enumerate("XYZ")}
@@ -304,7 +305,7 @@ def sphere_figures(machine: Machine, rng: np.random.Generator, trials: int) -> t
 def _length_figure(
     limits: Mapping[str, Limit], name: str, drawn: Array, errors: Array, length: Array
 ) -> Figure:
-    """E0 or E150 with a limit that may grow with the length: passed where every length is within its own.
+    """Return E0 or E150 with a limit that may grow with the length: passed where every length is within its own.
 
     errors (trials, lengths, repeats) mm.
     """
@@ -318,7 +319,7 @@ def _length_figure(
 
 
 def against_limits(name: str, errors: Array, allowed: Array, length: Array) -> Figure:
-    """Figure of |E| (trials, lengths) mm against the limit (lengths,) mm of each length (lengths,) mm; value and u are left out.
+    """Return the figure of |E| (trials, lengths) mm against the limit (lengths,) mm of each length (lengths,) mm; value and u are left out.
 
     ISO 10360-2:2009, 7.1: every single error is compared with the MPE of its own length.
     """
@@ -332,7 +333,7 @@ def against_limits(name: str, errors: Array, allowed: Array, length: Array) -> F
 
 
 def volume_figures(machine: Machine, seed: int = 0, trials: int = 200, nodes: int = 4) -> list[Figure]:
-    """Largest and mean tip error on a grid of the travels, as far as the tables reach, and the length errors of the body diagonals."""
+    """Return the largest and mean tip error on a grid of the travels, as far as the tables reach, and the length errors of the body diagonals."""
     from vcmm.task.response.volumetric import grid
 
     letters = [a for a in "XYZ" if a in machine.axes]
@@ -352,7 +353,7 @@ def volume_figures(machine: Machine, seed: int = 0, trials: int = 200, nodes: in
 
 
 def _where_known(machine: Machine) -> Machine:
-    """Travels no longer than the error tables."""
+    """Return the machine with travels no longer than the error tables."""
     known = known_ranges(machine)
     axes = {
         a: replace(x, travel=(max(x.travel[0], known[a][0]), min(x.travel[1], known[a][1])))
@@ -364,7 +365,7 @@ def _where_known(machine: Machine) -> Machine:
 
 
 def _looked_at(run: Run) -> Run:
-    """Effects of a probe need a normal; here nothing is touched."""
+    """Return the run with a normal, which effects of a probe need; here nothing is touched."""
     return run.with_columns({"nx": np.zeros(run.n), "ny": np.zeros(run.n), "nz": np.ones(run.n)})
 
 

@@ -1,11 +1,13 @@
-"""An arm from poses: its geometry, elastic joints and eccentric gears, by least squares, transforms multiplied.
+"""Calibrate an arm from poses: its geometry, elastic joints and eccentric gears, by least squares with multiplied transforms.
 
     measured = B (machine with theta)(joints, offset o) Q + noise
 
 theta: numbers of `arm_terms`; B, o, Q: tracker and target (see vcmm.task.response.poses). Gauss-Newton with the columns of the nominal machine and residuals of
-the exact one. Poses tell only part of theta apart from B, o and Q and from one another: numbers are taken in order (placing, joint offsets, twists, shifts),
-each only where those before it do not already do the same, and what is left out is named with what does the same. Numbers that are kept have a normal law of zero
-mean and the largest believable size as prior (Term.most), which matters only where poses tell next to nothing.
+the exact one. Poses separate only part of theta from B, o and Q and from one another: numbers are taken in order (placing, joint offsets,
+twists, shifts),
+each only where those before it do not already have the same effect, and omitted numbers are named with those of the same effect. Numbers
+that are kept have a normal law of zero
+mean and the largest believable size as prior (Term.most), which matters only where poses carry next to no information.
 Source: Mooring, Roth & Driels, Fundamentals of Manipulator Calibration (1991): complete and minimal models, 4 R + 6 numbers of R joints.
 """
 
@@ -38,7 +40,7 @@ STRONG = 3.0  # nats by which a further term must win: "strong", Kass & Raftery 
 
 @dataclass(frozen=True, eq=False)
 class ArmFit:
-    """terms: those that were kept, with theta and covariance (placing taken out). placement and covariance are of the recordings in
+    """terms: those that were kept, with theta and covariance (placing projected out). placement and covariance are of the recordings in
     order. residual per recording: positions (n, 3) mm, orientations (n, 3) rad or None. u: of one coordinate, from the scatter.
     """
 
@@ -56,14 +58,14 @@ class ArmFit:
     log_evidence: float
 
     def values(self, term: Term) -> tuple[Array, Array]:
-        """Numbers of a term and their standard uncertainties."""
+        """Return numbers of a term and their standard uncertainties."""
         start = sum(t.size for t in self.terms[: self.terms.index(term)])
         part = slice(start, start + term.size)
         return self.theta[part], np.sqrt(np.diag(self.covariance)[part])
 
     @property
     def rms(self) -> tuple[float, float]:
-        """Of all coordinates: mm, rad (0 without orientations)."""
+        """Rms of all coordinates: mm, rad (0 without orientations)."""
         turned = [o for _, o in self.residual if o is not None]
         return _rms(np.concatenate([p for p, _ in self.residual])), _rms(
             np.concatenate(turned)
@@ -75,7 +77,7 @@ def _rms(values: Array) -> float:
 
 
 def machine_with(nominal: Machine, terms: Sequence[Term], theta: Array) -> Machine:
-    """The nominal machine with the numbers theta of the terms."""
+    """Return the nominal machine with the numbers theta of the terms."""
     effects, k = [], 0
     for term in terms:
         effects.append(term.with_values(theta[k : k + term.size]))
@@ -84,7 +86,7 @@ def machine_with(nominal: Machine, terms: Sequence[Term], theta: Array) -> Machi
 
 
 def fit_arm(recordings: Sequence[PoseReadings], nominal: Machine) -> ArmFit:
-    """Geometry, then further terms one after the other while they pay: by evidence (Schwarz, STRONG nats) and by poses left out.
+    """Fit the geometry, then further terms one after the other while they pay: by evidence (Schwarz, STRONG nats) and by poses left out.
 
     Raises ModelLimit where the poses are fewer than what is to be found.
     """
@@ -132,8 +134,9 @@ def check_nominal(poses: PoseReadings, nominal: Machine) -> None:
 
 
 def _screen(fit: ArmFit, terms: Sequence[Term]) -> tuple[dict[str, float], list[Redundant]]:
-    """Nats by which each further term would win beside a fit, all else of first order (likelihood of the best amount, less Schwarz' price); and those
-    that do what a term of the fit does.
+    """Return the nats by which each further term would win beside a fit, all else of first order (likelihood of the best amount, less
+    Schwarz' price); and those
+    with the same effect as a term of the fit.
     """
     problem = _Problem(fit.recordings, fit.nominal, [*fit.terms, *terms])
     free, own = problem.columns(fit.placements, fit.u)
@@ -156,7 +159,7 @@ def _screen(fit: ArmFit, terms: Sequence[Term]) -> tuple[dict[str, float], list[
 
 
 def _asked(fit: ArmFit) -> list[Term]:
-    """All geometry, and the further terms that a fit has."""
+    """Return all geometry, and the further terms that a fit has."""
     geometry = geometry_terms(fit.nominal)
     known = {t.name for t in geometry}
     return [*geometry, *(t for t in fit.terms if t.name not in known)]
@@ -165,7 +168,7 @@ def _asked(fit: ArmFit) -> list[Term]:
 def fit_terms(
     recordings: Sequence[PoseReadings], nominal: Machine, terms: Sequence[Term], start: ArmFit | None = None
 ) -> ArmFit:
-    """The fit with these terms. start: where to begin."""
+    """Fit these terms. start: initial values."""
     placing = (
         [settle_placement(r, tool_frames(nominal, r.run)) for r in recordings]
         if start is None
@@ -203,7 +206,8 @@ def choose_terms(
     terms: Sequence[Term],
     placing: Sequence[TrackerPlacement],
 ) -> tuple[list[Term], list[Redundant]]:
-    """Terms that poses tell from placing and from those before them; the others with what does the same. A term of two numbers is kept whole
+    """Return terms that poses separate from placing and from those before them; the others with those of the same effect. A term of two
+    numbers is kept whole
     or not at all.
     """
     problem = _Problem(recordings, nominal, terms)
@@ -245,11 +249,11 @@ class _Problem:
 
     @property
     def prior(self) -> Array:
-        """1 / most^2 of every number."""
+        """Prior precision 1 / most^2 of every number."""
         return np.array([1.0 / t.most**2 for t in self.terms for _ in range(t.size)])
 
     def columns(self, placing: Sequence[TrackerPlacement], u: tuple[float, float]) -> tuple[Array, Array]:
-        """Columns of placing (m, 9 or 12 per recording) and of the terms (m, k), over the uncertainties."""
+        """Return columns of placing (m, 9 or 12 per recording) and of the terms (m, k), over the uncertainties."""
         nuisances, own = [], []
         for poses, place in zip(self.recordings, placing):
             run = self.nominal.prepare(_with_offset(poses.run, place.offset))
@@ -282,7 +286,7 @@ class _Problem:
     def solve(
         self, theta: Array, placing: list[TrackerPlacement], u: tuple[float, float]
     ) -> tuple[Array, list[TrackerPlacement]]:
-        """Gauss-Newton to rest."""
+        """Solve by Gauss-Newton until convergence."""
         free, own = self.columns(placing, u)
         for step in range(STEPS):
             if step in (1, 3):  # the target sits elsewhere than at first
@@ -316,7 +320,7 @@ class _Problem:
     def scatter(
         self, theta: Array, placing: Sequence[TrackerPlacement], u: tuple[float, float]
     ) -> tuple[float, float]:
-        """Standard deviation of a coordinate of position and of orientation, for the numbers that were fitted; a stated u is kept where it is
+        """Return the standard deviation of a coordinate of position and of orientation, for the fitted numbers; a stated u is kept where it is
         larger. The numbers are counted off both kinds by their share of the coordinates.
         """
         rest = self.rest(theta, placing)
@@ -365,7 +369,7 @@ class _Problem:
         )
 
     def _left_out(self, basis: Array, seen: Array, flat: Array, covariance: Array) -> Array:
-        """Residuals of every pose predicted from the others (Allen, Technometrics 16 (1974) 125): (1 - H)^-1 r by pose."""
+        """Return the residuals of every pose predicted from the others (Allen, Technometrics 16 (1974) 125): (1 - H)^-1 r by pose."""
         root = seen @ np.linalg.cholesky(covariance)
         half = np.concatenate([basis, root], axis=1)
         out, start = np.empty_like(flat), 0

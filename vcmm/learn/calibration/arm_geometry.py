@@ -1,4 +1,4 @@
-"""The links of an arm by the numbers that its trade uses: lengths, offsets, twists and joint offsets.
+"""Describe the links of an arm by the numbers of its trade: lengths, offsets, twists and joint offsets.
 
 Denavit-Hartenberg (J. Appl. Mech. 22 (1955) 215) from joint to joint, distal: turn about z by theta, along z by d, along x by a, turn about
 x by alpha; z along the axis of a joint, x along the common normal of it and the next. Where two axes are nearly parallel d runs away with
@@ -42,7 +42,7 @@ Line = tuple[Array, Array]  # a point and the unit vector of an axis
 
 
 def axis_lines(machine: Machine) -> list[Line]:
-    """Where every axis is in machine axes, all joints at zero, its location errors included."""
+    """Return the line of every axis in machine axes, all joints at zero, its location errors included."""
     turn, shift = np.eye(3), np.zeros(3)
     lines = []
     for name in machine.chain.tool:
@@ -63,8 +63,9 @@ def axis_lines(machine: Machine) -> list[Line]:
 
 
 def link_numbers(machine: Machine, nominal: Machine) -> list[LinkNumber]:
-    """All numbers of the links that poses can tell: of the first joint its length and twists, of the last none (its own are in the placing
-    of tracker and tool). nominal: says which axes are parallel and which way x points, so that both are told alike.
+    """Return all numbers of the links that poses can determine: of the first joint its length and twists, of the last none (its own are
+    in the placing
+    of tracker and tool). nominal: determines which axes are parallel and which way x points, so that both machines use the same convention.
     """
     found, ideal = axis_lines(machine), axis_lines(nominal)
     names = machine.chain.tool
@@ -82,7 +83,7 @@ def link_numbers(machine: Machine, nominal: Machine) -> list[LinkNumber]:
 
 
 def _sense(ideal: Sequence[Line], i: int) -> float:
-    """Which way along the common normal x points: the length is positive; where the axes meet the twist is."""
+    """Return which way along the common normal x points: the length is positive; where the axes meet the twist is."""
     (p, z), (q, w) = ideal[i], ideal[i + 1]
     normal = np.cross(z, w)
     along = float((q - p) @ normal)
@@ -101,7 +102,7 @@ class _NextLink:
     beta: float | None
 
     def theta(self, before: Array | None, z: Array) -> float | None:
-        """Angle about z from the x before; None of the first joint."""
+        """Return the angle about z from the x before; None for the first joint."""
         if before is None:
             return None
         across = before - z * (z @ before)
@@ -144,7 +145,7 @@ def _link(
 
 
 def _across(z: Array) -> Array:
-    """Some direction across z."""
+    """Return some direction across z."""
     e = np.eye(3)[int(np.abs(z).argmin())]
     out = np.cross(z, e)
     return np.asarray(out / np.linalg.norm(out))

@@ -1,4 +1,4 @@
-"""Columns that do the same: which numbers others do as well, and how much of each."""
+"""Find columns with the same effect: numbers that others can replace, and the share of each."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SAME = 1e-6  # of a column that those before it leave: then they do the same
 
 @dataclass(frozen=True)
 class Redundant:
-    """A number that others do as well: its name, and the names that do (with how much of each per unit, mm and rad)."""
+    """A number that others can replace: its name, and the names of the others (with the share of each per unit, mm and rad)."""
 
     name: str
     by: tuple[tuple[str, float], ...]
@@ -26,7 +26,7 @@ class Redundant:
 
 
 def beside(column: Array, basis: Sequence[Array]) -> Array | None:
-    """What a basis leaves of a column, of unit length; None where that is nothing."""
+    """Return the part of a column beside a basis, of unit length; None where nothing remains."""
     size = float(np.linalg.norm(column))
     if size == 0.0:
         return None
@@ -40,7 +40,7 @@ def beside(column: Array, basis: Sequence[Array]) -> Array | None:
 
 
 def same_as(column: Array, columns: Array, labels: Sequence[str]) -> tuple[tuple[str, float], ...]:
-    """Names whose columns add up to this one, by their share; small ones are left out."""
+    """Return the names whose columns add up to this one, by their share; small ones are left out."""
     if not np.any(column):
         return (("nothing that these poses show", 0.0),)
     amounts = np.linalg.lstsq(columns, column, rcond=1e-10)[0]
@@ -53,7 +53,7 @@ def same_as(column: Array, columns: Array, labels: Sequence[str]) -> tuple[tuple
 
 
 def orthonormal(columns: Array) -> Array:
-    """An orthonormal basis of what columns span."""
+    """Return an orthonormal basis of the span of columns."""
     size = np.linalg.norm(columns, axis=0)
     left, values, _ = np.linalg.svd(columns / np.where(size > 0, size, 1.0), full_matrices=False)
     return np.asarray(left[:, values > 1e-9 * values[0]])

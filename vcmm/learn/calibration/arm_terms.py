@@ -1,7 +1,7 @@
-"""What of an arm may be other than stated: numbers of effects, each with what it does to poses.
+"""Possible errors of an arm: numbers of effects, each with its effect on poses.
 
 Geometry: every joint may have another zero position, and its axis may be shifted and tilted across itself (location errors of ISO 230-1).
-That is more than poses can tell: which of these numbers are kept is decided by `vcmm.learn.calibration.arm`, in this order.
+Poses cannot determine all of them: `vcmm.learn.calibration.arm` decides in this order which ones are kept.
 Further terms, each with two numbers: elastic joints under gravity (`elastic_joint`) and once-per-turn errors (`rotary_cyclic`) of an eccentric gear or
 encoder.
 """
@@ -30,7 +30,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 @dataclass(frozen=True)
 class Term:
-    """One effect whose numbers (one, or two) are looked for. most: size of each beyond which none is believed, mm or rad."""
+    """One effect whose numbers (one, or two) are estimated. most: largest believable size of each, mm or rad."""
 
     effect: Effect
     parameter: str
@@ -42,7 +42,7 @@ class Term:
         return self.effect.where if isinstance(self.effect, RotaryLocation) else self.effect.id
 
     def with_values(self, values: Array) -> Effect:
-        """The effect with these numbers."""
+        """Return the effect with these numbers."""
         numbers = float(values[0]) if self.size == 1 else np.array(values, dtype=float)
         return replace(self.effect, **{self.parameter: numbers})
 
@@ -54,7 +54,7 @@ class Term:
 
 
 def geometry_terms(machine: Machine) -> list[Term]:
-    """Joint offsets first, then shifts, then tilts, from the base outwards: as a tilt about the joint before is that joint's offset, it is
+    """Return joint offsets first, then shifts, then tilts, from the base outwards: as a tilt about the joint before is that joint's offset, it is
     the tilt that is left out.
     """
     joints = machine.chain.tool
@@ -70,7 +70,7 @@ def _location(component: str) -> Term:
 
 
 def further_terms(machine: Machine, down: Array = DOWN) -> list[Term]:
-    """Elastic joints where an axis lies level, then once-per-turn errors of every joint."""
+    """Return elastic joints where an axis lies level, then once-per-turn errors of every joint."""
     elastic = [
         Term(ElasticJoint(axis, words), "coefficients", 2, TURN)
         for axis, words in load_patterns(machine, down)
@@ -82,7 +82,7 @@ def further_terms(machine: Machine, down: Array = DOWN) -> list[Term]:
 
 
 def load_patterns(machine: Machine, down: Array = DOWN) -> list[tuple[str, str]]:
-    """(joint, summed angles) of every joint that lies level and every link that it carries with joints parallel to it in between."""
+    """Return (joint, summed angles) of every joint that lies level and every link that it carries with joints parallel to it in between."""
     joints = machine.chain.tool
     ways = {a: _direction(machine, a) for a in joints}
     out = []

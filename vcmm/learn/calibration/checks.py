@@ -1,4 +1,4 @@
-"""What is wrong with recordings before they are fitted together: each check says what, where, and what to do."""
+"""Check recordings before they are fitted together: each message says what, where, and what to do."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def check_instruments(certificates: Mapping[str, InstrumentCertificate]) -> None
 
 
 def _check_size(recording: Recording) -> None:
-    """Readings that vary by more than any machine errs have another unit."""
+    """Refuse readings that vary by more than any machine errs: they have another unit."""
     spread = float(np.ptp(recording.value)) if recording.m else 0.0
     if recording.kind == "angle" and spread > STEEP:
         raise UsageError(
@@ -81,7 +81,7 @@ def _check_size(recording: Recording) -> None:
 
 
 def _check_labels(recording: Recording) -> None:
-    """Directions of positioning runs against the order of their rows."""
+    """Check directions of positioning runs against the order of their rows."""
     moving = [a for a, q in recording.run.position.items() if float(np.ptp(q)) > 1e-6]
     if (
         recording.kind == "displacement"
@@ -94,7 +94,7 @@ def _check_labels(recording: Recording) -> None:
 
 
 def remarks_on(recordings: Sequence[Recording]) -> list[str]:
-    """What is not wrong but will be seen in what is found: lines of one axis that end earlier than others, and readings on the fly."""
+    """Return remarks on what is not wrong but will affect the result: lines of one axis that end earlier than others, and readings on the fly."""
     lines: dict[str, list[tuple[str, float, float]]] = {}
     for recording in recordings:
         moving = [a for a, q in recording.run.position.items() if float(np.ptp(q)) > 1e-6]
@@ -119,7 +119,7 @@ def _short_lines(lines: dict[str, list[tuple[str, float, float]]]) -> list[str]:
 
 
 def _on_the_fly(recording: Recording) -> list[str]:
-    """Readings in motion from both sides: clocks that disagree by t read like a lost motion of 2 v t."""
+    """Return remarks on readings in motion from both sides: clocks that disagree by t read like a lost motion of 2 v t."""
     out = []
     for axis in "XYZ":
         speed = recording.run.columns.get(f"speed_{axis}_mm_s")
@@ -174,7 +174,7 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
 
 
 def log_likelihood(one: WhitenedReadings, mean: Array, factor: Array, times: float) -> tuple[float, float]:
-    """(ln likelihood, chi-squared) of whitened readings that should have been `times` theirs; mean, factor @ factor.T: of theta.
+    """Return (ln likelihood, chi-squared) of whitened readings that should be `times` theirs; mean, factor @ factor.T: of theta.
 
     Their covariance is times^2 1 + (x factor)(x factor)'.
     """

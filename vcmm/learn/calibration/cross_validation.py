@@ -1,5 +1,5 @@
 """Interpolations compared on readings that were held out: every third position of each line, never its ends, and of lengths (tracker,
-step gauge) a third of the places, drawn.
+step gauge) a third of the places, sampled.
 
     prediction    G theta + N nu, nu (zero, slope) by weighted least squares on the readings of the same line that were kept
     variance      A C A' + N (N' W N)^-1 N' + noise^2,   A = G_held - N_held N_kept^+ G_kept,   C the covariance of theta
@@ -50,7 +50,7 @@ class PredictedPositions:
 
 
 def held_rows(recording: Recording) -> Mask:
-    """(m,) which readings are held out: those at every third position of a line, of lengths those at a third of the places. None of
+    """Return which readings are held out (m,): those at every third position of a line, of lengths those at a third of the places. None of
     other recordings.
     """
     none = np.zeros(recording.m, dtype=bool)
@@ -77,7 +77,7 @@ def compare_interpolations(
     progress: Callable[[str, float], None] = lambda text, share: None,
     names: Sequence[str] = INTERPOLATIONS,
 ) -> list[PredictedPositions]:
-    """Every interpolation fitted without the readings held out, and how it predicts them.
+    """Fit every interpolation without the readings held out, and return its predictions of them.
 
     Raises UsageError where no recording is a line of 6 positions or more, or lengths to as many places, and what `calibrate` raises.
     """
@@ -109,7 +109,7 @@ def compare_interpolations(
 
 @dataclass(frozen=True, eq=False)
 class _HeldOutPrediction:
-    """Of one recording: error, u of the prediction, noise (held,), mm or rad."""
+    """Prediction of one recording: error, u of the prediction, noise (held,), mm or rad."""
 
     angle: bool
     error: Array
@@ -118,7 +118,7 @@ class _HeldOutPrediction:
 
 
 def predict_rows(found: Calibration, number: int, part: Readings, held: Mask) -> _HeldOutPrediction:
-    """Readings of recording `number` that were held out, as the head of this file says. part: all of its readings."""
+    """Predict the held-out readings of recording `number`, as the docstring of this module says. part: all of its readings."""
     post = found.posterior
     noise = post.noise[number].u * part.u
     weight = 1 / noise[~held]

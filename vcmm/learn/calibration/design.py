@@ -1,4 +1,4 @@
-"""Design: what a plan of set-ups would identify, how well, and which set-ups to take under a time budget.
+"""Design: the errors that a plan of set-ups would identify, with their uncertainty, and the best set-ups under a time budget.
 
 Every set-up gives information A = G' W G (nuisance projected out) whatever will be read, so designs are compared before
 anything is measured:
@@ -42,7 +42,7 @@ GAIN = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class PlannedSetup:
-    """One set-up: its recordings, not read yet, its instrument, and how long it takes."""
+    """One set-up: its recordings, not read yet, its instrument, and its duration."""
 
     name: str
     recordings: tuple[Recording, ...]
@@ -74,12 +74,12 @@ class SetupPlan:
 
     @cached_property
     def weight(self) -> Array:
-        """Mean square of the tip error over the volume per unit variance of these numbers: a quadratic form."""
+        """Mean square of the tip error over the volume per unit variance of the numbers behind the prior: a quadratic form."""
         seen = self.field @ self.factor
         return np.asarray(seen.T @ seen / (len(seen) / 3))
 
     def volume(self, chosen: Sequence[int]) -> float:
-        """Root mean variance of the tip error over the volume, mm."""
+        """Return the root mean variance of the tip error over the volume, mm."""
         inner = np.eye(len(self.weight))
         for i in chosen:
             inner += self.information_factors[i]
@@ -91,7 +91,7 @@ class SetupPlan:
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """names of set-ups, minutes together, volume_um, what they identify."""
+    """A proposal: names of set-ups, minutes together, volume_um, errors that they identify."""
 
     names: tuple[str, ...]
     minutes: float
@@ -100,7 +100,8 @@ class Proposal:
 
 
 def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:
-    """The information of every set-up, by the travels of the machine; of rotary axes that turn in one too. Raises UsageError for a plan without set-ups."""
+    """Return the information of every set-up, by the travels of the machine; of rotary axes that turn in one too. Raises UsageError for a
+    plan without set-ups."""
     if not setups:
         raise UsageError("the plan has no set-ups; add [[setups]] with name, instrument and minutes")
     ranges = {a: x.travel for a, x in machine.axes.items() if a in "XYZ"}
@@ -127,7 +128,7 @@ def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:
 
 
 def _marginal_information(gram: Array, own: int) -> Array:
-    """Information on theta when the own errors of the instrument (unit variance, the last ones) are marginalised."""
+    """Return the information on theta when the own errors of the instrument (unit variance, the last ones) are marginalised."""
     if not own:
         return gram
     k = len(gram) - own
@@ -136,7 +137,7 @@ def _marginal_information(gram: Array, own: int) -> Array:
 
 
 def volume_field(model: ErrorModel, machine: Machine) -> Array:
-    """(3 n, size): tip error x y z on a grid of the volume with three tips, per unit of theta."""
+    """Return the tip error x y z on a grid of the volume with three tips, per unit of theta, (3 n, size)."""
     letters = [a for a in "XYZ" if a in machine.axes]
     steps = [np.linspace(*machine.axes[a].travel, GRID) for a in letters]
     turning = {c.axis: c for c in model.curves if c.rotary}
@@ -161,7 +162,7 @@ def proposal(plan: SetupPlan, chosen: Sequence[int]) -> Proposal:
 
 
 def best_within(plan: SetupPlan, budget: float, seed: int = 0) -> list[int]:
-    """Numbers of the set-ups that leave the smallest volume_um within the budget (minutes), by exchange from several starts."""
+    """Return the numbers of the set-ups that leave the smallest volume_um within the budget (minutes), by exchange from several starts."""
     rng = np.random.default_rng(seed)
     starts = [_greedy(plan, budget, [])]
     for _ in range(STARTS):
@@ -185,7 +186,7 @@ def _greedy(plan: SetupPlan, budget: float, chosen: list[int]) -> list[int]:
 
 
 def _exchange_setups(plan: SetupPlan, budget: float, chosen: list[int]) -> list[int]:
-    """Swap one for another, fill the time that this leaves, while the volume gains."""
+    """Swap one set-up for another, and fill the time that this leaves, while the volume gains."""
     now = plan.volume(chosen)
     while True:
         swaps = []
@@ -204,7 +205,7 @@ def _exchange_setups(plan: SetupPlan, budget: float, chosen: list[int]) -> list[
 
 
 def cheapest_complete(plan: SetupPlan) -> list[int] | None:
-    """Set-ups that identify what all together do, in little time: drop the dearest ones that are not needed. None without any."""
+    """Return the set-ups that identify what all together do, in little time: drop the dearest ones that are not needed. None without any."""
     everything = list(range(len(plan.names)))
     due = set(identify(plan.normal_equations(everything)).names)
     if not due:

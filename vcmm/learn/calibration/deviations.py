@@ -1,4 +1,4 @@
-"""Deviations of one recording of an acceptance test, and what they might have been, for all the instrument errs."""
+"""Deviations of one recording of an acceptance test, with simulated ones for the errors of the instrument."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ class RecordedTest:
 
     @property
     def value(self) -> Array:
-        """(m,) actual - commanded, mm or rad."""
+        """Deviations actual - commanded (m,), mm or rad."""
         return -self.recording.value if self.recording.measuring else self.recording.value
 
     @property
     def scale(self) -> float:
-        """To um or urad."""
+        """Factor to um or urad."""
         return 1e6 if self.recording.kind == "angle" else 1e3
 
     @cached_property
     def draws(self) -> Array | None:
-        """(TRIALS, m) values when the instrument errs as its certificate says; None without one."""
+        """Simulated values (TRIALS, m) with errors of the instrument by its certificate; None without one."""
         if self.certificate is None:
             return None
         rng = np.random.default_rng(0)
@@ -50,7 +50,7 @@ class RecordedTest:
     def figures(
         self, compute: Callable[[Array], Mapping[str, Array]], where: str, limits: Limits, length: float
     ) -> list[Figure]:
-        """compute: values (..., m) to figures (...). where: what stands behind their names; length mm: for limits with L."""
+        """Return the figures. compute: values (..., m) to figures (...). where: text behind their names; length mm: for limits with L."""
         drawn = None if self.draws is None else compute(self.draws)
         out = []
         for name, value in compute(self.value).items():
@@ -62,14 +62,14 @@ class RecordedTest:
 
 
 def limit_of(limits: Limits, name: str, where: str) -> Limit | None:
-    """The limit of "E X", else that of "E"."""
+    """Return the limit of "E X", else that of "E"."""
     return limits.get(f"{name} {where}", limits.get(name))
 
 
 def figure_of(
     name: str, value: float, drawn: Array | None, limit: float | None = None, scale: float = 1e3
 ) -> Figure:
-    """A figure that was found, with its draws (trials,) mm or rad; the draws are about the value, so that only their spread counts."""
+    """Return a figure with its draws (trials,) mm or rad; the draws are about the value, so that only their spread counts."""
     u = None if drawn is None else float(drawn.std())
     passed = None if limit is None else float(value <= limit)
     if limit is not None and drawn is not None:

@@ -1,4 +1,4 @@
-"""Size and smoothness of every error curve by evidence, and what their uncertainty adds to the band.
+"""Estimate size and smoothness of every error curve by evidence, and the addition of their uncertainty to the band.
 
 With the readings reduced to A = G' W G and b = G' W y (nuisance projected out), one curve at a time, all others marginalised
 under their present priors; then only its own few numbers remain, with the precision a and the vector b:
@@ -47,14 +47,14 @@ class NormalEquations:
     model: ErrorModel
 
     def project_onto(self, coarse: ErrorModel, lift: Array) -> NormalEquations:
-        """The same readings for a model with fewer numbers, theta = lift @ fewer."""
+        """Return the same readings for a model with fewer numbers, theta = lift @ fewer."""
         whole = append_identity(lift, len(self.b))
         return NormalEquations(whole.T @ self.a @ whole, whole.T @ self.b, coarse)
 
 
 @dataclass(frozen=True, eq=False)
 class PriorSite:
-    """What stands for the prior of one curve in its free coordinates: factor (g, r) of its covariance, precision times mean (g,)."""
+    """Replacement of the prior of one curve in its free coordinates: factor (g, r) of its covariance, precision times mean (g,)."""
 
     factor: Array
     shift: Array
@@ -64,7 +64,7 @@ class PriorSite:
 class Smoothness:
     """lengths: component -> mm; sizes (curves,) mm or rad, the most probable; sites: with their uncertainty.
 
-    log_evidence of the most probable ones in nats, without the part that all models of these readings share.
+    log_evidence of the most probable ones in nats, without the part common to all models of the same readings.
     """
 
     lengths: Mapping[str, float]
@@ -74,7 +74,7 @@ class Smoothness:
 
 
 def append_identity(factor: Array, size: int) -> Array:
-    """The factor of theta, and the identity for the numbers behind it."""
+    """Return the factor of theta, with the identity for the numbers behind it."""
     others = size - len(factor)
     out = np.zeros((size, factor.shape[1] + others))
     out[: len(factor), : factor.shape[1]] = factor
@@ -83,7 +83,7 @@ def append_identity(factor: Array, size: int) -> Array:
 
 
 def smoothness(told: NormalEquations, start: Smoothness | None = None) -> Smoothness:
-    """The most probable size and correlation length of every curve, and the sites; curve after curve until nothing gains."""
+    """Find the most probable size and correlation length of every curve, and the sites; curve after curve until nothing gains."""
     model = told.model
     lengths = dict(start.lengths) if start else {c.component: SPAN * c.travel for c in model.curves}
     sizes = np.array(start.sizes if start else usual(model))
@@ -107,7 +107,7 @@ def smoothness(told: NormalEquations, start: Smoothness | None = None) -> Smooth
 
 
 def _sites(told: NormalEquations, lengths: Mapping[str, float], sizes: Array) -> tuple[PriorSite, ...]:
-    """Every curve averaged over lengths and sizes, the others at theirs; twice, the second time beside the first sites."""
+    """Return every curve averaged over lengths and sizes, the others at theirs; twice, the second time beside the first sites."""
     curves = told.model.curves
     joint = JointPosterior(told, [_plain(c, lengths[c.component], s) for c, s in zip(curves, sizes)])
     for _ in range(2):
@@ -117,7 +117,7 @@ def _sites(told: NormalEquations, lengths: Mapping[str, float], sizes: Array) ->
 
 
 def log_evidence(told: NormalEquations, lengths: Mapping[str, float], sizes: Array) -> float:
-    """ln evidence in nats of sizes and lengths, without the part that all priors share."""
+    """Return ln evidence in nats of sizes and lengths, without the part that all priors share."""
     factors = [_factor(c, lengths[c.component], s) for c, s in zip(told.model.curves, sizes)]
     spans = np.cumsum([0, *(f.shape[1] for f in factors)])
     size = len(told.b)
@@ -131,7 +131,7 @@ def log_evidence(told: NormalEquations, lengths: Mapping[str, float], sizes: Arr
 
 
 def _factor(curve: Curve, length: float, size: float) -> Array:
-    """(g, r) in free coordinates: the smooth curve of that size, and the line of a scale error."""
+    """Return the factor (g, r) in free coordinates: the smooth curve of that size, and the line of a scale error."""
     return np.concatenate([unit_factor(curve, length) * size, curve.coordinates @ line_factor(curve)], axis=1)
 
 
@@ -143,7 +143,7 @@ def _plain(curve: Curve, length: float, size: float) -> PriorSite:
 class JointPosterior:
     """The posterior of all numbers in free coordinates (curves, then squareness and instruments), and of it without one prior.
 
-    Every prior stands as a factor F of its covariance, never as a precision: with theta = F z the matrix 1 + F' A F has no
+    Every prior is a factor F of its covariance, never a precision: with theta = F z the matrix 1 + F' A F has no
     eigenvalue below 1, however small a curve is. A precision of a small smooth curve with a free line spans 20 decades.
     """
 
@@ -162,12 +162,12 @@ class JointPosterior:
         self.far[: len(model.pairs)] = widest_pairs(model)
 
     def posterior(self) -> tuple[Array, Array]:
-        """Mean and covariance of theta and the numbers behind it."""
+        """Return the mean and covariance of theta and the numbers behind it."""
         half, pull = self._solve(None, self.whole.T)
         return half.T @ pull, half.T @ half
 
     def without(self, number: int) -> tuple[Array, Array]:
-        """Precision (g, g) and precision times mean (g,) of one curve by the readings and all other priors."""
+        """Return precision (g, g) and precision times mean (g,) of one curve by the readings and all other priors."""
         part = self.parts[number]
         own = self.a[part, part]
         half, pull = self._solve(number, self.a[:, part])
@@ -177,7 +177,7 @@ class JointPosterior:
         return (ways * size) @ ways.T, ways @ (ways.T @ (self.b[part] - half.T @ pull))
 
     def _solve(self, left_out: int | None, columns: Array) -> tuple[Array, Array]:
-        """L^-1 F' columns and L^-1 F' (b + shift), L L' = 1 + F' A F, F of all curves but one."""
+        """Return L^-1 F' columns and L^-1 F' (b + shift), L L' = 1 + F' A F, F of all curves but one."""
         from scipy.linalg import solve_triangular
 
         kept = [k for k in range(len(self.sites)) if k != left_out]
@@ -197,19 +197,19 @@ class JointPosterior:
         return out[:, :-1], out[:, -1]
 
     def replace(self, number: int, site: PriorSite) -> None:
-        """Another prior of one curve."""
+        """Replace the prior of one curve."""
         self.sites[number] = site
 
 
 def _eigen_floor(matrix: Array, least: float) -> tuple[Array, Array]:
-    """Eigenvalues, none below the least, and eigenvectors."""
+    """Return eigenvalues, none below the least, and eigenvectors."""
     size, ways = np.linalg.eigh((matrix + matrix.T) / 2)
     return np.maximum(size, least), ways
 
 
 @dataclass(frozen=True, eq=False)
 class OneCurve:
-    """What the readings say of one curve without its own prior: precision a (g, g), b (g,), free coordinates."""
+    """Readings for one curve without its own prior: precision a (g, g), b (g,), free coordinates."""
 
     curve: Curve
     a: Array
@@ -217,7 +217,7 @@ class OneCurve:
     units: dict[float, tuple[Array, Array]] = field(default_factory=dict, init=False)
 
     def best(self, length: float, size: float) -> tuple[float, float, float]:
-        """(length, size, value) of the best correlation length, each tried with its best size."""
+        """Return (length, size, value) of the best correlation length, each tried with its best size."""
         found = []
         for tried in (length, *(s * self.curve.travel for s in SHARES)):
             size, value, _ = self.best_size(tried, size)
@@ -225,7 +225,7 @@ class OneCurve:
         return max(found, key=lambda f: f[2])
 
     def best_size(self, length: float, size: float) -> tuple[float, float, float]:
-        """(size, value, spread of ln size): the most probable size for a length, by Newton's steps in ln size."""
+        """Return the most probable size for a length, by Newton's steps in ln size, as (size, value, spread of ln size)."""
         value, slope, count = self.value(length, size)
         for _ in range(STEPS):
             step = float(np.clip(slope / (2 * count + 1 / SPREAD**2), -1.5, 1.5))
@@ -242,7 +242,7 @@ class OneCurve:
         return size, value, float(1 / np.sqrt(2 * count + 1 / SPREAD**2))
 
     def value(self, length: float, size: float) -> tuple[float, float, float]:
-        """(ln evidence and ln prior of size and length, slope in ln size, numbers that the readings determine)."""
+        """Return (ln evidence and ln prior of size and length, slope in ln size, numbers that the readings determine)."""
         a, b = self._in_units(length)
         scale = np.ones(len(b))
         scale[: self.curve.free.shape[1]] = size
@@ -254,14 +254,14 @@ class OneCurve:
         return value - (away**2 + far**2) / 2, used - count - away / SPREAD, max(used, count)
 
     def _in_units(self, length: float) -> tuple[Array, Array]:
-        """Precision and precision times mean of the numbers behind the curve, when its size is 1."""
+        """Return the precision and precision times mean of the numbers behind the curve, when its size is 1."""
         if length not in self.units:
             factor = _factor(self.curve, length, 1.0)
             self.units[length] = factor.T @ self.a @ factor, factor.T @ self.b
         return self.units[length]
 
     def site(self, size: float) -> PriorSite:
-        """The mixture over correlation lengths and sizes by their evidence, as one site with its mean and covariance."""
+        """Return the mixture over correlation lengths and sizes by their evidence, as one site with its mean and covariance."""
         tried = []
         for share in SHARES:
             length = share * self.curve.travel
@@ -295,6 +295,6 @@ class OneCurve:
 
 
 def _evidence(a: Array, b: Array) -> tuple[float, Array, Array]:
-    """(ln evidence, mean of z, variances of z) of numbers of unit variance, M = 1 + a."""
+    """Return (ln evidence, mean of z, variances of z) of numbers of unit variance, M = 1 + a."""
     told = condition(a, b, np.ones(len(b)))
     return float(told.gain) / 2 - told.log_det / 2, told.mean, (told.half**2).sum(axis=1)

@@ -1,11 +1,13 @@
-"""All spirals of a turned face in one fit, with what reversals know of the machine: the face apart from slide and spindle.
+"""All spirals of a turned face in one fit, with the results of reversals on the machine: separate the face from slide and spindle.
 
     reading(x, q) = face(place turned by the index of the scan) + h(x) + a(q) - x b(q) + plane and slow wander of each scan
     half turn      odd part of (line at 0 + line at 180 deg) / 2 = odd part of h(x) - x (b(0) + b(180)) / 2
 
-h the rise by the slide, a and b axial and tilt motion of the spindle (fixed frame), each with the covariance of what found it; the face by Zernike terms
-(Born and Wolf, Principles of Optics, 9.2.1). Generalised least squares; the noise is that of what is left, neighbours that err alike count as fewer. A face that is
-turned on the spindle between the scans tells its own orders from the spindle's; the half turn tells the odd part of h with all that is in it.
+h the rise by the slide, a and b axial and tilt motion of the spindle (fixed frame), each with the covariance of its measurement; the face
+by Zernike terms
+(Born and Wolf, Principles of Optics, 9.2.1). Generalised least squares; the noise is that of the residuals, and neighbours with
+correlated errors count as fewer. A face that is
+turned on the spindle between the scans separates its own orders from the spindle's; the half turn determines the odd part of h as a whole.
 """
 
 from __future__ import annotations
@@ -70,7 +72,7 @@ class FacePrior:
 
 @dataclass(frozen=True, eq=False)
 class FaceFit:
-    """terms (k,) of the face without piston and tilts, mm, and their covariance; noise: rms of what is left, mm."""
+    """terms (k,) of the face without piston and tilts, mm, and their covariance; noise: rms of the residuals, mm."""
 
     prior: FacePrior
     terms: Array
@@ -78,11 +80,11 @@ class FaceFit:
     noise: float
 
     def at(self, x: Array, y: Array) -> Array:
-        """(n,) mm at places of the face."""
+        """Return the height (n,) mm at places of the face."""
         return np.asarray(self._columns(x, y) @ self.terms)
 
     def u_at(self, x: Array, y: Array) -> Array:
-        """(n,) mm: standard uncertainty there."""
+        """Return the standard uncertainty (n,) mm there."""
         columns = self._columns(x, y)
         return np.asarray(np.sqrt(np.einsum("ki,ij,kj->k", columns, self.covariance, columns)))
 
@@ -92,7 +94,7 @@ class FaceFit:
 
 @dataclass(frozen=True, eq=False)
 class _Numbers:
-    """Where the numbers of each kind stand, and how many there are."""
+    """Places of the numbers of each kind, and their total."""
 
     size: int
     face: slice
@@ -111,7 +113,8 @@ def fit_face(
     prior: FacePrior,
     half_turn: HalfTurn | None = None,
 ) -> FaceFit:
-    """The face from all spirals. index: rad by which it was turned on the spindle in each. Raises UsageError for rasters and too short spirals."""
+    """Fit the face from all spirals. index: rad by which it was turned on the spindle in each. Raises UsageError for rasters and too
+    short spirals."""
     if len(scans) != len(index) or not all(s.spiral for s in scans):
         raise UsageError("the joint fit takes spirals, and for each the angle by which the face was turned")
     where = _numbers(slide, spindle, prior, len(scans))
@@ -128,7 +131,7 @@ def fit_face(
         known = half.T @ half / half_turn.u**2 + known
         right = half.T @ half_turn.odd / half_turn.u**2 + right
     u = _scatter(means, prior.size)
-    for _ in range(2):  # the noise from what is left, once the fit is known
+    for _ in range(2):  # the noise from the residual, once the fit is known
         normal = a.T @ a / u**2 + known
         found = np.linalg.solve(normal, a.T @ y / u**2 + right)
         left = y - a @ found
@@ -138,7 +141,7 @@ def fit_face(
 
 
 def zernike_terms(x: Array, y: Array, radius: float, degree: int) -> Array:
-    """(n, k) Zernike terms to a degree at places mm, unnormalised; the first three are piston and tilts."""
+    """Return Zernike terms (n, k) to a degree at places mm, unnormalised; the first three are piston and tilts."""
     rho, phi = np.hypot(x, y) / radius, np.arctan2(y, x)
     out = []
     for n in range(degree + 1):
@@ -149,7 +152,7 @@ def zernike_terms(x: Array, y: Array, radius: float, degree: int) -> Array:
 
 
 def _radial(n: int, m: int, rho: Array) -> Array:
-    """Zernike's radial polynomial (Born and Wolf, Principles of Optics, 9.2.1)."""
+    """Evaluate Zernike's radial polynomial (Born and Wolf, Principles of Optics, 9.2.1)."""
     f, total = factorial, np.zeros_like(rho)
     for s in range((n - m) // 2 + 1):
         size = (-1) ** s * f(n - s) / (f(s) * f((n + m) // 2 - s) * f((n - m) // 2 - s))
@@ -228,7 +231,7 @@ def _half_turn_rows(half: HalfTurn, slide: SlideKnowledge, where: _Numbers) -> A
 def _knowledge(
     slide: SlideKnowledge, spindle: SpindleKnowledge, prior: FacePrior, where: _Numbers
 ) -> tuple[Array, Array]:
-    """(mean, precision) of all numbers before the scans."""
+    """Return (mean, precision) of all numbers before the scans."""
     mean, covariance = np.zeros(where.size), np.zeros((where.size, where.size))
     mean[where.slide], covariance[where.slide, where.slide] = slide.value, slide.covariance
     for part, value, variance in (
@@ -247,7 +250,7 @@ def _knowledge(
 
 
 def hats(nodes: Array, x: Array) -> Array:
-    """(n, k): linear interpolation between the nodes."""
+    """Return linear interpolation between the nodes, (n, k)."""
     left = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(nodes) - 2)
     t = (x - nodes[left]) / (nodes[left + 1] - nodes[left])
     out = np.zeros((len(x), len(nodes)))
@@ -261,12 +264,12 @@ def _waves(angle: Array, part: slice) -> Array:
 
 
 def _scatter(means: Sequence[_ScanMeans], size: float) -> float:
-    """A first guess of the noise of a mean: rms of differences of neighbours, and a hundredth of the face."""
+    """Return a first guess of the noise of a mean: rms of differences of neighbours, and a hundredth of the face."""
     return float(np.mean([np.std(np.diff(of.reading)) for of in means]) / np.sqrt(2)) + 0.01 * size
 
 
 def memory(left: Array, most: int) -> float:
-    """1 + 2 sum of correlations up to the first that is not above zero: neighbours that err alike count as fewer."""
+    """Return 1 + 2 sum of correlations up to the first that is not above zero: neighbours with correlated errors count as fewer."""
     size, total = float((left**2).mean()), 1.0
     for lag in range(1, most):
         rho = float((left[lag:] * left[:-lag]).mean()) / size

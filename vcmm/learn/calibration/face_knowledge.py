@@ -1,7 +1,7 @@
-"""What a machine file knows of a face that was scanned on it: how the surface seems to rise, and how far that may be wrong.
+"""Knowledge of a machine file about a face scanned on it: the apparent rise of the surface, and its uncertainty.
 
-    rise = -(tip error along Z)          J: its change per draw of unit variance of every Input, drawn once for the scan
-    cov(L d) = (L J) (L J)' + L diag(v) L'          of any linear figures L of the readings d; v: Inputs drawn anew for every reading
+    rise = -(tip error along Z)          J: its change per draw of unit variance of every Input, sampled once for the scan
+    cov(L d) = (L J) (L J)' + L diag(v) L'          of any linear figures L of the readings d; v: Inputs sampled anew for every reading
 
 One squareness moves all rings of a face together, so that the u of a cone is that of the squareness and no mean of rings (JCGM 102:2011, 6.2.1.3).
 """
@@ -37,7 +37,7 @@ class KnownRise:
 
 
 def known_rise(scan: FaceScan, machine: Machine | None) -> KnownRise:
-    """By the machine file; without one nothing is known to rise, and nothing of that is in any u."""
+    """Return the known rise by the machine file; without one no rise is known, and no u includes it."""
     n = len(scan.x)
     if machine is None:
         return KnownRise(np.zeros(n), np.zeros((n, 0)), np.zeros(n), "")
@@ -67,7 +67,7 @@ def known_rise(scan: FaceScan, machine: Machine | None) -> KnownRise:
 
 
 def _columns(seen: Carrier, machine: Machine, one: Input) -> Array:
-    """(n, r) mm per draw of unit variance."""
+    """Return columns (n, r) mm per draw of unit variance."""
     gain = seen.of_input(one, acted_on(machine, one))
     law, factor = one.spread(gain.shape[1])
     covariance, u = getattr(law, "covariance", None), np.asarray(law.u, dtype=float)
@@ -77,6 +77,6 @@ def _columns(seen: Carrier, machine: Machine, one: Input) -> Array:
 
 
 def _moves_the_tip(machine: Machine, one: Input) -> bool:
-    """A column of the run has no value in a scan; what acts on a reading alone is in its scatter."""
+    """Return whether an Input moves the tip; a column of the run has no value in a scan; errors of a reading alone are in its scatter."""
     effects = [e for m in (one.members or (one,)) for e in acted_on(machine, m)]
     return not one.is_channel and any(e.link != "reading" for e in effects)

@@ -1,16 +1,17 @@
-"""A turned or milled face scanned on the machine that made it: what the part is, what the machine is, and what no such scan tells.
+"""A turned or milled face scanned on the machine that made it: separate part and machine, and state what no such scan determines.
 
     reading d = f(part) + s(machine)         s = -(tip error along Z): how the surface under the probe seems to rise, mm
-    spiral      the spindle C turns the part under the probe, which stands at X (signed): place r = |X|, d from the programmed surface
-    turned face f = p(r) with p(r) = t(r) - s(r): t is what the tool leaves beside the slide's own error, which is cut into the part
+    spiral      the spindle C turns the part under the probe, which is at X (signed): place r = |X|, d from the programmed surface
+    turned face f = p(r) with p(r) = t(r) - s(r): t is the deviation by the tool beside the slide's own error, which is cut into the part
 
 With g(X) the mean over the turns: g(+r) = p(r) + s(r) = t(r), so on the side where the tool cut everything that the slide repeats is
 invisible; g(-r) = p(r) + s(-r). Hence
 
     (g(+r) - g(-r)) / 2 = odd part of s          (g(+r) + g(-r)) / 2 = p(r) + even part of s
 
-whoever cut the part. A squareness of X to the axis of C by phi, s = -phi X, cuts the cone p = phi r, which the cut side does not show and
-the other side shows twice. The even part of s (a dish of the slide) is told by no scan: it comes from the machine file (a reversal,
+for any machine that cut the part. A squareness of X to the axis of C by phi, s = -phi X, cuts the cone p = phi r, which the cut side does
+not show and
+the other side shows twice. No scan determines the even part of s (a dish of the slide): it comes from the machine file (a reversal,
 docs/reversal.md) or stays in p. Evans, Hocken and Estler, "Self-calibration: reversal, redundancy, error separation, and absolute testing",
 Annals of the CIRP 45 (1996) 617-634.
 """
@@ -29,7 +30,7 @@ from vcmm.learn.calibration.face_knowledge import KnownRise, known_rise
 from vcmm.learn.calibration.face_outliers import outlier_remarks
 from vcmm.task.instruments.face_scan import FaceScan
 
-LOBES = (2, 3, 4, 5, 6)  # orders per turn that are told; order 1 is the tilt of the face
+LOBES = (2, 3, 4, 5, 6)  # orders per turn that are reported; order 1 is the tilt of the face
 READINGS = 12  # at least, for every ring of a turned face
 MOST_RINGS, MOST_CELLS = 40, 60
 LAGS = 200  # of the memory of neighbours
@@ -50,7 +51,7 @@ class FaceMap:
     """The map of the part: cells x (k,), y (m,) mm of the face, height and u (m, k) mm; NaN where no reading lies.
 
     Of a turned face also r (j,), profile p (j,) with u and covariance (j, j), and odd (j,) with u_odd: the odd part of the slide's error that the
-    machine file does not hold, None without readings on both sides. noise: rms of what is left, mm; memory: readings that err as one.
+    machine file does not hold, None without readings on both sides. noise: rms of the residuals, mm; memory: number of readings with a common error.
     """
 
     scan: FaceScan
@@ -75,9 +76,9 @@ class FaceMap:
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     def at(self, x: Array, y: Array) -> Array:
-        """What the face is too high, mm, at places (n,) of the part; beyond the scan the value at its edge.
+        """Return the excess height of the face, mm, at places (n,) of the part; beyond the scan the value at its edge.
 
-        A turned face by its profile over the radius: what goes round with the spindle is no matter of a turning program.
+        A turned face by its profile over the radius: errors that go round with the spindle cannot be corrected by a turning program.
         """
         if self.r is not None and self.profile is not None:
             return np.asarray(np.interp(np.hypot(x, y), self.r, self.profile))
@@ -85,7 +86,7 @@ class FaceMap:
 
 
 def map_face(scan: FaceScan, machine: Machine | None = None) -> FaceMap:
-    """The face of a scan. machine: what is known of the machine that scanned it; its errors are taken off the readings.
+    """Map the face of a scan. machine: knowledge about the machine that scanned it; its errors are subtracted from the readings.
 
     Raises UsageError where the readings are too few or lie on no area.
     """
@@ -93,9 +94,9 @@ def map_face(scan: FaceScan, machine: Machine | None = None) -> FaceMap:
 
 
 def _spiral(scan: FaceScan, known: KnownRise) -> FaceMap:
-    """A turned face: profiles of both sides, tilt and lobes by least squares, each scan with its own zero.
+    """Map a turned face: profiles of both sides, tilt and lobes by least squares, each scan with its own zero.
 
-    All is linear in the readings, so that what is known of the machine goes through the same matrices (vcmm.learn.calibration.face_knowledge).
+    All is linear in the readings, so that the knowledge of the machine goes through the same matrices (vcmm.learn.calibration.face_knowledge).
     """
     height = scan.reading - known.value
     sides = [s for s in (1.0, -1.0) if (s * scan.x > 0).sum() >= 4 * READINGS]
@@ -138,7 +139,7 @@ def _spiral(scan: FaceScan, known: KnownRise) -> FaceMap:
 
 
 def _rings(scan: FaceScan, sides: list[float]) -> Array:
-    """Radii of the nodes, mm, from the innermost to the outermost reading that all sides have."""
+    """Return the radii of the nodes, mm, from the innermost to the outermost reading that all sides have."""
     low = max(float(np.abs(scan.x[s * scan.x > 0]).min()) for s in sides)
     high = min(float(np.abs(scan.x[s * scan.x > 0]).max()) for s in sides)
     if not high > low:
@@ -150,7 +151,7 @@ def _rings(scan: FaceScan, sides: list[float]) -> Array:
 
 
 def _columns(scan: FaceScan, sides: list[float], nodes: Array) -> tuple[Array, dict[str, slice]]:
-    """Columns of the fit: profile of each side, then what is free (tilt of each scan, zero of each but the first) and lobes."""
+    """Return the columns of the fit: profile of each side, then what is free (tilt of each scan, zero of each but the first) and lobes."""
     r, c = np.abs(scan.x), scan.across
     profiles = [_hats(nodes, r) * (s * scan.x > 0)[:, None] for s in sides]
     names = list(dict.fromkeys(scan.run.tolist()))
@@ -181,7 +182,7 @@ class LinearFit:
 
 
 def _least_squares(a: Array, y: Array) -> tuple[LinearFit, float, float]:
-    """(fit, noise, memory): neighbours that err alike count as fewer (1 + 2 sum of correlations)."""
+    """Return (fit, noise, memory): neighbours with correlated errors count as fewer (1 + 2 sum of correlations)."""
     scale = np.sqrt((a**2).sum(axis=0))
     scale[scale == 0] = 1.0
     q = a / scale
@@ -197,7 +198,7 @@ def _least_squares(a: Array, y: Array) -> tuple[LinearFit, float, float]:
 
 
 def _memory(left: Array) -> float:
-    """1 + 2 sum of correlations up to the first that is not above zero."""
+    """Return 1 + 2 sum of correlations up to the first that is not above zero."""
     size, total = float((left**2).mean()), 1.0
     if size == 0:
         return total
@@ -210,7 +211,8 @@ def _memory(left: Array) -> float:
 
 
 def _shape_figures(scan: FaceScan, r: Array, p: Array, covariance: Array) -> list[FaceFigure]:
-    """Cone and dish of the profile: p = c0 + c1 r + c2 (r/R)^2, weighted by area; of a sphere the tool beside the centre, d = c1 radius."""
+    """Return the cone and dish of the profile: p = c0 + c1 r + c2 (r/R)^2, weighted by area; of a sphere the tool beside the centre, d =
+    c1 radius."""
     a = np.column_stack([np.ones(len(r)), r, (r / r[-1]) ** 2])
     weight = np.sqrt(_ring_areas(r))[:, None]
     to = np.linalg.pinv(a * weight) * weight.T
@@ -230,7 +232,7 @@ def _shape_figures(scan: FaceScan, r: Array, p: Array, covariance: Array) -> lis
 
 
 def _lobe_figures(found: Array, covariance: Array, where: slice) -> list[FaceFigure]:
-    """Amplitude of each order at the centre of the face (axial)."""
+    """Return the amplitude of each order at the centre of the face (axial)."""
     out = []
     for i, order in enumerate(LOBES):
         c, s = where.start + 4 * i, where.start + 4 * i + 2
@@ -241,7 +243,7 @@ def _lobe_figures(found: Array, covariance: Array, where: slice) -> list[FaceFig
 
 
 def _slope(r: Array, odd: Array, covariance: Array) -> FaceFigure:
-    """Slope of the odd part: the squareness of X to the spindle that the machine file does not hold, s = -phi X."""
+    """Return the slope of the odd part: the squareness of X to the spindle that the machine file does not hold, s = -phi X."""
     to = -r / float(r @ r)
     return FaceFigure(
         "squareness of X to the spindle", float(to @ odd), float(np.sqrt(to @ covariance @ to)), "rad"
@@ -249,7 +251,7 @@ def _slope(r: Array, odd: Array, covariance: Array) -> FaceFigure:
 
 
 def _raster(scan: FaceScan, known: KnownRise) -> FaceMap:
-    """A milled face: less its plane (or its mean) of each scan."""
+    """Map a milled face: less its plane (or its mean) of each scan."""
     height = scan.reading - known.value
     names = list(dict.fromkeys(scan.run.tolist()))
     columns = []
@@ -277,8 +279,9 @@ def _raster(scan: FaceScan, known: KnownRise) -> FaceMap:
 
 
 def _size_figures(cells: Array, u: Array, together: Array) -> tuple[FaceFigure, ...]:
-    """Peak to valley (of the two cells) and rms of the map: the change of each with every cell, through u of the cells by themselves and through
-    together (cells, m), what all of them have in common."""
+    """Return peak to valley (of the two cells) and rms of the map: the change of each with every cell, through u of the cells by
+    themselves and through
+    together (cells, m), their common errors."""
     known = np.isfinite(cells)
     value, alone, common = cells[known], u[known], together[known.ravel()]
     ends = np.zeros(len(value))
@@ -296,7 +299,7 @@ def _size_figures(cells: Array, u: Array, together: Array) -> tuple[FaceFigure, 
 
 
 def _unseen(scan: FaceScan, machine: str, sides: int) -> tuple[str, ...]:
-    """What the scan does not tell, in words."""
+    """Return what the scan does not determine, in words."""
     if not scan.spiral:
         if machine:
             return ()
@@ -323,14 +326,14 @@ def _unseen(scan: FaceScan, machine: str, sides: int) -> tuple[str, ...]:
 
 
 def _ring_areas(r: Array) -> Array:
-    """(k,) shares of the face that rings about the nodes have."""
+    """Return the shares (k,) of the face that rings about the nodes have."""
     edges = np.concatenate([[r[0]], (r[1:] + r[:-1]) / 2, [r[-1]]])
     area = np.diff(edges**2)
     return np.asarray(area / area.sum())
 
 
 def _hats(nodes: Array, r: Array) -> Array:
-    """(n, k) linear interpolation between the nodes, the end value beyond them."""
+    """Return linear interpolation between the nodes, the end value beyond them, (n, k)."""
     r = np.clip(r, nodes[0], nodes[-1])
     left = np.clip(np.searchsorted(nodes, r, side="right") - 1, 0, len(nodes) - 2)
     t = (r - nodes[left]) / (nodes[left + 1] - nodes[left])
@@ -340,7 +343,7 @@ def _hats(nodes: Array, r: Array) -> Array:
 
 
 def _cell_numbers(x: Array, y: Array) -> tuple[npt.NDArray[np.intp], list[Array]]:
-    """(cell (n,) of each reading, edges of x and y): even cells, about four readings each."""
+    """Return (cell (n,) of each reading, edges of x and y): even cells, about four readings each."""
     side = int(np.clip(np.sqrt(len(x) / 4), 3, MOST_CELLS))
     edges = [np.linspace(v.min(), v.max(), side + 1) for v in (x, y)]
     at = [np.clip(np.searchsorted(e, v, side="right") - 1, 0, side - 1) for e, v in zip(edges, (x, y))]
@@ -348,7 +351,7 @@ def _cell_numbers(x: Array, y: Array) -> tuple[npt.NDArray[np.intp], list[Array]
 
 
 def _cell_means(x: Array, y: Array, height: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """(x, y, mean (m, k), count (m, k), rest of every reading (n,)) of cells."""
+    """Return (x, y, mean (m, k), count (m, k), rest of every reading (n,)) of cells."""
     number, edges = _cell_numbers(x, y)
     side = len(edges[0]) - 1
     count = np.bincount(number, minlength=side * side).astype(float)
@@ -358,7 +361,7 @@ def _cell_means(x: Array, y: Array, height: Array) -> tuple[Array, Array, Array,
 
 
 def _means_of(number: npt.NDArray[np.intp], columns: Array, cells: int) -> Array:
-    """(cells, m): means of columns (n, m); NaN of an empty cell."""
+    """Return the means of columns (n, m), as (cells, m); NaN of an empty cell."""
     count = np.bincount(number, minlength=cells).astype(float)
     sums = [np.bincount(number, column, cells) for column in columns.T]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -366,7 +369,8 @@ def _means_of(number: npt.NDArray[np.intp], columns: Array, cells: int) -> Array
 
 
 def _u_alone(noise: float, memory: float, count: Array, known: Array) -> Array:
-    """u of cells by themselves: of readings that err as `memory` of them do; known (cells, 1) mm^2: mean of what is drawn anew for each."""
+    """Return u of cells by themselves: with `memory` readings of common error counting as one; known (cells, 1) mm^2: mean variance of
+    Inputs that are sampled anew for each."""
     with np.errstate(invalid="ignore", divide="ignore"):
         own = noise**2 * np.minimum(memory, count) / count
         u = np.sqrt(own + known.reshape(count.shape) / count)
@@ -374,7 +378,7 @@ def _u_alone(noise: float, memory: float, count: Array, known: Array) -> Array:
 
 
 def _without_gaps(height: Array) -> Array:
-    """Empty cells take the nearest one that has a value."""
+    """Fill empty cells with the nearest one that has a value."""
     if np.isfinite(height).all():
         return height
     rows, columns = np.nonzero(np.isfinite(height))

@@ -1,4 +1,4 @@
-"""Readings of a turned face that lie far from all others: a chip, dust, a jump of the probe. They are told and not left out."""
+"""Readings of a turned face that lie far from all others: a chip, dust, a jump of the probe. They are reported and not left out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NORMAL = 1.4826  # standard deviation over median of absolute values, normal law
 
 
 def outlier_remarks(scan: FaceScan, a: Array, height: Array, rest: Array) -> tuple[str, ...]:
-    """What stands out, in words; nothing where none does, or too many do. rest (n,) mm: heights less the fit of the columns a (n, p).
+    """Return remarks on outliers, in words; nothing where there are none, or too many. rest (n,) mm: heights less the fit of the columns a (n, p).
 
     Least squares give a part of an outlier to many readings, so that the farthest is taken out and the fit made anew, one after another.
     """

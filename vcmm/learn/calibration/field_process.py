@@ -1,7 +1,7 @@
-"""The process of a residual field from what was read at nodes: length scales and amplitudes by likelihood, correlation of X, Y, Z.
+"""Estimate the process of a residual field from readings at nodes: length scales and amplitudes by likelihood, correlation of X, Y, Z.
 
-Deviations y_i of direction i at the nodes are taken as y_i ~ N(0, a_i^2 K(lengths) + diag(u_i^2)), K as in `core.residual_process`, u what the
-readings leave. The likelihood is weighed over a grid, even in ln length and ln amplitude; the lengths are common to x, y and z errors.
+Deviations y_i of direction i at the nodes are taken as y_i ~ N(0, a_i^2 K(lengths) + diag(u_i^2)), K as in `core.residual_process`, u their standard
+uncertainty. The likelihood is weighed over a grid, even in ln length and ln amplitude; the lengths are common to x, y and z errors.
 Source: Rasmussen & Williams, Gaussian Processes (2006), eq. 5.8, averaged (section 5.2) in place of maximised.
 """
 
@@ -24,7 +24,7 @@ FINE = 0.8  # lengths between nodes that are filled in: half way between them ni
 class ProcessFit:
     """lengths, amplitude (3,) mm, their central 95 % (2, 3); correlation (3, 3) of X, Y, Z of one approach, its u (3, 3).
 
-    tried (2,) mm: shortest and longest length of the grid; an end of a range that lies there is a bound of the trial and nothing that was seen.
+    tried (2,) mm: shortest and longest length of the grid; an end of a range that lies there is a bound of the trial and no observation.
     """
 
     lengths: Array
@@ -37,7 +37,7 @@ class ProcessFit:
 
 
 def fit_process(found: NodeScatter) -> ProcessFit:
-    """The process that these nodes tell."""
+    """Fit the process to the nodes."""
     extent = np.ptp(found.place, axis=0)
     apart = np.linalg.norm(found.place[:, None] - found.place, axis=2)
     np.fill_diagonal(apart, np.inf)
@@ -62,7 +62,7 @@ def fit_process(found: NodeScatter) -> ProcessFit:
 
 
 def _likelihood(found: NodeScatter, lengths: Array, sizes: list[Array]) -> Array:
-    """(3, sizes): ln likelihood of each amplitude of each direction. Whitened by u, all amplitudes share one set of eigenvectors."""
+    """Return ln likelihood of each amplitude of each direction, as (3, sizes). Whitened by u, all amplitudes share one set of eigenvectors."""
     own = correlation_of(found.place, found.place, lengths)
     out = np.zeros((3, AMPLITUDES))
     for i in range(3):
@@ -75,7 +75,7 @@ def _likelihood(found: NodeScatter, lengths: Array, sizes: list[Array]) -> Array
 
 
 def _length_weights(found: NodeScatter, grids: list[Array], sizes: list[Array]) -> list[Array]:
-    """Weight of each ln length along x, y, z, the other two and the amplitudes summed over."""
+    """Return the weight of each ln length along x, y, z, the other two and the amplitudes summed over."""
     mesh = np.array(np.meshgrid(*grids, indexing="ij"))
     triples = np.exp(mesh.reshape(3, -1).T)
     ln = np.array([_likelihood(found, lengths, sizes) for lengths in triples])  # (triples, 3, sizes)
@@ -86,7 +86,7 @@ def _length_weights(found: NodeScatter, grids: list[Array], sizes: list[Array]) 
 
 
 def _around(grid: Array, weight: Array, ends: Array) -> Array:
-    """A finer grid over what the weights leave, three and a half of their standard deviations, within the ends."""
+    """Return a finer grid over the range of the weights, three and a half of their standard deviations, within the ends."""
     mean = float(weight @ grid)
     spread = np.sqrt(weight @ (grid - mean) ** 2 + (grid[1] - grid[0]) ** 2 / 12)
     low, high = max(mean - 3.5 * spread, ends[0]), min(mean + 3.5 * spread, ends[1])
@@ -94,7 +94,7 @@ def _around(grid: Array, weight: Array, ends: Array) -> Array:
 
 
 def _ends(grid: Array, weight: Array) -> tuple[float, float]:
-    """Central 95 % of an even grid, each weight spread over its cell; within the grid."""
+    """Return the central 95 % of an even grid, each weight spread over its cell; within the grid."""
     half = (grid[1] - grid[0]) / 2
     edges = np.concatenate([[grid[0] - half], grid + half])
     total = np.concatenate([[0.0], np.cumsum(weight)])
@@ -103,7 +103,7 @@ def _ends(grid: Array, weight: Array) -> tuple[float, float]:
 
 
 def _correlation(found: NodeScatter) -> tuple[Array, Array]:
-    """Correlation (3, 3) of X, Y, Z over all approaches, each less its node's mean and by its node's d; (1 - r^2) / sqrt(dof) is its u."""
+    """Return the correlation (3, 3) of X, Y, Z over all approaches, each less its node's mean and by its node's d; (1 - r^2) / sqrt(dof) is its u."""
     unit = found.at / np.maximum(found.d, 1e-300)[:, None]
     rows = unit[~np.isnan(unit).any(axis=2)]
     second = rows.T @ rows
@@ -114,7 +114,7 @@ def _correlation(found: NodeScatter) -> tuple[Array, Array]:
 
 
 def support(place: Array, lengths: Array) -> Array:
-    """(m, 3) mm: the nodes and those that are filled in between them, FINE lengths apart, or as many as MOST allows, within the hull."""
+    """Return the nodes and those that are filled in between them, FINE lengths apart, or as many as MOST allows, within the hull, (m, 3) mm."""
     from scipy.spatial import Delaunay
 
     mesh, low, high = Delaunay(place), place.min(axis=0), place.max(axis=0)
@@ -134,6 +134,6 @@ def support(place: Array, lengths: Array) -> Array:
 
 
 def field_process(found: NodeScatter, fit: ProcessFit, scatter: Array) -> FieldProcess:
-    """The process with its nodes, for what is to be written. scatter (K, 3) mm: s of one approach at the nodes that were read."""
+    """Return the process with its nodes, for the file. scatter (K, 3) mm: s of one approach at the nodes that were read."""
     nodes = support(found.place, fit.lengths)
     return FieldProcess(nodes, scatter, found.deviation_u, fit.lengths, fit.amplitude, fit.correlation)

@@ -1,4 +1,4 @@
-"""What errors may have become since they were found: a random walk of smooth curves, the state growth of a chain of calibrations.
+"""Growth of errors since their calibration: a random walk of smooth curves, the state growth of a chain of calibrations.
 
     theta(now) = theta(then) + growth      growth: a smooth process of the stated u, independent from error to error
 
@@ -25,7 +25,7 @@ CHANCE = 1e-4  # of readings so far from the machine file
 
 
 def growth_factor(model: ErrorModel, names: Sequence[str], growth: float) -> Array:
-    """(size, r): factor of the covariance of the growth of these errors; growth mm, its root mean square over the travel.
+    """Return the factor of the covariance of the growth of the named errors, as (size, r); growth mm, its root mean square over the travel.
 
     A positioning error also grows by a line, of the same root mean square.
     """
@@ -51,7 +51,7 @@ def growth_factor(model: ErrorModel, names: Sequence[str], growth: float) -> Arr
 def growth_remarks(
     growth: float, parts: Sequence[Readings], model: ErrorModel, known: PriorKnowledge
 ) -> list[str]:
-    """What was assumed, and which readings are further from the machine file than its uncertainty and the growth allow."""
+    """Return remarks on the assumptions, and on readings that are further from the machine file than its uncertainty and the growth allow."""
     from scipy.special import chdtrc
 
     out = [

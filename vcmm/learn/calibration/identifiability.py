@@ -1,9 +1,9 @@
-"""What the recordings identify, and what they do not: which combinations of errors change no reading, in words.
+"""Find the errors that recordings identify, and the combinations of errors that change no reading, in words.
 
-The question is asked of a prior that knows next to nothing (every error 5 times its usual size), so that
+The test uses a prior that knows next to nothing (every error 5 times its usual size), so that
 smoothness does not answer in place of readings. An error is identified where the readings bring its standard uncertainty
-below a fifth of that prior, at every node; a squareness or location that only the prior of the other errors tells is not (its u
-grows with that prior, and is large in the fit). What is not is searched in the few shapes that people have words for: slope, bow
+below a fifth of that prior, at every node; a squareness or location that only the prior of the other errors determines is not (its u
+grows with that prior, and is large in the fit). Unidentified combinations are searched among the few shapes that people have words for: slope, bow
 and S of every curve, and squareness.
 """
 
@@ -62,7 +62,8 @@ class Identifiability:
     condition: float
 
     def briefly(self) -> list[str]:
-        """What is not identified in a few lines: errors by themselves in one, then combinations, one of slopes and one of angles first."""
+        """Return the errors that are not identified in a few lines: errors by themselves in one, then combinations, one of slopes and one
+        of angles first."""
         single = [c for c in self.combinations if len(c.names) == 1]
         coarse = [c.names[0] for c in single if c.members[0][1] == FINER]
         alone = [c.names[0] for c in single if c.names[0] not in coarse]
@@ -83,7 +84,7 @@ class Identifiability:
         return out + ([f"and {len(several) - BRIEF} more such combinations"] if len(several) > BRIEF else [])
 
     def document(self) -> list[dict[str, object]]:
-        """What is not identified, for JSON documents."""
+        """Return the errors that are not identified, for JSON documents."""
         return [{"combination": list(c.names), "text": c.text} for c in self.combinations]
 
 
@@ -111,8 +112,8 @@ def identify(reduced: NormalEquations, covariance: Array | None = None) -> Ident
 def _by_the_prior(
     reduced: NormalEquations, factor: Array, ratio: Mapping[str, float], covariance: Array
 ) -> list[str]:
-    """Squareness and location errors that only the prior of the other errors tells: their u grows as that does, and in the fit, where
-    the readings chose the sizes of the other errors, it is as large as that of what is not identified.
+    """Return squareness and location errors that only the prior of the other errors determines: their u grows as that does, and in the fit, where
+    the readings chose the sizes of the other errors, it is as large as that of errors that are not identified.
     """
     model = reduced.model
     rows = {p: model.slices[p].start for p in model.pairs}
@@ -127,7 +128,7 @@ def _by_the_prior(
 
 
 def _beside(model: ErrorModel, before: Array, after: Array, names: Sequence[str]) -> list[Combination]:
-    """For each of these the combination that is left of it: what changes with it and shows in no reading."""
+    """Return for each name the remaining combination: errors that change with it and show in no reading."""
     shapes, labels = _shapes(model, model.names)
     look = np.linalg.pinv(shapes)
     had = np.sqrt(np.diag(look @ before @ look.T))
@@ -159,7 +160,7 @@ def broad_factor(model: ErrorModel, share: float = 0.35) -> Array:
 
 
 def _condition(reduced: NormalEquations, factor: Array, names: Sequence[str]) -> float:
-    """Ratio of the best to the worst determined number among what is identified, in units of the broad prior."""
+    """Return the ratio of the best to the worst determined number among the identified ones, in units of the broad prior."""
     rows = np.concatenate(
         [np.arange(reduced.model.size)[reduced.model.slices[n]] for n in names] or [np.zeros(0, int)]
     )
@@ -177,7 +178,7 @@ def _condition(reduced: NormalEquations, factor: Array, names: Sequence[str]) ->
 def combinations(
     model: ErrorModel, before: Array, after: Array, doubtful: Sequence[str]
 ) -> tuple[Combination, ...]:
-    """Changes that no reading shows, each with as few errors as can be; only errors that are not identified."""
+    """Return the changes that no reading shows, each with as few errors as can be; only errors that are not identified."""
     shapes, labels = _shapes(model, doubtful)
     if not labels:
         return ()
@@ -192,7 +193,7 @@ def combinations(
 
 
 def _shapes(model: ErrorModel, names: Sequence[str]) -> tuple[Array, list[tuple[str, str]]]:
-    """(size, k) slope, bow and S of each curve as far as the convention leaves them, of unit rms; squareness."""
+    """Return slope, bow and S of each curve as far as the convention leaves them, of unit rms, (size, k); squareness."""
     columns, labels = [], []
     for curve in model.curves:
         if curve.component in names:
@@ -224,7 +225,7 @@ def _curve_shapes(curve: Curve) -> tuple[list[str], list[Array]]:
 
 
 def _turning_shapes(curve: Curve) -> tuple[list[str], list[Array]]:
-    """Cosine and sine of the first harmonics, as far as the convention leaves them."""
+    """Return cosine and sine of the first harmonics, as far as the convention leaves them."""
     names, columns = [], []
     for order, word in enumerate(HARMONICS, start=1):
         for part, wave in (("cosine", np.cos), ("sine", np.sin)):
@@ -237,7 +238,7 @@ def _turning_shapes(curve: Curve) -> tuple[list[str], list[Array]]:
 
 
 def _sparse(free: Array) -> list[Array]:
-    """Vectors that span the same space (k, d), each around the number that is freest of what is left."""
+    """Return vectors that span the same space (k, d), each around the freest of the remaining numbers."""
     out, rest = [], free @ free.T
     for _ in range(free.shape[1]):
         pivot = int(np.diag(rest).argmax())
@@ -248,7 +249,7 @@ def _sparse(free: Array) -> list[Array]:
 
 
 def _members(vector: Array, labels: Sequence[tuple[str, str]], lower: Array) -> list[tuple[str, str, float]]:
-    """(error, shape, amount in mm or rad) of the members that matter, largest share of its prior first."""
+    """Return (error, shape, amount in mm or rad) of the members that matter, largest share of its prior first."""
     amount = lower @ vector
     share = amount / np.sqrt((lower**2).sum(axis=1))
     order = np.argsort(-np.abs(share))
@@ -259,7 +260,7 @@ def _members(vector: Array, labels: Sequence[tuple[str, str]], lower: Array) -> 
 def _combinations(
     found: Sequence[list[tuple[str, str, float]]], doubtful: Sequence[str]
 ) -> list[Combination]:
-    """One entry per error that stands alone (all its free shapes), one per combination of several; the rest in one word."""
+    """Return one entry per error that is alone (all its free shapes), one per combination of several; the rest in one word."""
     alone: dict[str, list[tuple[str, str, float]]] = {}
     several: list[Combination] = []
     for members in found:
@@ -297,7 +298,7 @@ def _several(members: Sequence[tuple[str, str, float]]) -> str:
 
 
 def _member(name: str, shape: str, value: float) -> str:
-    """One member of a combination in words."""
+    """Return one member of a combination in words."""
     if shape != ANGLE_SHAPE:
         return f"{_amount(name, value)} of the {shape} of {name}"
     if is_location(name):
@@ -310,14 +311,14 @@ def _amount(name: str, value: float) -> str:
 
 
 def is_angle(name: str) -> bool:
-    """Is an error in rad: EAX, C0Y, A0C? (BX, a lost motion, and X0C, an offset, are in mm.)"""
+    """Return whether an error is in rad: EAX, C0Y, A0C. (BX, a lost motion, and X0C, an offset, are in mm.)."""
     if name[1] == "0":
         return name[0] in "ABC"
     return name[0] == "E" and name[1] in "ABC"
 
 
 def hint(name: str) -> str:
-    """What measurement determines an error, as an instruction."""
+    """Return which measurement determines an error, as an instruction."""
     if is_rotary(axis_of(name)):
         return _rotary_hint(name, axis_of(name))
     axis = name[-1]
@@ -336,7 +337,7 @@ def hint(name: str) -> str:
 
 
 def _rotary_hint(name: str, axis: str) -> str:
-    """The same for errors of a rotary axis."""
+    """Return the same for errors of a rotary axis."""
     along = "XYZ"[int(unit_vector(axis).argmax())]
     across = " and ".join(c for c in "XYZ" if c != along)
     if (name[1] == "0" and name[0] in "XYZ") or (name[0] == "E" and name[1] in "XYZ"):

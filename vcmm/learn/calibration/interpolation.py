@@ -1,17 +1,17 @@
-"""How an error runs between the positions that were read: several answers behind one interface.
+"""Interpolation of an error between the positions that were read: several methods behind one interface.
 
     spline              natural cubic splines of a smooth process, as few nodes as the evidence allows (default)
     gaussian process    Matern process of order 5/2 on the finest nodes
     polynomial          Legendre polynomials of degree 2 to 11 by the evidence, carried by a spline on the finest nodes
-    table               linear between nodes where readings were made; nothing is known of a node but its readings
+    table               linear between nodes where readings were made; a node has no prior but its readings
     i-(2i+1)-o ...      feed-forward nets, one per axis for all its errors, learnt from draws of the table
 
 All take the same readings, and all leave nodes, values and a joint covariance, which are written as one table.
 
 What nodes leave of a curve between them, where a spline runs through them and the curve need not.
 
-Readings at just the nodes would not tell, but means and lines over the travel, and whoever uses the file between the nodes, do. A band
-u that says nothing of a departure r u is too narrow by sqrt(1 + r^2).
+Readings at just the nodes would not tell, but means and lines over the travel, and users of the file between the nodes, need it. A band
+u that ignores a departure r u is too narrow by sqrt(1 + r^2).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ MOST = 33  # nodes of a table
 
 
 def interpolation_of(word: str) -> str:
-    """The interpolation of a name or short name (gp, net). Raises UsageError for another word."""
+    """Return the interpolation of a name or short name (gp, net). Raises UsageError for another word."""
     name = SHORT.get(word.lower(), word.lower())
     if name not in INTERPOLATIONS:
         raise UsageError(f'unknown interpolation "{word}".{choose_from(word, [*INTERPOLATIONS, *SHORT])}')
@@ -59,7 +59,7 @@ def interpolation_of(word: str) -> str:
 
 
 def as_kind(model: ErrorModel, kind: str, recordings: Sequence[Recording]) -> ErrorModel:
-    """The model with curves of linear axes of that kind; a table has its nodes where lines were read."""
+    """Return the model with curves of linear axes of that kind; a table has its nodes where lines were read."""
     curves, at = [], {}
     for curve in model.curves:
         if curve.reversal or curve.axis not in LINEAR_AXES:
@@ -72,7 +72,8 @@ def as_kind(model: ErrorModel, kind: str, recordings: Sequence[Recording]) -> Er
 
 
 def read_positions(recordings: Sequence[Recording], curve: Curve) -> Array:
-    """(k,) mm: where lines along the axis of a curve were read, with its ends; its own nodes where there are none or too many."""
+    """Return the positions (k,) mm at which lines along the axis of a curve were read, with its ends; its own nodes where there are none
+    or too many."""
     moved = [r.run.q(curve.axis)[r.row] for r in recordings if moving(r) == [curve.axis]]
     every = np.unique(np.round(np.concatenate([curve.nodes[[0, -1]], *moved]) / SAME) * SAME)
     every = np.clip(every, curve.nodes[0], curve.nodes[-1])
@@ -84,12 +85,12 @@ def read_positions(recordings: Sequence[Recording], curve: Curve) -> Array:
 
 
 def moving(recording: Recording) -> list[str]:
-    """Axes that move in a recording."""
+    """Return the axes that move in a recording."""
     return [a for a, q in recording.run.position.items() if float(np.ptp(q[recording.row])) > SAME]
 
 
 def swings(post: ErrorPosterior, beside: ErrorPosterior) -> list[str]:
-    """Curves that run far from what another interpolation makes of the same readings, in words. Same nodes; both have seen the same
+    """Return the curves that run far from another interpolation of the same readings, in words. Same nodes; both have seen the same
     noise, so that the u of their difference is smaller than the two together.
     """
     out = []
@@ -110,7 +111,7 @@ def swings(post: ErrorPosterior, beside: ErrorPosterior) -> list[str]:
 def net_posterior(
     table: ErrorPosterior, carrier: ErrorPosterior, parts: Sequence[Readings], machine: Machine, name: str
 ) -> ErrorPosterior:
-    """The posterior of an ensemble of nets at the nodes of `carrier`.
+    """Return the posterior of an ensemble of nets at the nodes of `carrier`.
 
     Each net learns, for one axis, all errors as one draw of the table has them, from its own start. Their mean and covariance are
     taken, and what the mean does not reproduce of the table is added as a smooth process: a net too small for its curves
@@ -140,7 +141,7 @@ def _factor(covariance: Array) -> Array:
 def _net_through_draw(
     draw: Array, table: ErrorModel, model: ErrorModel, layout: str, rng: np.random.Generator
 ) -> Array:
-    """(model.size,): one net per axis through a draw of the table; lost motion and squareness as drawn."""
+    """Return one net per axis through a draw of the table, (model.size,); lost motion and squareness as sampled."""
     out = np.zeros(model.size)
     for axis in dict.fromkeys(c.axis for c in table.curves):
         mine = [c for c in table.curves if c.axis == axis and not c.reversal]
@@ -156,7 +157,7 @@ def _net_through_draw(
 
 
 def _net_misfit(theta: Array, table: ErrorPosterior, model: ErrorModel) -> Array:
-    """(size, size): covariance of what the nets do not reproduce of the table; both have seen the same noise."""
+    """Return the covariance (size, size) of the misfit of the nets to the table; both have seen the same noise."""
     out = np.zeros((model.size, model.size))
     for fine, coarse in zip(model.curves, table.model.curves):
         if fine.reversal:
@@ -169,7 +170,7 @@ def _net_misfit(theta: Array, table: ErrorPosterior, model: ErrorModel) -> Array
 
 
 def left_between(post: ErrorPosterior, coarse: ErrorModel) -> float:
-    """What a spline through fewer nodes leaves of the curves, root mean square as expected by the posterior, over their u at the nodes
+    """Return the misfit of a spline through fewer nodes to the curves, root mean square as expected by the posterior, over their u at the nodes
     left out: the largest of all curves.
     """
     out = 0.0
@@ -183,7 +184,8 @@ def left_between(post: ErrorPosterior, coarse: ErrorModel) -> float:
 
 
 def expected_between(post: ErrorPosterior) -> float:
-    """The same of twice as many nodes and these, before a fit: for processes of the most probable size and length, over the u here."""
+    """Return the same misfit for twice as many nodes and the present ones, before a fit: for processes of the most probable size and
+    length, over the u here."""
     out = 0.0
     for few, size in zip(post.model.curves, post.smooth.sizes):
         fine = replace(few, nodes=np.linspace(few.nodes[0], few.nodes[-1], 2 * len(few.nodes) - 1))
@@ -195,7 +197,8 @@ def expected_between(post: ErrorPosterior) -> float:
 
 
 def _departures(fine: Curve, few: Curve) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """(m, k): a curve by its k nodes to what a spline through few of them leaves at the m others, and which these are (k,) bool."""
+    """Return the matrix from a curve at its k nodes to the misfit of a spline through few of them at the m others, and which nodes these
+    are (k,) bool."""
     between = ~np.isin(fine.nodes, few.nodes)
     left = np.eye(len(fine.nodes))
     left[:, ~between] -= few.weights(fine.nodes)

@@ -1,4 +1,4 @@
-"""Calibrate: recordings in, the errors of the machine with their joint covariance out."""
+"""Calibrate: from recordings to the errors of the machine with their joint covariance."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from vcmm.learn.calibration.touching import as_line, is_touched, touched_errors
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.response.recording import Recording
 
-FAR, TURNS = 1e6, 1e3  # mm, rad: travel of an axis that nobody stated
+FAR, TURNS = 1e6, 1e3  # mm, rad: assumed travel of an axis without a stated one
 FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried too
 LEAST = 9  # nodes of a recalibration
 SPLINE, POLYNOMIAL = "spline", "polynomial"
@@ -56,7 +56,7 @@ BETWEEN = (
 REST, STILL = (
     1e-6,
     1.0,
-)  # mm: an axis that moves less stands still; travel that it is given then, to either side
+)  # mm: an axis that moves less counts as not moved; its assumed travel then, to either side
 
 NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
 
@@ -64,14 +64,14 @@ Progress = Callable[[str, float], None]
 
 
 def bare_machine(structure: str, kind: str = "cmm") -> Machine:
-    """A machine of that structure without errors, travels without end. Raises UsageError for a wrong structure."""
+    """Return a machine of that structure without errors, travels without end. Raises UsageError for a wrong structure."""
     chain = parse_structure(structure)
     axes = {a: Axis(a, (-TURNS, TURNS) if is_rotary(a) else (-FAR, FAR)) for a in chain.letters}
     return Machine("calibrated machine", kind, chain, axes)
 
 
 def spans_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:
-    """Axis -> (lowest, highest) position in all recordings, mm or rad."""
+    """Return the axis -> (lowest, highest) position in all recordings, mm or rad."""
     out: dict[str, tuple[float, float]] = {}
     for recording in recordings:
         for axis, q in recording.run.position.items():
@@ -81,7 +81,7 @@ def spans_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:
 
 
 def ranges_of(spans: Mapping[str, tuple[float, float]], machine: Machine) -> dict[str, tuple[float, float]]:
-    """Of the axes that moved: (low, high), that of a rotary axis that went round rounded to one turn."""
+    """Return the ranges (low, high) of the axes that moved, that of a rotary axis that went round rounded to one turn."""
     out = {}
     for axis, (low, high) in spans.items():
         if high - low <= REST:
@@ -101,7 +101,7 @@ def calibrate(
     interpolation: str = SPLINE,
     correlated: Mapping[str, Array] | None = None,
 ) -> Calibration:
-    """The errors of a machine from any mixture of recordings.
+    """Estimate the errors of a machine from any mixture of recordings.
 
     machine: structure and axes, and what is known besides (its effects are the baseline). certificates: recording name ->
     its instrument. only: names of the errors to look for; the others are taken as zero, or stay as the machine
@@ -150,9 +150,9 @@ def calibrate(
 def _looked_at(
     spans: Mapping[str, tuple[float, float]], machine: Machine, kind: str, growth: float
 ) -> dict[str, tuple[float, float]]:
-    """Over which part of which axes errors are looked for: what was read, and what the machine file tabulates.
+    """Return the ranges of the axes over which errors are looked for: those of readings, and those of tables in the machine file.
 
-    Raises UsageError and ModelLimit where nothing moved, and where what the machine file states cannot be the start.
+    Raises UsageError and ModelLimit where nothing moved, and where the statements of the machine file cannot be the start.
     """
     ranges = ranges_of(spans, machine)
     if not ranges:
@@ -206,7 +206,7 @@ def _check_reach(
 
 @dataclass(frozen=True, eq=False)
 class _Job:
-    """What `calibrate` was asked."""
+    """Arguments of `calibrate`."""
 
     recordings: Sequence[Recording]
     machine: Machine
@@ -219,7 +219,7 @@ class _Job:
     lines: bool = False  # errors of linear axes are straight lines over the travel
 
     def best(self) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
-        """Splines; more nodes where a curve is so rough that it runs otherwise between them."""
+        """Return the fit with splines; more nodes where a curve is so rough that it runs otherwise between them."""
         parts, post, known = self.fit_nodes(FINE if known_nodes(self.machine) <= FINE else FINEST)
         fine = post.model.curves and len(post.model.curves[0].nodes) == FINE and not known.names
         if fine and expected_between(post) > BETWEEN:
@@ -228,7 +228,7 @@ class _Job:
         return parts, post, known
 
     def refit_as(self, kind: str) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
-        """Another interpolation; nets are learnt from the table and stand at the nodes of a spline."""
+        """Fit with another interpolation; nets are learnt from the table and use the nodes of a spline."""
         model = self.model(FINEST)
         known = known_errors_of(self.machine, model)
         if kind in NETS:
@@ -239,13 +239,13 @@ class _Job:
         return parts, post, known_errors_of(self.machine, post.model)
 
     def posterior_of(self, model: ErrorModel) -> tuple[list[Readings], ErrorPosterior]:
-        """The fit with just these nodes."""
+        """Return the fit with exactly these nodes."""
         parts = self.read(model)
         self.progress("errors and smoothness", 0.4)
         return parts, solve_posterior(parts, model, Before.nothing(model))
 
     def model(self, nodes: int) -> ErrorModel:
-        """All errors that may be looked for, with so many nodes."""
+        """Return all errors that may be looked for, with so many nodes."""
         both = sorted({a for r in self.recordings for a in read_both_ways(r)})
         turns = known_turns(self.machine)
         stated = bool(known_ranges(self.machine) or turns)
@@ -261,12 +261,12 @@ class _Job:
         return ErrorModel(tuple(curves), model.pairs)
 
     def read(self, model: ErrorModel) -> list[Readings]:
-        """The recordings by a model."""
+        """Return the recordings read by a model."""
         parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
         return read_jointly(parts, self.correlated)
 
     def fit_nodes(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
-        """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
+        """Return the fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
         model = self.model(nodes)
         parts = self.read(model)
         self.progress("errors and smoothness", 0.4)
@@ -285,7 +285,7 @@ class _Job:
         return parts, best, known
 
     def may_be(self, coarse: ErrorModel, lift: Array, known: PriorKnowledge, best: ErrorPosterior) -> bool:
-        """Whether fewer nodes say as much: by what they leave out between them and by the evidence, or, where a file is known, no
+        """Return whether fewer nodes are as good: by their misfit between them and by the evidence, or, where a file is known, no
         fewer than it has (9 at least).
         """
         if known.names:
@@ -298,8 +298,9 @@ class _Job:
         return fewer.log_evidence > best.smooth.log_evidence - BETTER
 
     def since(self, known: PriorKnowledge, model: ErrorModel, found: Identifiability | None) -> Before:
-        """Errors that the file states may have changed where the readings can tell, and where `only` names them; with a stated growth
-        they have changed by that, whether or not a reading tells it.
+        """Return the errors that may have changed since the file: those that the readings determine, and those that `only` names; with a
+        stated growth
+        they have changed by that, whether or not a reading shows it.
         """
         changed = np.ones(model.size)
         if self.growth:
@@ -317,7 +318,7 @@ class _Job:
 
 
 def solve_posterior(parts: Sequence[Readings], model: ErrorModel, before: Before) -> ErrorPosterior:
-    """The posterior. Raises ModelLimit with the combinations that no reading tells apart, where these leave no digit of the rest."""
+    """Return the posterior. Raises ModelLimit with the combinations that no reading separates, where these leave no digit of the rest."""
     try:
         return solve(parts, model, before)
     except ModelLimit as error:
@@ -328,7 +329,7 @@ def solve_posterior(parts: Sequence[Readings], model: ErrorModel, before: Before
 
 
 def beforehand(parts: Sequence[Readings], model: ErrorModel) -> Identifiability:
-    """What readings with their stated noise identify of all errors, whatever was known before.
+    """Return what readings with their stated noise identify of all errors, without any earlier knowledge.
 
     Of linear and rotary axes that moved together nearly nothing: there what the file states stays as it is from the start.
     """
@@ -348,7 +349,7 @@ def _refuse_if_nothing(found: Identifiability) -> None:
 def _selected_errors(
     post: ErrorPosterior, known: PriorKnowledge, names: Sequence[str], machine: Machine
 ) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
-    """The errors of these names: model, numbers, covariance (what is not identified stays in it as uncertainty).
+    """Return the errors with the given names: model, numbers, covariance (unidentified errors stay in it as uncertainty).
 
     Location errors of rotary axes are those of the axis average line.
     """
@@ -363,7 +364,7 @@ def _selected_errors(
 
 
 def _with_travels(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Machine:
-    """The machine with the travels that were measured, where nobody stated them; an axis that stood still has 1 mm about it."""
+    """Return the machine with the measured travels, where none are stated; an axis that did not move has 1 mm about it."""
     axes = dict(machine.axes)
     for letter, axis in machine.axes.items():
         if axis.travel in ((-FAR, FAR), (-TURNS, TURNS)):

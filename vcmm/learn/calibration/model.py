@@ -1,6 +1,6 @@
 """The numbers that a calibration looks for: error curves over their axes, and squareness.
 
-Every curve is a natural cubic spline through equally spaced nodes. What no relative measurement can tell apart is fixed
+Every curve is a natural cubic spline through equally spaced nodes. Combinations that no relative measurement can separate are fixed
 by convention (the gauge):
 
     a rotation EAX ...        its mean over the travel is zero
@@ -71,12 +71,12 @@ class Curve:
 
     @property
     def usual(self) -> float:
-        """Usual rms, mm or rad: what a search starts from and what a broad prior is counted in."""
+        """Usual rms, mm or rad: the start of a search, and the unit of a broad prior."""
         return TURN if self.turns else SIZE
 
     @property
     def reversal(self) -> bool:
-        """BX: lost motion of axis X over its travel, half of it with the sense of motion; nothing of it is convention."""
+        """Whether it is BX: lost motion of axis X over its travel, half of it with the sense of motion; without any convention."""
         return self.component[0] == "B"
 
     @property
@@ -85,7 +85,7 @@ class Curve:
 
     @property
     def turns(self) -> bool:
-        """Is it a rotation (rad), or a translation (mm)?"""
+        """Whether it is a rotation (rad) and not a translation (mm)."""
         return not self.reversal and self.component[1] in "ABC"
 
     @property
@@ -93,12 +93,12 @@ class Curve:
         return not self.turns and not self.reversal and not self.rotary and self.component[1] != self.axis
 
     def weights(self, q: Array) -> Array:
-        """(n, k): the curve at q (n,) = weights @ values, as the machine file interpolates."""
+        """Return weights (n, k): the curve at q (n,) = weights @ values, as the machine file interpolates."""
         straight = self.reversal or self.kind == LINEAR
         return node_weights(self.nodes, q, "linear" if straight else "periodic" if self.periodic else "cubic")
 
     def _convention(self, q: Array) -> Array:
-        """(n, 0 to 3) at q (n,): what the convention takes away, a constant, for a straightness the position from the middle, of a
+        """Return the functions at q (n,) that the convention removes, (n, 0 to 3): a constant, for a straightness the position from the middle, of a
         centred curve once per turn.
         """
         one = np.ones(len(q))
@@ -110,13 +110,13 @@ class Curve:
 
     @cached_property
     def convention(self) -> Array:
-        """(k, c): what the convention takes away, at the nodes; c is 0 to 3."""
+        """Functions that the convention removes, at the nodes (k, c); c is 0 to 3."""
         return self._convention(self.nodes)
 
     @cached_property
     def share(self) -> Array:
         """(c, k): how much of each column of `taken` is in a curve: least squares over the travel, of the curve as it runs between
-        the nodes. So the least-squares line of ISO 230-1 and squareness do not depend on where the nodes stand. Three points of
+        the nodes. So the least-squares line of ISO 230-1 and squareness do not depend on the places of the nodes. Three points of
         Gauss between two nodes integrate a cubic times a line exactly; over whole turns equal steps do.
         """
         if self.periodic:
@@ -129,19 +129,19 @@ class Curve:
 
     @cached_property
     def projector(self) -> Array:
-        """(k, k): a curve to the same curve without its mean or line."""
+        """Projector (k, k) of a curve to the same curve without its mean or line."""
         return self.free @ self.coordinates
 
     @cached_property
     def free(self) -> Array:
-        """(k, g): orthonormal shapes that the convention leaves; of a whole turn the last node has the value of the first."""
+        """Orthonormal shapes that the convention leaves (k, g); of a whole turn the last node has the value of the first."""
         share = self.share[:, :-1] if self.periodic else self.share
         shapes = np.linalg.qr(share.T, mode="complete")[0][:, len(share) :]
         return np.concatenate([shapes, shapes[:1]]) if self.periodic else np.asarray(shapes)
 
     @cached_property
     def coordinates(self) -> Array:
-        """(g, k): values at the nodes to the amounts of the shapes of `free`."""
+        """Matrix (g, k) from values at the nodes to the amounts of the shapes of `free`."""
         kept = np.eye(len(self.nodes)) - self.convention @ self.share
         shapes = self.free.copy()
         if self.periodic:
@@ -162,7 +162,7 @@ class ErrorModel:
 
     @cached_property
     def slices(self) -> Mapping[str, slice]:
-        """Where in theta each error stands."""
+        """Slice of each error in theta."""
         out, at = {}, 0
         for name, k in zip(self.names, [*(len(c.nodes) for c in self.curves), *(1 for _ in self.pairs)]):
             out[name] = slice(at, at + k)
@@ -181,13 +181,13 @@ class ErrorModel:
         return tuple(names), np.concatenate(nodes)
 
     def effects(self, theta: Array | None = None) -> list[Effect]:
-        """The errors as effects of a machine; without theta all zero."""
+        """Return the errors as effects of a machine; without theta all zero."""
         theta = np.zeros(self.size) if theta is None else theta
         splines = [curve_effect(c, theta[self.slices[c.component]]) for c in self.curves]
         return [*splines, *(angle_effect(p, float(theta[self.slices[p]][0])) for p in self.pairs)]
 
     def coarser(self, step: int) -> tuple[ErrorModel, Array]:
-        """Every step-th node only, and the matrix (size, fewer) from its numbers to these: both describe one spline."""
+        """Return the model with every step-th node only, and the matrix (size, fewer) from its numbers to these: both describe one spline."""
         fewer = (c if c.kept else replace(c, nodes=c.nodes[::step]) for c in self.curves)
         model = ErrorModel(tuple(fewer), self.pairs)
         lift = np.zeros((self.size, model.size))
@@ -200,7 +200,7 @@ class ErrorModel:
 
 
 def curve_effect(curve: Curve, values: Array) -> Effect:
-    """One curve as an effect of a machine."""
+    """Return one curve as an effect of a machine."""
     if curve.kind == LINEAR and not curve.reversal:
         return ComponentTable(curve.component, (curve.axis,), (curve.nodes,), values)
     if curve.reversal:
@@ -209,7 +209,7 @@ def curve_effect(curve: Curve, values: Array) -> Effect:
 
 
 def angle_effect(pair: str, angle: float) -> Effect:
-    """One squareness, rad, or location error of a rotary axis, mm or rad, as an effect of a machine."""
+    """Return one squareness, rad, or location error of a rotary axis, mm or rad, as an effect of a machine."""
     if is_location(pair):
         shift = "offset" if pair[0] in "XYZ" else "tilt"
         return RotaryLocation(pair, **{shift: angle})
@@ -217,7 +217,7 @@ def angle_effect(pair: str, angle: float) -> Effect:
 
 
 def usual_pairs(model: ErrorModel) -> Array:
-    """(pairs,): usual size of squareness and location errors, rad or mm."""
+    """Return (pairs,): usual size of squareness and location errors, rad or mm."""
     return np.array([OFFSET if p[0] in "XYZ" else ANGLE for p in model.pairs])
 
 
@@ -228,7 +228,7 @@ def error_model(
     both_ways: Sequence[str] = (),
     stated: Sequence[str] = (),
 ) -> ErrorModel:
-    """All errors of the axes that moved; ranges: axis -> (low, high) mm or rad. only: names of the errors to look for.
+    """Return Return all errors of the axes that moved; ranges: axis -> (low, high) mm or rad. only: names of the errors to look for.
 
     both_ways: axes that were approached from both sides, whose lost motion is looked for too. stated: errors of the machine
     file; a squareness among them is kept, whether or not both axes moved.
@@ -254,7 +254,7 @@ def error_model(
 
 
 def _is_centred(curve: Curve, wanted: Collection[str]) -> bool:
-    """Is it the first of two directions across a rotary axis, whose location errors are looked for too?"""
+    """Return whether a curve is the first of two directions across a rotary axis, whose location errors are looked for too."""
     if not curve.rotary:
         return False
     places = LOCATIONS[curve.axis[0]]
@@ -263,9 +263,9 @@ def _is_centred(curve: Curve, wanted: Collection[str]) -> bool:
 
 
 def gauge(model: ErrorModel, machine: Machine) -> Array:
-    """(size, size): any theta to the one of the convention that describes the same machine.
+    """Return the matrix (size, size) from any theta to the one of the convention that describes the same machine.
 
-    What is taken from the curves is a rigid motion, a turn of the tool in its holder and squareness, by least squares on a
+    The part removed from the curves is a rigid motion, a turn of the tool in its holder and squareness, by least squares on a
     grid of the volume; the rest is rounding where all pairs of the axes are in the model.
     """
     out = np.zeros((model.size, model.size))
@@ -283,7 +283,7 @@ def gauge(model: ErrorModel, machine: Machine) -> Array:
 
 
 def _as_squareness(model: ErrorModel, curve: Curve, machine: Machine) -> Array:
-    """(pairs, 1 or 2): squareness that stands for the constant and the line of a curve."""
+    """Return the squareness that replaces the constant and the line of a curve, (pairs, 1 or 2)."""
     run = _grid(model, machine)
     field = _columns(machine.chain, machine.axes, run, curve_effect(curve, curve.nodes))
     taken = field @ curve.convention
@@ -296,7 +296,7 @@ def _as_squareness(model: ErrorModel, curve: Curve, machine: Machine) -> Array:
 
 
 def number_of(effect: Effect) -> str:
-    """The only parameter of an error that a calibration finds: "values", "angle", and of a location "offset" or "tilt"."""
+    """Return the only parameter of an error that a calibration finds: "values", "angle", and of a location "offset" or "tilt"."""
     specs = [
         s
         for s in parameter_fields(effect)
@@ -307,7 +307,7 @@ def number_of(effect: Effect) -> str:
 
 
 def _columns(chain: Chain, axes: Mapping[str, Axis], run: Run, effect: Effect) -> Array:
-    """(3 n, k): the tip error x y z of every row per unit of each element of the parameter."""
+    """Return the tip error x y z of every row per unit of each element of the parameter, as (3 n, k)."""
     six = basis(effect, number_of(effect), run)
     sign = -1.0 if effect.own and effect.link in chain.work else 1.0
     moved = [
@@ -318,7 +318,7 @@ def _columns(chain: Chain, axes: Mapping[str, Axis], run: Run, effect: Effect) -
 
 
 def _grid(model: ErrorModel, machine: Machine) -> Run:
-    """Corners and middles of the volume, each with four tips."""
+    """Return corners and middles of the volume, each with four tips."""
     found = {c.axis: np.linspace(c.nodes[0], c.nodes[-1], 4 if c.rotary else 3) for c in model.curves}
     letters = machine.chain.letters
     steps: list[Any] = [found.get(a, np.zeros(1)) for a in letters]
@@ -329,14 +329,14 @@ def _grid(model: ErrorModel, machine: Machine) -> Run:
 
 
 def _rigid(tip: Array) -> Array:
-    """(3 n, 6): shifts, and turns about the origin."""
+    """Return shifts, and turns about the origin, (3 n, 6)."""
     shift = np.tile(np.eye(3), (len(tip), 1))
     turn = np.stack([np.cross(axis, tip).ravel() for axis in np.eye(3)], axis=1)
     return np.concatenate([shift, turn], axis=1)
 
 
 def _tool_turns(machine: Machine, run: Run) -> Array:
-    """(3 n, 3): the tip when the tool turns in its holder."""
+    """Return the tip motion when the tool turns in its holder, (3 n, 3)."""
     out = []
     for axis in np.eye(3):
         six = np.zeros((run.n, 6))

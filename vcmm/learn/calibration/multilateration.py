@@ -1,4 +1,4 @@
-"""Multilateration with unknown stations and dead paths: points of a machine from lengths to a reflector, nothing of its model.
+"""Multilateration with unknown stations and dead paths: find points of a machine from lengths to a reflector, without its model.
 
     w_ij = l_ij + l0_j - |x_i - X0_j|        minimised over all points x_i, stations X0_j and dead paths l0_j together
 
@@ -61,7 +61,7 @@ class MultilaterationResult:
 
 
 def locate_points(data: Lengths) -> MultilaterationResult:
-    """All points, stations and dead paths by Gauss-Newton, the points eliminated one by one (Schur complement).
+    """Solve for all points, stations and dead paths by Gauss-Newton, the points eliminated one by one (Schur complement).
 
     Raises ModelLimit for too few stations or lengths, and where they do not determine points and stations.
     """
@@ -98,7 +98,7 @@ def locate_points(data: Lengths) -> MultilaterationResult:
 
 
 def nearest_pose(points: Array, nominal: Array) -> tuple[Array, Array]:
-    """Rotation (3, 3) and shift (3,) that bring points (n, 3) nearest to nominal ones (Kabsch); lengths stay as they are."""
+    """Return the rotation (3, 3) and shift (3,) that bring points (n, 3) nearest to nominal ones (Kabsch); lengths stay as they are."""
     a, b = points.mean(axis=0), nominal.mean(axis=0)
     left, _, right = np.linalg.svd((points - a).T @ (nominal - b))
     sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
@@ -107,13 +107,13 @@ def nearest_pose(points: Array, nominal: Array) -> tuple[Array, Array]:
 
 
 def _check_stations(data: Lengths, stations: Array) -> None:
-    """Raises ModelLimit where a station ends further from where it is said to stand than that is from the nearest point."""
+    """Check the stations. Raises ModelLimit where a station ends further from its stated place than that is from the nearest point."""
     near = _nearest(data)
     moved = np.linalg.norm(stations - data.start, axis=1)
     far = int((moved / near).argmax())
     if moved[far] > near[far]:
         raise ModelLimit(
-            f"the lengths lead station {far + 1} to {moved[far]:.0f} mm away from where from_x_mm ... says it stands: they hardly determine the "
+            f"the lengths lead station {far + 1} to {moved[far]:.0f} mm away from its place in from_x_mm ...: they hardly determine the "
             "stations; add stations or nodes off the present lines and planes, or check from_x_mm ..."
         )
 
@@ -129,7 +129,7 @@ def _check_known(data: Lengths, u: Array) -> None:
 
 
 def _nearest(data: Lengths) -> Array:
-    """(J,) mm: the point nearest to each station, as they are said to stand."""
+    """Return the distance (J,) mm of the point nearest to each station, at its stated place."""
     way = np.linalg.norm(data.nominal[data.point] - data.start[data.station], axis=1)
     return np.array([way[data.station == k].min() for k in range(len(data.start))])
 
@@ -138,7 +138,7 @@ def _check(data: Lengths) -> None:
     stations, points = len(data.start), len(data.nominal)
     if stations < NEED:
         raise ModelLimit(
-            f"lengths from {stations} stations; {NEED} or more are due, since stations, dead paths and points are found together"
+            f"lengths from {stations} stations; expected {NEED} or more, since stations, dead paths and points are found together"
         )
     seen = np.zeros((points, stations), dtype=bool)
     seen[data.point, data.station] = True
@@ -146,7 +146,7 @@ def _check(data: Lengths) -> None:
     if len(few):
         at = " ".join(f"{v:g}" for v in data.nominal[few[0]])
         raise ModelLimit(
-            f"the point at ({at}) mm was seen from {seen[few[0]].sum()} stations; 3 or more are due"
+            f"the point at ({at}) mm was seen from {seen[few[0]].sum()} stations; expected 3 or more"
         )
     if len(data.length) <= 3 * points + 4 * stations - 6:
         raise ModelLimit(
@@ -164,7 +164,7 @@ class _LinearStep:
     inverse: Array
 
     def eliminate_points(self) -> tuple[Array, Array, Array]:
-        """Normal matrix (4J, 4J) and right side (4J,) of stations and dead paths without the points; coupling (I, 3, 4J)."""
+        """Return the normal matrix (4J, 4J) and right side (4J,) of stations and dead paths without the points; coupling (I, 3, 4J)."""
         d, count, points = self.data, len(self.data.start), len(self.data.nominal)
         columns = np.concatenate(
             [self.beam, np.ones((len(d.length), 1))], axis=1
@@ -183,7 +183,7 @@ class _LinearStep:
         return matrix, right.ravel() - np.einsum("pia,pi->a", carried, own), coupling
 
     def back(self, change: Array) -> Array:
-        """Steps of the points (I, 3) that go with steps (J, 4) of stations and dead paths."""
+        """Return the steps of the points (I, 3) that go with steps (J, 4) of stations and dead paths."""
         d = self.data
         columns = np.concatenate([self.beam, np.ones((len(d.length), 1))], axis=1)
         left = self.residual + (columns * change[d.station]).sum(axis=1)
@@ -208,14 +208,14 @@ class _LinearStep:
 
 
 def _rigid(points: Array) -> Array:
-    """(3 I, 6): small shifts and turns of points (I, 3)."""
+    """Return the small shifts and turns of points (I, 3), as (3 I, 6)."""
     arms = points - points.mean(axis=0)
     turns = [np.cross(axis, arms).ravel() for axis in np.eye(3)]
     return np.column_stack([np.tile(np.eye(3), (len(points), 1)), *turns])
 
 
 def _linearise(data: Lengths, points: Array, stations: Array, dead: Array) -> _LinearStep:
-    """w = l + l0 - |x - X0|; dw/dx = -beam, dw/dX0 = beam, dw/dl0 = 1."""
+    """Linearise w = l + l0 - |x - X0|; dw/dx = -beam, dw/dX0 = beam, dw/dl0 = 1."""
     way = points[data.point] - stations[data.station]
     now = np.linalg.norm(way, axis=1)
     beam = way / now[:, None]

@@ -36,7 +36,7 @@ class AxisNet:
     y_range: tuple[Array, Array]
 
     def at(self, x: Array) -> Array:
-        """Outputs (n, o) for inputs (n, i)."""
+        """Return outputs (n, o) for inputs (n, i)."""
         z = _map_to_unit(x, self.x_range, 0.0)
         weight, threshold = self.weight, self.threshold
         for before, now in pairwise(self.sizes):
@@ -53,7 +53,7 @@ def _map_to_unit(values: Array, ends: tuple[Array, Array], margin: float) -> Arr
 
 
 def train_net(x: Array, y: Array, layout: str, rng: np.random.Generator, epochs: int = EPOCHS) -> AxisNet:
-    """A net for inputs x (n, i) and outputs y (n, o), patterns in a drawn order in every epoch."""
+    """Train a net for inputs x (n, i) and outputs y (n, o), with the patterns in a random order in every epoch."""
     from vcmm.learn.calibration._net_kernels import train
 
     sizes = (x.shape[1], *LAYOUTS[layout](x.shape[1]), y.shape[1])
@@ -70,12 +70,12 @@ def train_net(x: Array, y: Array, layout: str, rng: np.random.Generator, epochs:
 
 
 def share_left(net: AxisNet, x: Array, y: Array, span: Array) -> float:
-    """Mean over outputs of the rms that the net leaves, as a share of the range (o,) of each output."""
+    """Return the mean over outputs of the rms error of the net, as a share of the range (o,) of each output."""
     left = np.sqrt(np.mean((net.at(x) - y) ** 2, axis=0))
     return float(np.mean(left / span))
 
 
 def folds(n: int) -> tuple[Sequence[int], Sequence[int]]:
-    """Every third position is held out for validation, never an end."""
+    """Return training and validation rows: every third position is held out for validation, never an end."""
     held = [k for k in range(1, n - 1) if k % 3 == 2]
     return [k for k in range(n) if k not in held], held

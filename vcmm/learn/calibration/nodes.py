@@ -1,4 +1,4 @@
-"""Nodes of a residual field from LaserTracer lengths: where the machine stops when it is sent to one place from many sides.
+"""Nodes of a residual field from LaserTracer lengths: places at which the machine stops when it is sent to one place from many sides.
 
 Every place was approached several times, from every station alike; one approach of one place is one point, whose coordinates come from
 all stations together (`multilateration`). Over the approaches of a node:
@@ -31,7 +31,7 @@ NULL_DRAWS, NULL_SEED = 20_000, 52
 
 @dataclass(frozen=True, eq=False)
 class NodeScatter:
-    """See the head of this file: place, deviation, d, instrument, changing, single (K, 3) mm; dof (K,); test (K, 3): p of the law.
+    """See the docstring of this module: place, deviation, d, instrument, changing, single (K, 3) mm; dof (K,); test (K, 3): p of the law.
 
     deviation_u (K, 3) mm: of the deviation, by its approaches and by how well the stations are known.
 
@@ -57,14 +57,14 @@ class NodeScatter:
         return self.located.u
 
     def rejection_share(self, level: float = 0.05) -> float:
-        """Share of the tests below a level; under the law it is about the level."""
+        """Return the share of the tests below a level; under the law it is about the level."""
         return float((self.test < level).mean())
 
 
 def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:
-    """All nodes of a recording of lengths with `from_x_mm` ..., labels of the station (nuisance `station`) and of the approach.
+    """Return all nodes of a recording of lengths with `from_x_mm` ..., labels of the station (nuisance `station`) and of the approach.
 
-    Approaches are told by the label `repeat`, else by sense_X sense_Y sense_Z, else by their order. Raises UsageError for other recordings,
+    Approaches are identified by the label `repeat`, else by sense_X sense_Y sense_Z, else by their order. Raises UsageError for other recordings,
     ModelLimit where the lengths determine no points.
     """
     data, node, place = lengths_of(recording, machine)
@@ -76,7 +76,7 @@ def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:
     if few:
         where = " ".join(f"{v:g}" for v in place[few[0]])
         raise UsageError(
-            f"the node at ({where}) mm has {len(groups[few[0]])} approaches; {LEAST} or more are due for a standard deviation"
+            f"the node at ({where}) mm has {len(groups[few[0]])} approaches; expected {LEAST} or more for a standard deviation"
         )
     count = np.array([len(g) for g in groups])
     at = np.full((len(place), count.max(), 3), np.nan)
@@ -101,7 +101,7 @@ def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:
 
 
 def lengths_of(recording: Recording, machine: Machine) -> tuple[Lengths, Ints, Array]:
-    """Lengths of all points, the node (I,) of each point, the nodes (K, 3) mm. Raises UsageError for other recordings."""
+    """Return the lengths of all points, the node (I,) of each point, the nodes (K, 3) mm. Raises UsageError for other recordings."""
     run = recording.run
     if recording.kind != "length" or FROM[0] not in run.columns or (recording.other >= 0).any():
         raise UsageError(
@@ -153,14 +153,14 @@ def _check_once(recording: Recording, point: Ints, station: Ints) -> None:
 
 
 def _length_uncertainties(recording: Recording) -> Array:
-    """(m,) mm: standard uncertainty of every length as the file states it: u_d_um of a row, else [noise]."""
+    """Return the standard uncertainty of every length as the file states it, as (m,) mm: u_d_um of a row, else [noise]."""
     if recording.u is not None:
         return recording.u
     return np.full(recording.m, 0.0 if recording.noise is None else float(np.ravel(recording.noise.u)[0]))
 
 
 def _propagate(data: Lengths, found: MultilaterationResult, variance: Array) -> Array:
-    """(I, 3) mm²: variance of every point by variances (m,) of its lengths, the stations known."""
+    """Return (I, 3) mm²: variance of every point by variances (m,) of its lengths, the stations known."""
     way = found.points[data.point] - found.stations[data.station]
     beam = way / np.linalg.norm(way, axis=1)[:, None]
     gain = np.einsum("mij,mj->mi", found.alone[data.point], beam)
@@ -170,7 +170,7 @@ def _propagate(data: Lengths, found: MultilaterationResult, variance: Array) -> 
 
 
 def _changing(data: Lengths, found: MultilaterationResult, node: Ints, nodes: int) -> Array:
-    """(K,) mm²: mean square of the residuals at each node for its share of the degrees of freedom."""
+    """Return (K,) mm²: mean square of the residuals at each node for its share of the degrees of freedom."""
     square, count = np.zeros(nodes), np.zeros(nodes)
     np.add.at(square, node[data.point], found.residual**2)
     np.add.at(count, node[data.point], 1.0)
@@ -178,7 +178,7 @@ def _changing(data: Lengths, found: MultilaterationResult, node: Ints, nodes: in
 
 
 def t_tests(at: Array, count: Ints) -> Array:
-    """(K, 3): p that a sample of this size of the t-law of n - 1 degrees of freedom has so large a chi-squared."""
+    """Return p (K, 3) that a sample of this size of the t-law of n - 1 degrees of freedom has so large a chi-squared."""
     out = np.full((at.shape[0], 3), np.nan)
     for n in np.unique(count):
         null = _null(int(n))
@@ -189,7 +189,8 @@ def t_tests(at: Array, count: Ints) -> Array:
 
 
 def chi_squared_statistics(values: Array) -> Array:
-    """(r,) of samples (r, n): counts in cells of equal probability under the t-law of n - 1 degrees of freedom, placed at mean and standard
+    """Return the chi-squared (r,) of samples (r, n): counts in cells of equal probability under the t-law of n - 1 degrees of freedom,
+    placed at mean and standard
     deviation of the sample; about 3.5 expected in a cell, four cells at least.
     """
     from scipy.stats import t
@@ -205,6 +206,7 @@ def chi_squared_statistics(values: Array) -> Array:
 
 @cache
 def _null(n: int) -> Array:
-    """Sorted chi-squared of samples of n from the t-law itself: mean and spread are estimated from so few that the table misleads."""
+    """Return the sorted chi-squared of samples of n from the t-law itself: mean and spread are estimated from so few values that the
+    table misleads."""
     rng = np.random.default_rng([NULL_SEED, n])
     return np.sort(chi_squared_statistics(rng.standard_t(n - 1, size=(NULL_DRAWS, n))))

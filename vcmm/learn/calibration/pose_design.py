@@ -1,6 +1,6 @@
-"""Which rotary positions to touch at, and what they tell: a design of poses for a touch probe.
+"""Design the poses of a touch probe: rotary positions to touch at, and the information that they give.
 
-Every pose gives information on the errors, the own errors of the probe and what nobody knows of the spheres, all at once:
+Every pose gives information on the errors, the own errors of the probe and the unknowns of the spheres, all at once:
 
     A = sum over poses of X' W X        X = [errors behind their prior | own errors, unit variance | nuisance]
 
@@ -36,15 +36,13 @@ from vcmm.task.response.recording import Ints
 
 FREE = 1.0  # mm: standard uncertainty of what is free, large beside every reading
 ENOUGH = 1.05  # of the volume of all poses: the fewest poses that come so near, where no budget is stated
-TOLD = (
-    1e-3  # information of all poses over that of the prior, from which a combination of errors is told at all
-)
+TOLD = 1e-3  # information of all poses over that of the prior, from which a combination of errors counts as determined
 PAYS = 1e-3  # of the volume: a swap that gains less ends the search
 
 
 @dataclass(frozen=True, eq=False)
 class PoseCandidate:
-    """One rotary position of one set-up: its angles (rad), how long it takes (minutes), its touches."""
+    """One rotary position of one set-up: its angles (rad), its duration (minutes), its touches."""
 
     setup: str
     angles: dict[str, float]
@@ -65,7 +63,7 @@ class PosePlan:
 
     @cached_property
     def behind(self) -> Array:
-        """(k, p', p'): the same on the numbers behind the prior."""
+        """The same information on the numbers behind the prior, (k, p', p')."""
         size = self.model.size
         lift = np.zeros((self.grams.shape[1], self.factor.shape[1] + self.grams.shape[1] - size))
         lift[:size, : self.factor.shape[1]] = self.factor
@@ -74,14 +72,16 @@ class PosePlan:
 
     @cached_property
     def weight(self) -> Array:
-        """Mean square of the tip error over the volume per unit variance of these numbers; of what even all poses leave untold, nothing."""
+        """Mean square of the tip error over the volume per unit variance of the numbers; without the part that even all poses leave
+        undetermined."""
         seen = self.field @ self.factor @ self.seen_part
         return np.asarray(seen.T @ seen / (len(seen) / 3))
 
     @cached_property
     def seen_part(self) -> Array:
-        """(r, r): the projection on what the touches of all poses tell of these numbers. The rest is as unknown after any choice, and large: it
-        would hide what the choice changes.
+        """Projection (r, r) on the part of the numbers behind the prior that the touches of all poses determine. The rest is as unknown
+        after any choice, and large: it
+        would hide the effect of the choice.
         """
         values, vectors = np.linalg.eigh(
             self.factor.T @ self._information(range(len(self.candidates))) @ self.factor
@@ -90,7 +90,7 @@ class PosePlan:
         return np.asarray(basis @ basis.T)
 
     def covariance(self, chosen: Sequence[int]) -> Array:
-        """(r, r) of the numbers behind the prior, after the poses."""
+        """Return the covariance (r, r) of the numbers behind the prior, after the poses."""
         r = self.factor.shape[1]
         known = np.full(self.behind.shape[1], 1.0 / FREE**2)
         known[: r + self.own] = 1.0
@@ -98,14 +98,14 @@ class PosePlan:
         return np.asarray(np.linalg.inv(full)[:r, :r])
 
     def volume(self, chosen: Sequence[int]) -> float:
-        """Root mean variance of the tip error over the volume, mm, of what all poses together tell."""
+        """Return the root mean variance of the tip error over the volume, mm, of the part that all poses together determine."""
         return float(np.sqrt((self.covariance(chosen) * self.weight).sum()))
 
     def minutes(self, chosen: Sequence[int]) -> float:
         return float(sum(self.candidates[i].minutes for i in chosen))
 
     def expected_covariance(self, chosen: Sequence[int]) -> Array:
-        """(size, size) of the errors, mm and rad."""
+        """Return the covariance (size, size) of the errors, mm and rad."""
         return np.asarray(self.factor @ self.covariance(chosen) @ self.factor.T)
 
     def expected(self, chosen: Sequence[int]) -> dict[str, float]:
@@ -114,7 +114,7 @@ class PosePlan:
         return {name: float(np.sqrt(variance[self.model.slices[name]].mean())) for name in self.model.names}
 
     def correlated(self, chosen: Sequence[int], above: float = 0.9) -> list[tuple[str, str, float]]:
-        """Pairs of location errors whose correlation is larger, largest first."""
+        """Return the pairs of location errors whose correlation is larger, largest first."""
         names = self.model.pairs
         rows = [self.model.slices[n].start for n in names]
         full = self.expected_covariance(chosen)[np.ix_(rows, rows)]
@@ -128,11 +128,11 @@ class PosePlan:
         return sorted((p for p in pairs if abs(p[2]) > above), key=lambda p: -abs(p[2]))
 
     def identified(self, chosen: Sequence[int]) -> Identifiability:
-        """What the poses identify, judged against next to nothing known before; own errors have their u."""
+        """Return the errors that the poses identify, judged against next to no earlier knowledge; own errors have their u."""
         return identify(NormalEquations(self._information(chosen), np.zeros(self.model.size), self.model))
 
     def _information(self, chosen: Sequence[int]) -> Array:
-        """(size, size): information of the poses on the errors, places and sizes of the spheres free."""
+        """Return the information of the poses on the errors, places and sizes of the spheres free, as (size, size)."""
         size, own = self.model.size, self.own
         full = self.grams[list(chosen)].sum(axis=0)
         inner = full[size:, size:].copy()
@@ -143,13 +143,13 @@ class PosePlan:
 
 
 def is_pose_design(setups: Sequence[PlannedSetup]) -> bool:
-    """Do all set-ups of a plan touch with a probe in the spindle?"""
+    """Return whether all set-ups of a plan touch with a probe in the spindle."""
     used = [s.certificate for s in setups]
     return bool(used) and all(c is not None and c.instrument.name == TOUCH_PROBE.name for c in used)
 
 
 def pose_plan(setups: Sequence[PlannedSetup], machine: Machine) -> PosePlan:
-    """The information of every rotary position of every set-up. Raises UsageError where nothing turns."""
+    """Return the information of every rotary position of every set-up. Raises UsageError where nothing turns."""
     ranges = ranges_of(spans_of([r for s in setups for r in s.recordings]), machine)
     if not any(is_rotary(a) for a in ranges):
         raise UsageError(
@@ -177,7 +177,7 @@ def pose_plan(setups: Sequence[PlannedSetup], machine: Machine) -> PosePlan:
 
 
 def _by_pose(setup: PlannedSetup, part: Readings) -> list[tuple[PoseCandidate, Ints]]:
-    """Every rotary position of a set-up, and which of its readings belong to it."""
+    """Return every rotary position of a set-up, and which of its readings belong to it."""
     recording = part.recording
     values, codes = recording.groups("pose")
     out = []
@@ -190,7 +190,7 @@ def _by_pose(setup: PlannedSetup, part: Readings) -> list[tuple[PoseCandidate, I
 
 
 def best_poses(plan: PosePlan, budget: float | None) -> list[int]:
-    """Numbers of the poses within the budget (minutes); without one the fewest that come near what all tell.
+    """Return the numbers of the poses within the budget (minutes); without one the fewest that come near the information of all.
 
     Raises UsageError where the budget is too short for a single pose.
     """
@@ -210,7 +210,7 @@ def best_poses(plan: PosePlan, budget: float | None) -> list[int]:
 
 
 def _swap_poses(plan: PosePlan, chosen: list[int], budget: float | None) -> list[int]:
-    """One pose for another while the volume gains."""
+    """Swap one pose for another while the volume gains."""
     now = plan.volume(chosen)
     while True:
         swaps = [
@@ -230,5 +230,5 @@ def _swap_poses(plan: PosePlan, chosen: list[int], budget: float | None) -> list
 
 
 def unit_of(name: str) -> tuple[str, float]:
-    """Unit of an error as it is printed, and how many are in 1 mm or 1 rad."""
+    """Return the unit of an error as it is printed, and how many are in 1 mm or 1 rad."""
     return ("urad", 1e6) if is_angle(name) else ("um", 1e3)

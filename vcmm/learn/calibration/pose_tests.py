@@ -1,4 +1,4 @@
-"""A calibrated arm put to poses that it was not made from."""
+"""Test a calibrated arm on poses that it was not made from."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ MOVED = 100.0  # times what placing anew leaves: then the tracker or the target 
 
 @dataclass(frozen=True)
 class PoseTest:
-    """What a machine leaves of poses that it was not made from: rms per coordinate, mm (and rad) before with the nominal machine and after, tracker
-    and target found from these poses; `held`: both as in the calibration, None where the tracker plainly stands elsewhere. Turns are None
+    """Residuals of poses under a machine that was not made from them: rms per coordinate, mm (and rad) before with the nominal machine
+    and after, tracker
+    and target found from these poses; `held`: both as in the calibration, None where the tracker is clearly elsewhere. Turns are None
     where no orientations were read.
     """
 
@@ -40,7 +41,7 @@ class PoseTest:
 
 
 def put_to_poses(test: PoseReadings, nominal: Machine, machine: Machine, known: TrackerPlacement) -> PoseTest:
-    """The machine file, read back, asked for poses."""
+    """Test the machine file, read back, on poses."""
     before, after = (
         _left(test, frames, _anew(test, frames, known))
         for frames in (tool_frames(m, test.run) for m in (nominal, machine))
@@ -58,7 +59,7 @@ def put_to_poses(test: PoseReadings, nominal: Machine, machine: Machine, known: 
 
 
 def _anew(test: PoseReadings, frames: Frame, calibrated: TrackerPlacement) -> TrackerPlacement:
-    """Tracker and target from these poses: as if nothing were known of them, or with the target near where the calibration found it."""
+    """Return tracker and target from these poses: without earlier knowledge, or with the target near its place in the calibration."""
     near = settle_placement(test, frames, placement_at(test, frames, calibrated.offset))
     places = (settle_placement(test, frames), near)
     u = weights(test)

@@ -1,4 +1,4 @@
-"""What is thought of an error curve before it is measured: a Gaussian process of unknown size and smoothness.
+"""Prior of an error curve: a Gaussian process of unknown size and smoothness.
 
 The kind of a curve says which: smooth (splines), with two derivatives only, a polynomial, or a table of numbers apart.
 
@@ -35,24 +35,24 @@ class CurvePrior:
 
 
 def gaps(curve: Curve) -> Array:
-    """(k, k) distances of the nodes; over a whole turn the chord, so that the curve repeats itself after it (MacKay 1998)."""
+    """Return the distances (k, k) of the nodes; over a whole turn the chord, so that the curve repeats itself after it (MacKay 1998)."""
     gap = curve.nodes[:, None] - curve.nodes
     return 2 * np.sin(gap / 2) if curve.periodic else gap
 
 
 def smooth(curve: Curve, length: float) -> Array:
-    """(k, k) squared exponential."""
+    """Return the squared exponential (k, k)."""
     return np.asarray(np.exp(-((gaps(curve) / length) ** 2) / 2))
 
 
 def matern(curve: Curve, length: float) -> Array:
-    """(k, k) Matern of order 5/2, whose curves have two derivatives only. Rasmussen & Williams eq. 4.17."""
+    """Return the Matern kernel of order 5/2 (k, k), whose curves have two derivatives only. Rasmussen & Williams eq. 4.17."""
     r = np.sqrt(5.0) * np.abs(gaps(curve)) / length
     return np.asarray((1 + r + r**2 / 3) * np.exp(-r))
 
 
 def powers(curve: Curve, length: float) -> Array:
-    """(k, k) polynomial with independent Legendre coefficients; its degree is 1 + travel / length, 2 at least."""
+    """Return the kernel (k, k) of a polynomial with independent Legendre coefficients; its degree is 1 + travel / length, 2 at least."""
     x = 2 * (curve.nodes - curve.nodes[0]) / curve.travel - 1
     degree = 1 + max(1, round(curve.travel / length))
     basis = np.polynomial.legendre.legvander(x, degree) * np.sqrt(2 * np.arange(degree + 1) + 1)
@@ -60,7 +60,7 @@ def powers(curve: Curve, length: float) -> Array:
 
 
 def independent_nodes(curve: Curve, length: float) -> Array:
-    """(k, k) nodes that know nothing of one another."""
+    """Return the kernel (k, k) of independent nodes."""
     return np.eye(len(curve.nodes))
 
 
@@ -74,7 +74,7 @@ KERNELS: Mapping[str, Callable[[Curve, float], Array]] = {
 
 @lru_cache(maxsize=2048)
 def unit_factor(curve: Curve, length: float) -> Array:
-    """(g, g) in free coordinates: process of correlation length (mm) without mean or line, of mean variance 1.
+    """Return the factor (g, g) in free coordinates: process of correlation length (mm) without mean or line, of mean variance 1.
 
     A millionth of the variance is without correlation: it keeps every shape possible and matrices invertible.
     """
@@ -86,14 +86,14 @@ def unit_factor(curve: Curve, length: float) -> Array:
 
 
 def line_factor(curve: Curve) -> Array:
-    """(k, 0 or 1): the line that a positioning error may have besides, of a scale error of 1 SLOPE."""
+    """Return the line that a positioning error may have besides, of a scale error of 1 SLOPE, as (k, 0 or 1)."""
     if curve.turns or curve.straightness or curve.reversal or curve.rotary:
         return np.zeros((len(curve.nodes), 0))
     return SLOPE * (curve.projector @ curve.nodes)[:, None]
 
 
 def prior(model: ErrorModel, lengths: Mapping[str, float]) -> CurvePrior:
-    """The factor for the lengths (mm) of the curves, by component; columns: smooth curves, then lines and squareness."""
+    """Return the factor for the lengths (mm) of the curves, by component; columns: smooth curves, then lines and squareness."""
     columns: list[Array] = []
     blocks: list[int] = []
     for number, curve in enumerate(model.curves):
@@ -116,17 +116,17 @@ def _embed(model: ErrorModel, name: str, block: Array) -> Array:
 
 
 def widest_pairs(model: ErrorModel) -> Array:
-    """(pairs,): prior u of squareness and location errors, rad or mm."""
+    """Return (pairs,): prior u of squareness and location errors, rad or mm."""
     return FAR * usual_pairs(model)
 
 
 def usual(model: ErrorModel) -> Array:
-    """(curves,): usual size, mm or rad."""
+    """Return (curves,): usual size, mm or rad."""
     return np.array([c.usual for c in model.curves])
 
 
 def scale_factor(prior: CurvePrior, sizes: Array) -> Array:
-    """(size, r): the factor with the sizes of the curves."""
+    """Return the factor with the sizes of the curves, as (size, r)."""
     return np.asarray(prior.factor * column_sizes(prior, sizes))
 
 

@@ -1,6 +1,6 @@
-"""What a machine file knows of the errors already, at the nodes of a calibration: numbers and a factor of their covariance.
+"""Prior knowledge of a machine file about the errors, at the nodes of a calibration: numbers and a factor of their covariance.
 
-What a calibration says beside its figures: what was assumed, what was found to be otherwise, what stays as it was.
+Remarks of a calibration: assumptions, contradicted statements, unchanged errors.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class PriorKnowledge:
 
 
 def known_errors_of(machine: Machine, model: ErrorModel) -> PriorKnowledge:
-    """Errors and their covariance as the machine file has them. Raises ModelLimit where its tables do not reach the nodes."""
+    """Return errors and their covariance as the machine file has them. Raises ModelLimit where its tables do not reach the nodes."""
     own = [e for e in machine.effects if e.about.is_calibrated]
     told = tuple(n for n in model.names if any(name_of(e) == n for e in own))
     theta = np.zeros(model.size)
@@ -62,7 +62,7 @@ def known_errors_of(machine: Machine, model: ErrorModel) -> PriorKnowledge:
 
 
 def known_ranges(machine: Machine) -> dict[str, tuple[float, float]]:
-    """Linear axis -> (low, high) mm over which the machine file tabulates errors: where all its tables reach."""
+    """Return linear axis -> (low, high) mm over which the machine file tabulates errors: where all its tables reach."""
     out: dict[str, tuple[float, float]] = {}
     for effect in machine.effects:
         for known in known_range(effect) if effect.about.is_calibrated else ():
@@ -73,7 +73,7 @@ def known_ranges(machine: Machine) -> dict[str, tuple[float, float]]:
 
 
 def known_turns(machine: Machine) -> dict[str, Array]:
-    """Rotary axis -> nodes (k,) rad of the errors that the machine file tabulates over it; of tables that differ the longest."""
+    """Return rotary axis -> nodes (k,) rad of the errors that the machine file tabulates over it; of tables that differ the longest."""
     out: dict[str, Array] = {}
     for effect in machine.effects:
         nodes = (
@@ -87,23 +87,23 @@ def known_turns(machine: Machine) -> dict[str, Array]:
 
 
 def known_nodes(machine: Machine) -> int:
-    """Most nodes of an error over its linear axis in the machine file; 0 where it tabulates none."""
+    """Return the largest number of nodes of an error over its linear axis in the machine file; 0 where it tabulates none."""
     own = [own_nodes(e) for e in machine.effects if e.about.is_calibrated and e.link in "XYZ"]
     return max((len(nodes) for nodes in own if nodes is not None), default=0)
 
 
 def name_of(effect: Effect) -> str:
-    """EXX, C0Y; BX for a lost motion."""
+    """Return the name of an error: EXX, C0Y; BX for a lost motion."""
     return f"B{effect.link}" if isinstance(effect, LostMotionTable) else effect.where
 
 
 def _reading_of(effect: Effect) -> float:
-    """A lost motion shows as -1/2 of its gap in positive sense."""
+    """Return the factor of the reading: a lost motion shows as -1/2 of its gap in positive sense."""
     return -2.0 if isinstance(effect, LostMotionTable) else 1.0
 
 
 def _place(model: ErrorModel, effect: Effect) -> tuple[slice, Run, int] | None:
-    """(numbers of theta, run over the nodes, column of the six error motions) of an effect; None for another error."""
+    """Return (numbers of theta, run over the nodes, column of the six error motions) of an effect; None for another error."""
     name = name_of(effect)
     if name not in model.slices:
         return None
@@ -123,7 +123,7 @@ def _letter(name: str, curve: Curve | None) -> str:
 
 
 def _input(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
-    """(size, r): how one draw of unit variance of an Input moves theta; None where it does not."""
+    """Return how one draw of unit variance of an Input moves theta, (size, r); None where it does not."""
     if one.is_channel or one.redraw != "machine":
         return None
     total = _parameter_shift(machine, model, one)
@@ -131,7 +131,7 @@ def _input(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
 
 
 def _parameter_shift(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
-    """(size, k): theta per unit of each element of an Input; None where it does not move."""
+    """Return theta per unit of each element of an Input, (size, k); None where it does not move."""
     if one.members:
         parts = [_parameter_shift(machine, model, m) for m in one.members]
         whole = [
@@ -169,19 +169,19 @@ WRONG_UNIT = {"angle": "arcsec taken for urad are 4.848 times too small"}  # of 
 
 
 def as_before(found: Identifiability, known: PriorKnowledge) -> list[str]:
-    """What is taken over from the machine file unchanged."""
+    """Return the errors that are taken over from the machine file unchanged."""
     kept = [n for n in known.names if n not in found.names]
     if not kept:
         return []
     return [
-        f"{', '.join(kept)}: no reading of these recordings tells whether they changed; they stay as the machine file has them"
+        f"{', '.join(kept)}: no reading of the recordings shows whether they changed; the values of the machine file are kept"
     ]
 
 
 def assumption_remarks(
     parts: Sequence[Readings], post: ErrorPosterior, only: Sequence[str], stated: bool
 ) -> list[str]:
-    """Sentences about what was assumed and what was found to be otherwise."""
+    """Return sentences about assumptions and contradicted statements."""
     out = [a for p in parts for a in p.assumed]
     if only:
         rest = "stays as the machine file has it" if stated else "was taken as zero"

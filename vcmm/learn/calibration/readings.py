@@ -2,7 +2,7 @@
 
     value = baseline of the machine as far as known + G theta + C c + N n + noise
 
-G errors (m, size), C own errors of the instrument in units of their u (m, c), by name, N nuisance (m, p). What a recording must leave
+G errors (m, size), C own errors of the instrument in units of their u (m, c), by name, N nuisance (m, p). Unknowns that a recording must leave
 free so that the conventions of `model` cost nothing (the zero of a counter, the line of a straightness, the placement of
 an artefact) is added where the file does not state it, and `assumed` says so.
 """
@@ -91,7 +91,7 @@ def readings(
 
 
 def error_columns(observer: Observer, model: ErrorModel) -> Array:
-    """(m, size): the observations per unit of every number of theta."""
+    """Return the observations per unit of every number of theta, as (m, size)."""
     out = np.zeros((observer.recording.m, model.size))
     for name, effect in zip(model.names, model.effects()):
         if not lacking(effect, observer.run):
@@ -100,7 +100,7 @@ def error_columns(observer: Observer, model: ErrorModel) -> Array:
 
 
 def read_both_ways(recording: Recording) -> list[str]:
-    """Linear axes along which this recording reads from both sides, by its columns sense_X ..."""
+    """Return the linear axes along which this recording reads from both sides, by its columns sense_X ..."""
     out = []
     for axis in "XYZ":
         name = f"sense_{axis}"
@@ -113,7 +113,7 @@ def read_both_ways(recording: Recording) -> list[str]:
 
 
 def free_nuisance(recording: Recording, machine: Machine) -> tuple[Recording, tuple[str, ...]]:
-    """The recording with the nuisance that its kind always has, and what was added, in words."""
+    """Return the recording with the nuisance that its kind always has, and the additions in words."""
     added: dict[str, str] = {}
     has = recording.nuisance
     setup = "setup" if "setup" in recording.run.labels else ""
@@ -140,7 +140,7 @@ def free_nuisance(recording: Recording, machine: Machine) -> tuple[Recording, tu
 
 
 def _sides(recording: Recording, machine: Machine) -> set[str]:
-    """ "along" and "across": how the directions stand to the travel of the tip, setup by setup."""
+    """Return "along" and "across": the relation of the directions to the travel of the tip, set-up by set-up."""
     tip = machine.prepare(recording.run).tip[recording.row]
     _, codes = recording.groups("setup")
     out = set()
@@ -157,8 +157,8 @@ def _sides(recording: Recording, machine: Machine) -> set[str]:
 
 
 def _tool_turns(recording: Recording, machine: Machine, observer: Observer) -> Array:
-    """(m, 0 to 6): the tool stands turned in its holder, only what several tip offsets in one placement would show; and shifted, where
-    a rotary axis turns it (its length, the pivot length of the head).
+    """Return the turns of the tool in its holder, only those that several tip offsets in one placement would show; and shifts, where
+    a rotary axis turns it (its length, the pivot length of the head), (m, 0 to 6).
     """
     offset = recording.run.offset
     ways: list[Array] = []
@@ -182,7 +182,7 @@ def _tool_turns(recording: Recording, machine: Machine, observer: Observer) -> A
 
 
 def _noise(recording: Recording, machine: Machine) -> tuple[Array, bool, float | None]:
-    """(u (m,), stated, dof of a stated t law). Unknown noise starts at 1 um or 1 urad."""
+    """Return (u (m,), stated, dof of a stated t law). Unknown noise starts at 1 um or 1 urad."""
     if isinstance(recording.noise, StudentT):
         return np.full(recording.m, recording.noise.scale), True, recording.noise.dof
     if isinstance(recording.noise, Normal) or recording.u is not None:

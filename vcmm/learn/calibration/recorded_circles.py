@@ -1,4 +1,4 @@
-"""ISO 230-4 from a recording of circles: a ball bar, or a grid plate read in two directions."""
+"""Compute ISO 230-4 figures from a recording of circles: a ball bar, or a grid plate read in two directions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Circle:
 def recorded_circles(
     tests: Sequence[RecordedTest], limits: Limits | None = None
 ) -> tuple[list[Figure], list[str]]:
-    """ISO 230-4 figures of one plane per recording, gone round in both senses.
+    """Return ISO 230-4 figures of one plane per recording, gone round in both senses.
 
     The centre is that of the least-squares circle; an arc is left where the instrument had it unless [nuisance] centre frees it.
     D and F need a calibrated radius. Raises UsageError for recordings that are no circle, and for one sense only.
@@ -63,7 +63,7 @@ class CirclePaths:
 
 
 def circle_paths(test: RecordedTest) -> CirclePaths:
-    """What the figures of a recorded circle are of. Raises UsageError for recordings that are no circle."""
+    """Return the paths from which the figures of a recorded circle are computed. Raises UsageError for recordings that are no circle."""
     circle = circle_of(test)
     ahead, back = (np.flatnonzero(circle.way == w) for w in (1.0, -1.0))
     radial = _radial(test.recording, circle) @ test.value
@@ -75,19 +75,19 @@ def circle_paths(test: RecordedTest) -> CirclePaths:
 
 
 def radial_of(test: RecordedTest, value: Array) -> tuple[Circle, Array]:
-    """The circle of a recording and `value` (m,) of its observations as radial deviations, one per row of the circle."""
+    """Return the circle of a recording and `value` (m,) of its observations as radial deviations, one per row of the circle."""
     circle = circle_of(test)
     return circle, _radial(test.recording, circle) @ value
 
 
 def _is_about_own_centre(test: RecordedTest, circle: Circle) -> bool:
-    """Whether the centre is found from the readings: of full circles, and where [nuisance] frees it."""
+    """Return whether the centre is found from the readings: of full circles, and where [nuisance] frees it."""
     swept = min(_swept(circle.angle[circle.way == w]) for w in np.unique(circle.way))
     return swept >= FULL or "centre" in test.recording.nuisance or "rigid" in test.recording.nuisance
 
 
 def width_of_path(test: RecordedTest, circle: Circle, radial: Array, way: float) -> float:
-    """Of radial deviations (rows,) the range of the path gone round that way, as G+ (way 1) and G- (-1) state it."""
+    """Return, of radial deviations (rows,), the range of the path gone round that way, as G+ (way 1) and G- (-1) state it."""
     mine = circle.way == way
     if not _is_about_own_centre(test, circle):
         return float(np.ptp(radial[mine]))
@@ -129,7 +129,7 @@ def _figures(test: RecordedTest, circle: Circle, limits: Limits) -> tuple[list[F
 
 
 def circle_of(test: RecordedTest) -> Circle:
-    """The circle of a recording. Raises UsageError where two linear axes do not go round one centre."""
+    """Return the circle of a recording. Raises UsageError where two linear axes do not go round one centre."""
     recording = test.recording
     if recording.kind not in ("length", "displacement", "probe"):
         raise UsageError(
@@ -160,7 +160,7 @@ def circle_of(test: RecordedTest) -> Circle:
 
 
 def _centre(recording: Recording, tip: Array, rows: Ints, plane: str) -> Array:
-    """(2,): from_x_mm ... of a ball bar; else that of the commanded points."""
+    """Return the centre (2,): from_x_mm ... of a ball bar; else that of the commanded points."""
     run = recording.run
     if recording.kind == "length":
         if "from_x_mm" not in run.columns or (recording.other >= 0).any():
@@ -173,7 +173,7 @@ def _centre(recording: Recording, tip: Array, rows: Ints, plane: str) -> Array:
 
 
 def _ways(recording: Recording, rows: Ints, angle: Array, plane: str) -> Array:
-    """(rows,) +1 counter-clockwise, -1 clockwise: by the order of the rows, which must not contradict the senses of the file."""
+    """Return +1 counter-clockwise, -1 clockwise (rows,): by the order of the rows, which must not contradict the senses of the file."""
     step = (np.diff(angle) + np.pi) % TURN - np.pi
     labels = [recording.run.labels[n][rows] for n in ("setup", "run") if n in recording.run.labels]
     step = np.where([any(one[i] != one[i + 1] for one in labels) for i in range(len(step))], 0.0, step)
@@ -194,14 +194,14 @@ def _ways(recording: Recording, rows: Ints, angle: Array, plane: str) -> Array:
 
 
 def _swept(angle: Array) -> float:
-    """rad: all round less the widest gap between neighbours, that gap counted as one step of the others."""
+    """Return the swept angle in rad: all round less the widest gap between neighbours, that gap counted as one step of the others."""
     order = np.sort(angle % TURN)
     gaps = np.array([b - a for a, b in pairwise([*order, order[0] + TURN])])
     return TURN - float(gaps.max()) + float(np.median(gaps))
 
 
 def _radial(recording: Recording, circle: Circle) -> Array:
-    """(rows, m): observations to the radial deviation of every row. Raises UsageError where a row does not tell it."""
+    """Return the matrix (rows, m) from observations to the radial deviation of every row. Raises UsageError where a row does not determine it."""
     out = np.zeros((len(circle.rows), recording.m))
     where = np.searchsorted(circle.rows, recording.row)
     out[where, np.arange(recording.m)] = (recording.direction * circle.out[where]).sum(axis=1)

@@ -1,4 +1,5 @@
-"""ISO 230-2 of one axis and ISO 230-6 of a diagonal from recordings: targets on a line, approached from both sides run after run."""
+"""Compute ISO 230-2 figures of one axis and ISO 230-6 figures of a diagonal from recordings: targets on a line, approached from both
+sides run after run."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ class TargetLine:
     what: str
 
     def runs(self) -> tuple[Ints, Ints, Array]:
-        """Numbers of the observations (targets, runs) approached in + and in -, and the targets in order.
+        """Return the numbers of the observations (targets, runs) approached in + and in -, and the targets in order.
 
         Raises UsageError for targets short of approaches.
         """
@@ -53,7 +54,7 @@ class TargetLine:
 def recorded_positioning(
     tests: Sequence[RecordedTest], limits: Limits | None = None
 ) -> tuple[list[Figure], list[str]]:
-    """ISO 230-2 figures of one axis per recording, approached from both sides run after run.
+    """Return ISO 230-2 figures of one axis per recording, approached from both sides run after run.
 
     Raises UsageError for a recording of another shape: kind, missing senses or runs, targets that were not approached equally often.
     """
@@ -69,7 +70,7 @@ def recorded_positioning(
 
 
 def axis_of(recording: Recording) -> str:
-    """The one axis that moves. Raises UsageError where none or several do."""
+    """Return the one axis that moves. Raises UsageError where none or several do."""
     if recording.kind not in ("displacement", "angle"):
         raise UsageError(
             f'{recording.name} is of kind "{recording.kind}"; ISO 230-2 takes a displacement along one axis'
@@ -83,14 +84,14 @@ def axis_of(recording: Recording) -> str:
 
 
 def axis_line(recording: Recording, axis: str) -> TargetLine:
-    """The line of one axis. Raises UsageError for senses that are missing or contradict the order of the rows."""
+    """Return the line of one axis. Raises UsageError for senses that are missing or contradict the order of the rows."""
     q = recording.run.q(axis)[recording.row]
     sense = _senses(recording, axis, q, "ISO 230-2")
     return TargetLine(recording, np.arange(recording.m), q, sense, "ISO 230-2")
 
 
 def _senses(recording: Recording, axis: str, q: Array, what: str) -> Array:
-    """(m,) +1 or -1: as the file says; contradictions with the order of the rows are refused."""
+    """Return the senses (m,) +1 or -1, as in the file; contradictions with the order of the rows are refused."""
     name = f"sense_{axis}"
     if name not in recording.run.columns:
         raise UsageError(
@@ -118,7 +119,7 @@ def check_senses(recording: Recording, axis: str, q: Array, sense: Array) -> Non
 def recorded_diagonals(
     tests: Sequence[RecordedTest], limits: Limits | None = None
 ) -> tuple[list[Figure], list[str]]:
-    """ISO 230-6:2002 figures: E, B, R of every diagonal (label `setup`, or one per recording), and the largest E of them.
+    """Return ISO 230-6:2002 figures: E, B, R of every diagonal (label `setup`, or one per recording), and the largest E of them.
 
     A diagonal is named by the senses of X Y Z on its way: PPP, PPN, PNP, PNN through the body (largest: Ed), PP0 ... on a face
     (Ef). Raises UsageError for readings that do not lie along a diagonal, and as `recorded_positioning` does.

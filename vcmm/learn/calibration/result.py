@@ -1,4 +1,4 @@
-"""What a calibration found: errors with their joint covariance, what is not identified, residuals.
+"""Result of a calibration: errors with their joint covariance, unidentified combinations, residuals.
 
 How much larger a touch probe reads all round than stated: ball of the stylus, less its mean pre-travel, with half of a sphere's diameter.
 
@@ -38,9 +38,9 @@ FINE = 121  # positions of a picture
 
 @dataclass(frozen=True, eq=False)
 class Calibration(Readable):
-    """machine: what was known before (structure, axes, prior errors). kept: the errors that are identified, as a model.
+    """machine: earlier knowledge (structure, axes, prior errors). kept: the errors that are identified, as a model.
 
-    theta (kept.size,), covariance: of these errors, mm and rad. assumed, warnings: sentences. interpolation: its name.
+    theta (kept.size,), covariance: of the kept errors, mm and rad. assumed, warnings: sentences. interpolation: its name.
     """
 
     machine: Machine
@@ -68,13 +68,13 @@ class Calibration(Readable):
         return np.concatenate(found) if found else np.zeros(0)
 
     def band(self, name: str) -> tuple[Array, Array, Array]:
-        """(nodes, value, u) of one identified error, mm or rad; a squareness has one node, nan."""
+        """Return (nodes, value, u) of one identified error, mm or rad; a squareness has one node, nan."""
         part = self.kept.slices[name]
         nodes = self.kept.labels[1][part]
         return nodes, self.theta[part], np.sqrt(np.diag(self.covariance)[part])
 
     def along(self, name: str) -> tuple[Array, Array, Array]:
-        """(positions, value, u) of one identified curve between its nodes too, as the machine file interpolates; mm or rad."""
+        """Return (positions, value, u) of one identified curve between its nodes too, as the machine file interpolates; mm or rad."""
         part, curve = self.kept.slices[name], next(c for c in self.kept.curves if c.component == name)
         q = np.unique(np.concatenate([np.linspace(curve.nodes[0], curve.nodes[-1], FINE), curve.nodes]))
         weights = curve.weights(q)
@@ -82,17 +82,17 @@ class Calibration(Readable):
         return q, weights @ self.theta[part], u
 
     def plot(self, name: str, ax: Any = None) -> Axes:
-        """One identified error curve with its band. Raises KeyError for a name that is not in `identified.names`."""
+        """Plot one identified error curve with its band. Raises KeyError for a name that is not in `identified.names`."""
         drawn: Axes = draw(self, name, ax)
         return drawn
 
     def probe_radii(self) -> list[dict[str, Any]]:
-        """Of touches: how much further out than stated surfaces read all round, um; see `probe_radii`."""
+        """Return, for touches, how much further out than stated surfaces read all round, um; see `probe_radii`."""
 
         return probe_radii(self.readings, self.posterior, self.identified.names)
 
     def figures(self) -> list[Mapping[str, object]]:
-        """One row per identified error: size and uncertainty, um or urad."""
+        """Return one row per identified error: size and uncertainty, um or urad."""
         out: list[Mapping[str, object]] = []
         for name in self.kept.names:
             _, value, u = self.band(name)
@@ -126,7 +126,8 @@ NOTHING = 1e-9  # of the largest eigenvalue: what is below is not found
 def probe_radii(
     parts: Sequence[Readings], post: ErrorPosterior, identified: Sequence[str]
 ) -> list[dict[str, object]]:
-    """Per recording of touches and copy of its nuisance `radius`: input, value and u in um. Those that nothing parts from the errors are left out."""
+    """Return, per recording of touches and copy of its nuisance `radius`, input, value and u in um. Those that nothing separates from the
+    errors are left out."""
     named = [
         (i, k, n) for i, p in enumerate(parts) for k, n in enumerate(p.names) if n.split("[")[0] == "radius"
     ]
@@ -164,7 +165,7 @@ def probe_radii(
 
 
 def _shapes(model: ErrorModel, names: Sequence[str]) -> Array:
-    """(size, k): free shapes of the curves of these names, and unit columns of their pairs."""
+    """Return free shapes of the curves of the named errors, and unit columns of their pairs, (size, k)."""
     blocks = []
     for curve in (c for c in model.curves if c.component in names):
         full = np.zeros((model.size, curve.free.shape[1]))
@@ -178,7 +179,7 @@ def _shapes(model: ErrorModel, names: Sequence[str]) -> Array:
 
 
 def _solve(gram: Array, right: Array) -> tuple[Array, Array, Array]:
-    """Least squares with columns scaled to unit length: values, covariance, and of each number the share that is determined."""
+    """Solve least squares with columns scaled to unit length: return values, covariance, and of each number the share that is determined."""
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     values, ways = np.linalg.eigh(gram / np.outer(size, size))
     kept = values > NOTHING * values[-1]

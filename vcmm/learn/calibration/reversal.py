@@ -1,4 +1,4 @@
-"""Reversals to errors with covariance: what each file separates, what it cannot, and the machine file of all of them."""
+"""Reversals to errors with covariance: errors that each file separates, those that it cannot, and the machine file of all of them."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class ReversalResult:
 
     @property
     def errors(self) -> tuple[str, ...]:
-        """Errors of the machine that the test is about."""
+        """Errors of the machine that the test measures."""
         return (
             (self.file.error,)
             if self.turning is None
@@ -70,7 +70,7 @@ class ReversalResult:
         )
 
     def rows(self) -> list[Mapping[str, object]]:
-        """One row per error: size and standard uncertainty, um or urad."""
+        """Return one row per error: size and standard uncertainty, um or urad."""
         out: list[Mapping[str, object]] = []
         for name in self.errors:
             scale = 1e6 if _is_angle(name) else 1e3
@@ -90,11 +90,11 @@ class ReversalResult:
 
     @property
     def condition(self) -> float:
-        """Largest condition of the equations, of what they identify; 1 of a plain reversal."""
+        """Largest condition of the equations, of the identified part; 1 of a plain reversal."""
         return 1.0 if self.turning is None else self.turning.condition
 
     def document(self) -> dict[str, object]:
-        """Everything of one file, um and urad: curves of machine and artefact, or the angles of a half turn."""
+        """Return everything of one file, um and urad: curves of machine and artefact, or the angles of a half turn."""
         out: dict[str, object] = {"recording": self.file.name, "test": self.file.kind}
         if self.straight is not None:
             s = self.straight
@@ -121,7 +121,7 @@ class ReversalResult:
         }
 
     def _orders(self, name: str) -> list[dict[str, object]]:
-        """Cosine and sine of every order, um or urad; null where not identified."""
+        """Return cosine and sine of every order, um or urad; null where not identified."""
         assert self.turning is not None
         t, i = self.turning, self.turning.names.index(name)
         scale = 1e6 if _is_angle(name) or self.file.error[1] in "ABC" else 1e3
@@ -139,7 +139,7 @@ class ReversalResult:
 
     @property
     def combinations(self) -> tuple[Combination, ...]:
-        """What the test cannot tell apart, in words."""
+        """Errors that the test cannot separate, in words."""
         if self.straight is not None:
             return (_of(self.file.error, "line", _STRAIGHT.format(error=self.file.error)),)
         if self.square is not None:
@@ -201,7 +201,7 @@ def _is_angle(name: str) -> bool:
 
 
 def separate(file: ReversalFile, beside: Sequence[ReversalResult] = ()) -> ReversalResult:
-    """Machine and artefact of one file. beside: results of which a half turn takes the straightness and the tilt motion.
+    """Separate machine and artefact of one file. beside: results from which a half turn takes the straightness and the tilt motion.
 
     Raises UsageError, naming the file, for set-ups that are missing or too few repeats.
     """
@@ -220,7 +220,7 @@ def separate(file: ReversalFile, beside: Sequence[ReversalResult] = ()) -> Rever
 
 
 def separate_all(files: Sequence[ReversalFile]) -> list[ReversalResult]:
-    """Every file, in their order; half turns with what the others found of the same axes. Raises UsageError for two of one error."""
+    """Separate every file, in their order; half turns with the results of the others for the same axes. Raises UsageError for two of one error."""
     others = [separate(f) for f in files if f.kind != "half-turn"]
     apart = iter(others)
     found = [separate(f, others) if f.kind == "half-turn" else next(apart) for f in files]
@@ -229,7 +229,8 @@ def separate_all(files: Sequence[ReversalFile]) -> list[ReversalResult]:
 
 
 def _half_turn(file: ReversalFile, beside: Sequence[ReversalResult]) -> ReversalResult:
-    """Straightness is taken off the scans and tilt motion off the angle, with their uncertainty, where they are known."""
+    """Separate a half turn: straightness is subtracted from the scans and tilt motion from the angle, with their uncertainty, where they
+    are known."""
     scans, tilt, more = file.scans, file.axis_tilt, 0.0
     straight = next((o.straight for o in beside if o.straight and o.file.error == f"EZ{file.axis}"), None)
     known = straight is not None and _covers(straight, file.scans)
@@ -259,12 +260,12 @@ def _on(straight: StraightnessReversal, place: Array) -> Array:
 
 
 def _interpolation(nodes: Array, place: Array) -> Array:
-    """(n, k): values at the places from those at the nodes."""
+    """Return the values at the places from those at the nodes, as (n, k)."""
     return np.stack([np.interp(place, nodes, one) for one in np.eye(len(nodes))], axis=1)
 
 
 def _slope(place: Array) -> Array:
-    """(n,): weights of the least-squares slope."""
+    """Return weights (n,) of the least-squares slope."""
     way = place - place.mean()
     return np.asarray(way / float((way**2).sum()))
 
@@ -282,7 +283,7 @@ def check_apart(found: Sequence[ReversalResult]) -> None:
 
 
 def turning_input(found: SeparationResult, name: str) -> tuple[Array, Array]:
-    """((2 K,) cosine and sine of each order in turn, (2 K, 2 K) covariance): the coefficients of a rotary_cyclic effect.
+    """Return ((2 K,) cosine and sine of each order in turn, (2 K, 2 K) covariance): the coefficients of a rotary_cyclic effect.
 
     Raises UsageError for an error of which nothing is identified.
     """
@@ -294,7 +295,7 @@ def turning_input(found: SeparationResult, name: str) -> tuple[Array, Array]:
 
 
 def spans(found: Sequence[ReversalResult]) -> dict[str, tuple[float, float]]:
-    """Linear axis -> the part of it that is known, mm: the length of its straightness, else what a half turn scanned."""
+    """Return linear axis -> its known part, mm: the length of its straightness, else the scan of a half turn."""
     out: dict[str, tuple[float, float]] = {}
     for one in sorted(found, key=lambda r: r.straight is None):
         places = [s.place for s in one.file.scans] if one.straight is None else [one.straight.nodes]
@@ -304,10 +305,10 @@ def spans(found: Sequence[ReversalResult]) -> dict[str, tuple[float, float]]:
 
 
 def turning_axes(found: Sequence[ReversalResult]) -> set[str]:
-    """Axes whose error motions were seen in fixed directions."""
+    """Return the axes whose error motions were seen in fixed directions."""
     return {one.file.axis for one in found if one.turning is not None and is_rotary(one.file.axis)}
 
 
 def student_variance(dof: float) -> float:
-    """Variance of Student's law over its squared scale, dof / (dof - 2): an Input has a normal law. Three degrees are the fewest."""
+    """Return the variance of Student's law over its squared scale, dof / (dof - 2): an Input has a normal law. Three degrees are the fewest."""
     return dof / (dof - 2.0) if dof > 2.0 else 3.0

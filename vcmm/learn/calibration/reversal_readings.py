@@ -1,6 +1,6 @@
-"""Reversals of a straightness beside other recordings: what was separated, as readings of one joint fit.
+"""Reversals of a straightness beside other recordings: the separated curves as readings of one joint fit.
 
-The artefact is in no other recording, so the separated curve with its covariance says of the machine all that the scans say:
+The artefact is in no other recording, so the separated curve with its covariance holds all information of the scans about the machine:
 
     curve m = G theta + zero + slope x + noise of covariance C      L L' = C / u^2, then L^-1 m has independent noise u
 """
@@ -27,7 +27,7 @@ LINES = ("zero", "slope")
 def reversed_recordings(
     files: Sequence[ReversalFile], machine: Machine
 ) -> tuple[list[Recording], dict[str, Array]]:
-    """Per file the separated straightness as a recording, and recording name -> its covariance (k, k) mm^2.
+    """Return per file the separated straightness as a recording, and recording name -> its covariance (k, k) mm^2.
 
     Raises UsageError for other reversals, and for an axis that the machine lacks.
     """
@@ -47,7 +47,7 @@ def reversed_recordings(
 
 
 def whiten_readings(part: Readings, covariance: Array) -> Readings:
-    """The readings with independent noise of their u, when it has this covariance (m, m); zero and slope among the nuisance."""
+    """Return the readings with independent noise of their u, when it has this covariance (m, m); zero and slope among the nuisance."""
     lines = np.linalg.qr(part.nuisance)[0]
     full = (
         covariance + float(np.trace(covariance)) / part.m * lines @ lines.T
@@ -61,7 +61,7 @@ def whiten_readings(part: Readings, covariance: Array) -> Readings:
 
 
 def _recording(one: ReversalResult, machine: Machine) -> Recording:
-    """The curve at its nodes, tip at the place from which the machine file counts its errors: no arm of a rotation is in it."""
+    """Return the curve at its nodes, tip at the place from which the machine file counts its errors: without an arm of a rotation."""
     assert one.straight is not None
     file, nodes = one.file, one.straight.nodes
     k = len(nodes)
@@ -89,7 +89,7 @@ def _covariance(one: ReversalResult) -> Array:
 
 
 def read_jointly(parts: Sequence[Readings], correlated: Mapping[str, Array]) -> list[Readings]:
-    """The readings, those with a joint covariance whitened by it. correlated: recording name -> (m, m) mm^2."""
+    """Return the readings, those with a joint covariance whitened by it. correlated: recording name -> (m, m) mm^2."""
     return [
         whiten_readings(p, correlated[p.recording.name]) if p.recording.name in correlated else p
         for p in parts

@@ -20,13 +20,14 @@ ORDERS = (1, 2, 3, 4)
 
 
 def sense(axis: str, machine: Machine) -> float:
-    """s of the head of this file: the turn of the moving frame, from the first to the second direction across the axis."""
+    """Return s of the docstring of this module: the turn of the moving frame, from the first to the second direction across the axis."""
     handed = -1.0 if axis[0] == "B" else 1.0  # X Z of B is the left-handed pair
     return handed if axis in machine.chain.work else -handed
 
 
 def average_line(model: ErrorModel, machine: Machine) -> Array:
-    """(size, size): any theta to the one about the axis average line, whose once-per-turn motion has no mean in the frame at rest.
+    """Return the matrix (size, size) from any theta to the one about the axis average line, whose once-per-turn motion has no mean in the
+    frame at rest.
 
     Only of axes that went round, whose errors move with them (error_frame = "moving"); the described machine is the same.
     """
@@ -52,24 +53,24 @@ def average_line(model: ErrorModel, machine: Machine) -> Array:
 
 
 def _mean_of_first(curve: Curve, s: float) -> Array:
-    """(2, k): what the motion in the first direction brings to the mean over a turn in the frame that does not turn."""
+    """Return the contribution of the motion in the first direction to the mean over a turn in the frame that does not turn, (2, k)."""
     cosine, sine = once_per_turn(curve)
     return np.stack([cosine / 2, -s * sine / 2])
 
 
 def _mean_of_second(curve: Curve, s: float) -> Array:
-    """(2, k): the same of the second direction."""
+    """Return the same of the second direction, (2, k)."""
     cosine, sine = once_per_turn(curve)
     return np.stack([s * sine / 2, cosine / 2])
 
 
 def once_per_turn(curve: Curve) -> Array:
-    """(2, k): cosine and sine of the first harmonic, per value at the nodes of a whole turn."""
+    """Return the cosine and sine of the first harmonic, per value at the nodes of a whole turn, as (2, k)."""
     return harmonic(curve, 1)
 
 
 def harmonic(curve: Curve, order: int) -> Array:
-    """(2, k): cosine and sine of one harmonic of a curve over a whole turn (the last node is the first, and is not counted)."""
+    """Return the cosine and sine of one harmonic of a curve over a whole turn (the last node is the first, and is not counted), as (2, k)."""
     q = curve.nodes[:-1]
     out = np.zeros((2, len(curve.nodes)))
     out[:, :-1] = np.stack([np.cos(order * q), np.sin(order * q)]) * 2 / len(q)
@@ -77,7 +78,7 @@ def harmonic(curve: Curve, order: int) -> Array:
 
 
 def harmonics(curve: Curve, values: Array, covariance: Array) -> list[dict[str, float]]:
-    """Amplitude of the first harmonics of a curve, mm or rad, with standard uncertainty (of the vector, per component)."""
+    """Return the amplitude of the first harmonics of a curve, mm or rad, with standard uncertainty (of the vector, per component)."""
     out = []
     for order in ORDERS:
         if 2 * order > len(curve.nodes) - 1:

@@ -29,9 +29,7 @@ PAYS = 4.0  # nats that tails must win
 ROUNDS, STILL = 12, 1e-3
 CHUNK = 4096  # readings
 REFINE_ROUNDS = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
-FINEST = (
-    1e-3  # of the readings: a noise that nobody stated is not taken for smaller, however few the readings
-)
+FINEST = 1e-3  # of the readings: an unstated noise is never assumed smaller, even with few readings
 SMALL = 0.45  # of the stated noise: half way (in ratio) to 1 / 4.848, arcsec taken for urad
 EXCESS, CHANCE = (
     1.15,
@@ -41,7 +39,7 @@ EXCESS, CHANCE = (
 
 @dataclass(frozen=True, eq=False)
 class ReadingNoise:
-    """Of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool.
+    """Noise of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool.
 
     quiet: the residuals over the stated u, where they are smaller than SMALL of it and not by chance; else 1.
     """
@@ -96,28 +94,28 @@ class WhitenedReadings:
         return self.basis.shape[1]
 
     def predict(self, theta: Array) -> Array:
-        """(m,): x theta."""
+        """Return x theta, (m,)."""
         return self._without(self.root * (self.columns @ theta))
 
     def back_project(self, whitened: Array) -> Array:
-        """(size + c,): x' of (m,)."""
+        """Return x' of (m,), (size + c,)."""
         return np.asarray(self.columns.T @ (self.root * self._without(whitened)))
 
     def _without(self, whitened: Array) -> Array:
         return np.asarray(whitened - self.basis @ (self.basis.T @ whitened))
 
     def residual(self, mean: Array) -> Array:
-        """(m,): what errors, instrument and nuisance leave, mm or rad."""
+        """Return the residual (m,) after errors, instrument and nuisance, mm or rad."""
         return np.asarray((self.y - self.predict(mean)) / self.root)
 
     def used_freedom(self, covariance: Array) -> float:
-        """Degrees of freedom of the readings that the fit has used up."""
+        """Return the degrees of freedom of the readings that the fit has used up."""
         return self.rank + float((self.gram * covariance).sum())
 
 
 @dataclass(frozen=True, eq=False)
 class Before:
-    """What was known of theta before: factor (size, r) of its covariance; changed (size,): 1 where it may have changed since."""
+    """Knowledge of theta before: factor (size, r) of its covariance; changed (size,): 1 where it may have changed since."""
 
     factor: Array
     changed: Array
@@ -127,7 +125,7 @@ class Before:
         return Before(np.zeros((model.size, 0)), np.ones(model.size))
 
     def lift(self, size: int) -> Array:
-        """(theta, all numbers): theta = change + what was known; `size` numbers in all."""
+        """Return (theta, all numbers): theta = change + earlier knowledge; `size` numbers in all."""
         out = np.zeros((len(self.changed), size))
         out[:, : len(self.changed)] = np.diag(self.changed)
         out[:, len(self.changed) : len(self.changed) + self.factor.shape[1]] = self.factor
@@ -135,7 +133,7 @@ class Before:
 
 
 def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], tuple[str, ...]]:
-    """Per recording (m, size + r + c): change, what was known, own errors of all instruments; and the names of these.
+    """Return per recording (m, size + r + c): change, earlier knowledge, own errors of all instruments; and the names of the own errors.
 
     Recordings that have an own error of the same name share it.
     """
@@ -167,18 +165,18 @@ def project(part: Readings, columns: Array, weight: Array) -> WhitenedReadings:
 
 
 def nuisance_basis(nuisance: Array) -> Array:
-    """(m, rank): orthonormal columns that span the nuisance."""
+    """Return orthonormal columns that span the nuisance, (m, rank)."""
     return orthonormal(nuisance)
 
 
 def normal_equations(whitened: Sequence[WhitenedReadings], model: ErrorModel) -> NormalEquations:
-    """A and b of all recordings together."""
+    """Return A and b of all recordings together."""
     a = np.sum([w.gram for w in whitened], axis=0)
     return NormalEquations(a, np.sum([w.back_project(w.y) for w in whitened], axis=0), model)
 
 
 def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = None) -> ErrorPosterior:
-    """The joint posterior. The parts' columns belong to this model; theta is the departure from the numbers known before."""
+    """Compute the joint posterior. The parts' columns belong to this model; theta is the departure from the numbers known before."""
     known = known or Before.nothing(model)
     columns, names = columns_of(parts, known)
     noise = [ReadingNoise(1.0, np.inf if p.dof is None else p.dof, np.zeros(p.m, dtype=bool)) for p in parts]
@@ -223,24 +221,24 @@ def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = N
 
 
 def posterior(told: NormalEquations, smooth: Smoothness) -> tuple[Array, Array]:
-    """Mean and covariance of theta and the numbers behind it."""
+    """Return mean and covariance of theta and the numbers behind it."""
     return JointPosterior(told, smooth.sites).posterior()
 
 
 def condition_on_prior(told: NormalEquations, factor: Array) -> tuple[Array, Array]:
-    """Mean and covariance under the prior factor @ factor.T."""
+    """Return mean and covariance under the prior factor @ factor.T."""
     mean, half = conditioned_factor(told, factor)
     return mean, half @ half.T
 
 
 def conditioned_factor(told: NormalEquations, factor: Array) -> tuple[Array, Array]:
-    """Mean, and a factor (p, r) of the covariance, under the prior factor @ factor.T."""
+    """Return the mean, and a factor (p, r) of the covariance, under the prior factor @ factor.T."""
     found = condition(told.a, told.b, factor)
     return found.mean, found.half
 
 
 def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:
-    """Scale and law of the residuals. A stated noise stands unless the residuals contradict it."""
+    """Return scale and law of the residuals. A stated noise is kept unless the residuals contradict it."""
     e = residual / part.u * np.sqrt(part.m / max(part.m - spent, 1.0))
     left = max(part.m - spent, 1.0)
     dof = part.dof if part.dof is not None else _dof(e)
@@ -254,7 +252,7 @@ def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:
 
 
 def _quiet(e: Array, part: Readings, left: float) -> float:
-    """rms of residuals (m,) in units of the stated u where it is small beyond chance (chi-squared with `left` dof), else 1."""
+    """Return the rms of residuals (m,) in units of the stated u where it is small beyond chance (chi-squared with `left` dof), else 1."""
     from scipy.special import chdtr
 
     rms = float(np.sqrt((e**2).mean()))
@@ -264,7 +262,7 @@ def _quiet(e: Array, part: Readings, left: float) -> float:
 
 
 def _too_large(scale: float, dof: float, part: Readings, left: float) -> bool:
-    """Are the residuals larger than stated, beyond chance? For normal noise by chi-squared with `left` dof."""
+    """Return whether the residuals are larger than stated, beyond chance. For normal noise by chi-squared with `left` dof."""
     from scipy.special import chdtrc
 
     if scale < EXCESS:
@@ -273,7 +271,7 @@ def _too_large(scale: float, dof: float, part: Readings, left: float) -> bool:
 
 
 def _dof(e: Array) -> float:
-    """Degrees of freedom of the law of the residuals (m,): the normal law unless tails win more than PAYS nats."""
+    """Return the degrees of freedom of the law of the residuals (m,): the normal law unless tails win more than PAYS nats."""
     if len(e) < 20:
         return float(np.inf)
     best, most = float(np.inf), _likelihood(e, np.inf) + PAYS
@@ -285,7 +283,7 @@ def _dof(e: Array) -> float:
 
 
 def _likelihood(e: Array, dof: float) -> float:
-    """ln likelihood in nats of residuals (m,) by Student's law of the most likely scale; dof = inf: the normal law."""
+    """Return ln likelihood in nats of residuals (m,) by Student's law of the most likely scale; dof = inf: the normal law."""
     scale = max(_t_scale(e, dof), 1e-12)
     square = (e / scale) ** 2
     if np.isinf(dof):
@@ -295,7 +293,7 @@ def _likelihood(e: Array, dof: float) -> float:
 
 
 def _t_scale(e: Array, dof: float) -> float:
-    """Maximum-likelihood scale of residuals (m,) for a law of `dof` (rms for the normal law)."""
+    """Return the maximum-likelihood scale of residuals (m,) for a law of `dof` (rms for the normal law)."""
     s2 = float((e**2).mean())
     if np.isinf(dof):
         return float(np.sqrt(s2))
@@ -317,6 +315,6 @@ def _information(part: Readings, noise: ReadingNoise) -> Array:
 
 
 def _change(new: Array, old: Array, covariance: Array) -> float:
-    """Largest change of a number in units of its u."""
+    """Return the largest change of a number in units of its u."""
     u = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     return float((np.abs(new - old) / np.maximum(u, 1e-15)).max())

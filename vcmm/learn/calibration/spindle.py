@@ -46,7 +46,7 @@ COORDINATE_NAMES = {
 def recorded_spindle(
     found: ReversalResult, limits: Mapping[str, Limit] | None = None, seed: int = 0, trials: int = TRIALS
 ) -> list[Figure]:
-    """Values of every error motion of one separated test, um or urad; u from the scatter of the turns.
+    """Return the values of every error motion of one separated test, um or urad; u from the scatter of the turns.
 
     The asynchronous and total values are extremes of the turns that were recorded and have no u. Raises UsageError for a test
     along a line.
@@ -73,7 +73,7 @@ def recorded_spindle(
 
 
 def figure(name: str, value: float, u: float | None, angle: bool, limits: Mapping[str, Limit]) -> Figure:
-    """In um or urad, with its limit (mm or rad) and the chance that the value is within it: 0 or 1 without u."""
+    """Return a figure in um or urad, with its limit (mm or rad) and the chance that the value is within it: 0 or 1 without u."""
     scale = 1e6 if angle else 1e3
     stated = [key for key in limits if is_of(key, name) and angle == any(word in key for word in TURNING)]
     limit = limits[max(stated, key=len)](0.0) if stated else None
@@ -87,7 +87,7 @@ def figure(name: str, value: float, u: float | None, angle: bool, limits: Mappin
 
 
 def is_of(key: str, name: str) -> bool:
-    """Whether the name of a limit, whole or its beginning ("synchronous"), is that of a figure."""
+    """Return whether the name of a limit, whole or its beginning ("synchronous"), is that of a figure."""
     return name == key or name.startswith(f"{key} ")
 
 
@@ -98,13 +98,13 @@ def _below(z: float) -> float:
 
 
 def _ranges(coefficients: Complex) -> Array:
-    """(trials,) ranges of curves with these orders (trials, K)."""
+    """Return (trials,) ranges of curves with these orders (trials, K)."""
     waves = np.exp(1j * np.outer(np.arange(1, coefficients.shape[1] + 1), CIRCLE))
     return np.asarray(np.ptp(np.real(coefficients @ waves), axis=1))
 
 
 def _values(found: SeparationResult, name: str, apart: Array) -> dict[str, float]:
-    """Values in mm or rad; apart (turns, angles): what the turns differ from their mean."""
+    """Return values in mm or rad; apart (turns, angles): differences of the turns from their mean."""
     orders = found.value.shape[1]
     known = found.is_identified[found.names.index(name)]
     curve = found.curve(name, CIRCLE)
@@ -120,7 +120,7 @@ def _values(found: SeparationResult, name: str, apart: Array) -> dict[str, float
 
 
 def _first_setup(found: ReversalResult, name: str) -> Array:
-    """(turns, angles) of the first set-up: readings less their mean; for a tilt the outer probe less the inner one, over the arm."""
+    """Return readings of the first set-up less their mean, (turns, angles); for a tilt the outer probe less the inner one, over the arm."""
     file, test = found.file, found.file.test
     assert test is not None
     first = [
@@ -146,7 +146,7 @@ def _from_mean(group: TurnGroup) -> Array:
 def predicted_spindle(
     machine: Machine, limits: Mapping[str, Limit] | None = None, seed: int = 0, trials: int = TRIALS
 ) -> list[Figure]:
-    """Values that a test with a perfect artefact would give of every C axis of the machine file, on drawn machines.
+    """Return values that a test with a perfect artefact would give of every C axis of the machine file, on sampled machines.
 
     Read at two heights on the axis; ten turns, scatter per reading. Motions of which the machine file knows no error are left out.
     Raises UsageError without a C axis.
@@ -176,7 +176,7 @@ def _predicted_figure(name: str, drawn: Array, angle: bool, limits: Mapping[str,
 
 
 def _motions(machine: Machine, axis: str, rng: np.random.Generator, trials: int) -> dict[str, Array]:
-    """Error motion -> (trials, TURNS, PER_TURN) mm or rad in fixed directions, the turning part's own."""
+    """Return error motion -> (trials, TURNS, PER_TURN) mm or rad in fixed directions, the turning part's own."""
     from vcmm.task.instruments.reversal_simulation import fixed_places, own_motion
 
     angle = np.tile(np.arange(PER_TURN) * 2 * np.pi / PER_TURN, TURNS)
@@ -206,7 +206,7 @@ def _middle(machine: Machine, axis: str) -> dict[str, float]:
 
 
 def _drawn_values(drawn: Array, radial: bool) -> dict[str, Array]:
-    """Values (trials,) of motions (trials, turns, angles)."""
+    """Return the values (trials,) of motions (trials, turns, angles)."""
     wave = np.exp(-1j * np.arange(drawn.shape[2]) * 2 * np.pi / drawn.shape[2])
     mean = drawn.mean(axis=1)
     once = 2.0 * (mean @ wave) / drawn.shape[2]

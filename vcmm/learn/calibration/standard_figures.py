@@ -1,4 +1,4 @@
-"""Figures of a test from its recordings, with the uncertainty that the instrument brings: ISO 230-2, 230-4, 230-6, 10360-2.
+"""Figures of a test from its recordings, with the uncertainty of the instrument: ISO 230-2, 230-4, 230-6, 10360-2.
 
 ISO 10360-2 from a recording of lengths on a step gauge, gauge blocks or ball bars: E0, E150 (or another L), R0.
 """
@@ -26,7 +26,7 @@ SHARE = 0.66  # of the diagonal of the volume: the longest length
 def recorded_lengths(
     tests: Sequence[RecordedTest], limits: Limits | None = None
 ) -> tuple[list[Figure], list[str]]:
-    """ISO 10360-2:2009, 6.3 to 6.5: largest |error| per offset L of the stylus from the ram, range of repeats for L = 0.
+    """Return figures of ISO 10360-2:2009, 6.3 to 6.5: largest |error| per offset L of the stylus from the ram, range of repeats for L = 0.
 
     Errors are indicated - calibrated. A limit may grow with the length ("1.9 um + L/300"): then the figure is that of the length
     nearest to its limit. Raises UsageError for recordings that are no lengths with two ends touched by the machine.
@@ -63,7 +63,7 @@ def _check(test: RecordedTest) -> None:
 
 
 def _geometry(test: RecordedTest) -> tuple[Array, Ints]:
-    """Lengths (m,) mm, and offsets of the stylus from the ram (m,) in whole mm."""
+    """Return lengths (m,) mm, and offsets of the stylus from the ram (m,) in whole mm."""
     recording = test.recording
     run = test.machine.prepare(recording.run)
     length = np.linalg.norm(run.tip[recording.row] - run.tip[recording.other], axis=1)
@@ -74,7 +74,7 @@ def _geometry(test: RecordedTest) -> tuple[Array, Ints]:
 
 
 def _errors(test: RecordedTest, which: Ints) -> tuple[Array, Array | None]:
-    """indicated - calibrated (k,), and as drawn (trials, k)."""
+    """Return indicated - calibrated (k,), and as sampled (trials, k)."""
     drawn = test.draws
     return -test.value[which], None if drawn is None else -drawn[:, which]
 
@@ -96,7 +96,7 @@ def _largest(test: RecordedTest, name: str, which: Ints, length: Array, limits: 
 
 
 def _ranges(test: RecordedTest, which: Ints, limits: Limits) -> tuple[list[Figure], list[str]]:
-    """R0: largest range of the repeats of one length."""
+    """Return R0: largest range of the repeats of one length."""
     recording = test.recording
     run = test.machine.prepare(recording.run)
     ends = [np.round(run.tip[rows[which]], STEP) for rows in (recording.row, recording.other)]
@@ -117,7 +117,7 @@ def _ranges(test: RecordedTest, which: Ints, limits: Limits) -> tuple[list[Figur
 
 
 def _short(test: RecordedTest, which: Ints, length: Array) -> list[str]:
-    """What ISO 10360-2 asks for and this recording has less of."""
+    """Return requirements of ISO 10360-2 that this recording does not meet."""
     recording, out = test.recording, []
     if len(which) < LENGTHS * TIMES:
         out.append(
@@ -136,9 +136,9 @@ def _short(test: RecordedTest, which: Ints, length: Array) -> list[str]:
 def evaluate_recordings(
     tests: Sequence[RecordedTest], iso: str, limits: Mapping[str, Limit] | None = None
 ) -> tuple[list[Figure], list[str]]:
-    """(figures of a test "230-2", "230-4", "230-6", "10360-2", notes) from its recordings.
+    """Return (figures of a test "230-2", "230-4", "230-6", "10360-2", notes) from its recordings.
 
-    u_um: standard deviation of a figure when the instrument's own errors are drawn; None without a certificate. Raises
+    u_um: standard deviation of a figure when the instrument's own errors are sampled; None without a certificate. Raises
     UsageError for another test, and for recordings that are none of this test, saying why.
     """
     makers: Mapping[str, Callable[..., tuple[list[Figure], list[str]]]] = {

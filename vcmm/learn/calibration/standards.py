@@ -1,4 +1,4 @@
-"""Figures of acceptance tests from deviations, whatever the deviations come from (recorded, or drawn from a machine).
+"""Figures of acceptance tests from deviations, for any source of the deviations (recorded, or simulated on a machine).
 
     ISO 230-2:2014   A, R, B, E, M of an axis, from runs in both directions
     ISO 230-4:2005   G, G(b), D, F, H of circles
@@ -24,7 +24,7 @@ TURN, NEAR, EDGE = (
 
 
 def positioning(up: Array, down: Array) -> dict[str, Array]:
-    """ISO 230-2:2014, clause 5: up, down (..., positions, runs) actual - target, mm, approached in + and in -.
+    """Return A, R, B, E, M of ISO 230-2:2014, clause 5: up, down (..., positions, runs) actual - target, mm, approached in + and in -.
 
     Raises UsageError for fewer than two runs: a standard deviation needs them.
     """
@@ -57,7 +57,7 @@ def positioning(up: Array, down: Array) -> dict[str, Array]:
 def circular(
     angle: Array, forward: Array, backward: Array, back_angle: Array | None = None, centred: bool = True
 ) -> dict[str, Array]:
-    """ISO 230-4, clause 3: radial deviations (..., points) mm at angles (points,) rad, counter-clockwise and clockwise.
+    """Return figures of ISO 230-4, clause 3: radial deviations (..., points) mm at angles (points,) rad, counter-clockwise and clockwise.
 
     back_angle: of the clockwise path, where it was read elsewhere. G+ and G- are about the least-squares centre of their own
     path, all others about that of both paths together (G(b) is bidirectional); centred = False leaves the centre where the instrument has it (arcs).
@@ -87,7 +87,7 @@ def circular(
 
 
 def about_own_circle(angle: Array, radial: Array) -> Array:
-    """One path about the centre of its own least-squares circle."""
+    """Return one path about the centre of its own least-squares circle."""
     way = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return radial - _centre(way, radial) @ way.T
 
@@ -95,20 +95,20 @@ def about_own_circle(angle: Array, radial: Array) -> Array:
 def about_common_circle(
     angle: Array, forward: Array, back_angle: Array, backward: Array
 ) -> tuple[Array, Array]:
-    """Both paths about the centre of their common least-squares circle."""
+    """Return both paths about the centre of their common least-squares circle."""
     ways = [np.stack([np.cos(a), np.sin(a)], axis=1) for a in (angle, back_angle)]
     centre = _centre(np.concatenate(ways), np.concatenate([forward, backward], axis=-1))
     return forward - centre @ ways[0].T, backward - centre @ ways[1].T
 
 
 def _centre(ways: Array, radial: Array) -> Array:
-    """Centre (..., 2) of the least-squares circle of radial deviations (..., n) in the directions (n, 2)."""
+    """Return the centre (..., 2) of the least-squares circle of radial deviations (..., n) in the directions (n, 2)."""
     fit = np.linalg.pinv(np.column_stack([ways, np.ones(len(ways))]))[:2]
     return np.asarray(radial @ fit.T)
 
 
 def _at_angles(angle: Array, other: Array) -> tuple[npt.NDArray[np.bool_], Array]:
-    """(points,) bool: angles between two readings of the other path that are near; (points', other) weights to read it there."""
+    """Return (points,) bool: angles between two readings of the other path that are near; (points', other) weights to read it there."""
     order = np.argsort(other % TURN)
     nodes = (other % TURN)[order]
     around = np.concatenate([nodes[-1:] - TURN, nodes, nodes[:1] + TURN])
@@ -125,11 +125,11 @@ def _at_angles(angle: Array, other: Array) -> tuple[npt.NDArray[np.bool_], Array
 
 
 def diagonal(up: Array, down: Array) -> dict[str, Array]:
-    """ISO 230-6:2002: E and B of one diagonal, up, down (..., positions, runs) mm along it."""
+    """Return E and B of one diagonal, ISO 230-6:2002: up, down (..., positions, runs) mm along it."""
     found = positioning(up, down)
     return {name: found[name] for name in ("E", "B", "R")}
 
 
 def lengths(errors: Array) -> dict[str, Array]:
-    """ISO 10360-2:2009: errors (..., lengths, repeats) mm, indicated - calibrated. E0: largest; R0: range of repeats."""
+    """Return E0 and R0 of ISO 10360-2:2009: errors (..., lengths, repeats) mm, indicated - calibrated. E0: largest; R0: range of repeats."""
     return {"E0": np.abs(errors).max(axis=(-1, -2)), "R0": np.ptp(errors, axis=-1).max(axis=-1)}

@@ -1,4 +1,4 @@
-"""What temperatures and a running spindle do to the tip, from recordings with sensors.
+"""Model the motion of the tip by temperatures and a running spindle, from recordings with sensors.
 
     reading = baseline of the machine + sum c_i g_i(tau_i) + zero ... + noise        tau_i continuous
 
@@ -33,8 +33,8 @@ class ThermalModel:
     """terms with amount and tau (s); covariance (2 t, 2 t) of amounts and lags (a lag that does not count has zeros).
 
     before, after: rms of all readings with nuisance, mm; held_out: rms of blocks of time predicted from the others, before and
-    after; trained: sensor -> (low, high) degC; unused: sensor -> why; repeats: readings that say the same thing again; outliers:
-    readings that stand out, which none of these figures holds.
+    after; trained: sensor -> (low, high) degC; unused: sensor -> why; repeats: number of readings with the same information; outliers:
+    outlying readings, which no figure includes.
     """
 
     terms: tuple[Term, ...]
@@ -51,7 +51,7 @@ class ThermalModel:
     fit: ThermalFit  # the readings, and the terms with the lags at which the search ended
 
     def effects(self) -> list[Effect]:
-        """The terms as effects of a machine, with the range that they were learnt from."""
+        """Return the terms as effects of a machine, with the range that they were learnt from."""
         made = [t.make(float(a), float(lag)) for t, a, lag in zip(self.terms, self.amounts, self.lags)]
         return [
             replace(e, trained=trained_range(*self.trained[t.sensor])) if hasattr(e, "trained") else e  # type: ignore[call-arg]
@@ -89,7 +89,7 @@ def thermal_model(
 
 
 def _model(fit: ThermalFit, trained: dict[str, tuple[float, float]], unused: dict[str, str]) -> ThermalModel:
-    """The amounts, lags and their covariance."""
+    """Return the amounts, lags and their covariance."""
     weight = fit.weights()
     amounts, left = fit.solve(fit.lags, weight)
     kept = ordinary(fit, left)

@@ -22,7 +22,7 @@ EPOCHS, MEMBERS = 1000, 5
 
 
 def inputs(part: WarmReadings, sensors: Sequence[str]) -> Array:
-    """(m, 3 per sensor) temperatures behind the lags, degC."""
+    """Return (m, 3 per sensor) temperatures behind the lags, degC."""
     run = part.observer.run
     columns = [run.lag(s, tau)[part.recording.row] for s in sensors for tau in LAGS]
     return np.stack(columns, axis=1)
@@ -31,7 +31,7 @@ def inputs(part: WarmReadings, sensors: Sequence[str]) -> Array:
 def net_left(
     learnt: Sequence[Recording], asked: Recording, machine: Machine, sensors: Sequence[str], seed: int = 0
 ) -> float:
-    """rms (mm) that the mean of an ensemble leaves of another recording, whose nuisance is fitted to it."""
+    """Return the rms (mm) of another recording under the mean of an ensemble, whose nuisance is fitted to it."""
     parts = [warm_readings(r, machine) for r in learnt]
     x = np.concatenate([inputs(p, sensors)[p.weight > 0] for p in parts])
     y = np.concatenate([(p.value - np.median(p.value))[p.weight > 0] for p in parts])

@@ -28,21 +28,21 @@ class ThermalFit:
 
     @property
     def longest(self) -> float:
-        """s: three times the longest recording; a longer lag cannot be told from a drift."""
+        """Longest lag in s: three times the longest recording; a longer lag cannot be told from a drift."""
         return 3 * max(float(np.ptp(p.observer.run.column("time_s"))) for p in self.parts)
 
     @property
     def numbers(self) -> int:
-        """Amounts and lags."""
+        """Number of amounts and lags."""
         return sum(1 + t.lag for t in self.terms)
 
     def left(self) -> float:
-        """What the terms leave, mm^2."""
+        """Return the residual mean square of the terms, mm^2."""
         left, weight = self.solve(self.lags, self.weights())[1], self.weights()
         return sum(float(w @ e**2) for w, e in zip(weight, left)) / sum(float(w.sum()) for w in weight)
 
     def is_determined(self) -> bool:
-        """Is every amount beyond twice its u, and are two lags of one sensor two?"""
+        """Return whether every amount is beyond twice its u, and two lags of one sensor are distinct."""
         for i, term in enumerate(self.terms):
             for j in range(i):
                 if self.terms[j].where == term.where and max(self.lags[i], self.lags[j]) < TWO * min(
@@ -57,7 +57,7 @@ class ThermalFit:
         return bool((np.abs(amounts) > SURE * np.sqrt(np.maximum(spread, 0.0))).all())
 
     def columns(self, lags: Array) -> list[Array]:
-        """Per recording (m, t)."""
+        """Return the columns per recording (m, t)."""
         return [
             np.stack([p.column(t, float(tau)) for t, tau in zip(self.terms, lags)], axis=1)
             if self.terms
@@ -66,7 +66,7 @@ class ThermalFit:
         ]
 
     def solve(self, lags: Array, weight: Sequence[Array] | None = None) -> tuple[Array, list[Array]]:
-        """Amounts (t,), residuals per recording: weighted least squares, nuisance projected out."""
+        """Return amounts (t,), residuals per recording: weighted least squares, nuisance projected out."""
         weight = weight or [np.ones(len(p.value)) for p in self.parts]
         columns = self.columns(lags)
         x, y = _project_nuisance(self.parts, columns, weight)
@@ -77,11 +77,11 @@ class ThermalFit:
         return amounts, left
 
     def weights(self) -> list[Array]:
-        """Per recording (m,): 0 for single readings that stand out."""
+        """Return weights per recording (m,): 0 for single outlying readings."""
         return [p.weight for p in self.parts]
 
     def refine_lags(self) -> ThermalFit:
-        """The same terms with their best lags."""
+        """Return the same terms with their best lags."""
         from scipy.optimize import least_squares
 
         free = [i for i, t in enumerate(self.terms) if t.lag]
@@ -108,7 +108,7 @@ class ThermalFit:
         return replace(self, lags=lags)
 
     def held_out(self) -> list[Array]:
-        """Errors of every block of time as predicted from the others (lags as they are)."""
+        """Return the errors of every block of time as predicted from the others (lags unchanged)."""
         weight, columns = self.weights(), self.columns(self.lags)
         out = []
         for block in range(BLOCKS):
@@ -146,8 +146,8 @@ class ThermalFit:
 
 
 def select_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
-    """Of all paths the fit with the least Bayesian information criterion, n ln(mean square) + numbers ln n, n readings that say
-    something new: all of them over what the fit with the most independent rest repeats.
+    """Return, of all paths, the fit with the least Bayesian information criterion, n ln(mean square) + numbers ln n, n readings with
+    new information: all of them over the repeats of the fit with the most independent residuals.
 
     Paths are made of every sensor by itself, and of all; a term that is not known (amount below twice its u) rules a fit out.
     """
@@ -161,7 +161,7 @@ def select_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
 
 
 def _path(fit: ThermalFit, every: Sequence[Term]) -> list[ThermalFit]:
-    """Term after term, each time the one that leaves least, and exchanged for others while that pays."""
+    """Add term after term, each time the one with the smallest residual, and exchange terms while that pays."""
     path = [fit]
     while len(fit.terms) < MOST:
         tried = [
@@ -176,7 +176,7 @@ def _path(fit: ThermalFit, every: Sequence[Term]) -> list[ThermalFit]:
 
 
 def _candidate_terms(every: Sequence[Term], fit: ThermalFit) -> list[tuple[Term, float]]:
-    """Terms that may be added, with the lags to begin with: two per direction and sensor, one of the others."""
+    """Return the terms that may be added, with the initial lags: two per direction and sensor, one of the others."""
     return [
         (t, tau)
         for t in every
@@ -187,7 +187,7 @@ def _candidate_terms(every: Sequence[Term], fit: ThermalFit) -> list[tuple[Term,
 
 
 def _exchange_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
-    """The fit with one term after the other exchanged for what leaves less."""
+    """Return the fit with one term after the other exchanged for one with smaller residuals."""
     for i in range(len(fit.terms) - 1):
         rest = replace(fit, terms=(*fit.terms[:i], *fit.terms[i + 1 :]), lags=np.delete(fit.lags, i))
         tried = [
@@ -203,7 +203,7 @@ def _exchange_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
 def _project_nuisance(
     parts: Sequence[WarmReadings], columns: Sequence[Array], weight: Sequence[Array]
 ) -> tuple[Array, Array]:
-    """All recordings whitened, nuisance taken out: (all m, t), (all m,)."""
+    """Return all recordings whitened, nuisance projected out: (all m, t), (all m,)."""
     xs, ys = [], []
     for part, c, w in zip(parts, columns, weight):
         root = np.sqrt(w)
@@ -215,7 +215,7 @@ def _project_nuisance(
 
 
 def _without(value: Array, nuisance: Array, weight: Array) -> Array:
-    """value (m,) less the nuisance as the weighted rows have it."""
+    """Return the value (m,) less the nuisance as the weighted rows have it."""
     root = np.sqrt(weight)
     return np.asarray(
         value - nuisance @ np.linalg.lstsq(nuisance * root[:, None], value * root, rcond=1e-9)[0]
@@ -223,7 +223,8 @@ def _without(value: Array, nuisance: Array, weight: Array) -> Array:
 
 
 def repeating(left: Sequence[Array]) -> float:
-    """Readings that say the same thing again: 1 + 2 sum of the correlations of the residuals, up to the first that is not positive."""
+    """Return the number of readings with the same information: 1 + 2 sum of the correlations of the residuals, up to the first that is
+    not positive."""
     total, counts = 0.0, 0
     for e in left:
         away = e - e.mean()
@@ -238,5 +239,5 @@ def repeating(left: Sequence[Array]) -> float:
 
 
 def ordinary(fit: ThermalFit, left: Sequence[Array]) -> list[Array]:
-    """The residuals without those of readings that stand out."""
+    """Return the residuals without those of outlying readings."""
     return [e[w > 0] for e, w in zip(left, fit.weights())]

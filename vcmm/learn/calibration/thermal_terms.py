@@ -1,4 +1,4 @@
-"""Recordings with sensors made ready for a thermal model, and the terms that they can show."""
+"""Prepare recordings with sensors for a thermal model, and the terms that they can show."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ LEAST_DIRECTION = 0.3  # share of a direction in a reading
 
 @dataclass(frozen=True)
 class Term:
-    """make(amount, tau) is the effect; name of its amount; lag: whether tau counts. where: direction and sensor, or axis."""
+    """A term: make(amount, tau) is the effect; name of its amount; lag: whether tau counts. where: direction and sensor, or axis."""
 
     where: tuple[str, ...]
     make: Callable[[float, float], Effect]
@@ -40,7 +40,7 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class WarmReadings:
-    """One recording made ready: value (m,) less the baseline, nuisance (m, p), block of time (m,), weight (m,) 0 or 1."""
+    """One prepared recording: value (m,) less the baseline, nuisance (m, p), block of time (m,), weight (m,) 0 or 1."""
 
     recording: Recording
     observer: Observer
@@ -50,7 +50,7 @@ class WarmReadings:
     weight: Array
 
     def column(self, term: Term, tau: float) -> Array:
-        """(m,) the readings per unit of the amount."""
+        """Return the readings per unit of the amount (m,)."""
         effect = term.make(1.0, tau)
         return self.observer.through(effect, effect.error_motion(self.observer.run)[:, :, None])[:, 0]
 
@@ -76,7 +76,7 @@ def warm_readings(recording: Recording, machine: Machine) -> WarmReadings:
 
 
 def standing_out(value: Array) -> npt.NDArray[np.bool_]:
-    """(m,) single readings far from the median of five about them; a run of five and more is no mistake."""
+    """Return single readings (m,) far from the median of five about them; a run of five and more is no mistake."""
     if len(value) < ABOUT:
         return np.zeros(len(value), dtype=bool)
     padded = np.pad(value, ABOUT // 2, mode="edge")
@@ -86,7 +86,7 @@ def standing_out(value: Array) -> npt.NDArray[np.bool_]:
 
 
 def sensors_of(parts: Sequence[WarmReadings]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
-    """Sensor -> lowest and highest temperature of those in all recordings that vary; the others with the reason."""
+    """Return sensor -> lowest and highest temperature of those in all recordings that vary; the others with the reason."""
     names = [{c for c in p.observer.run.columns if c.startswith("temp_") and c.endswith("_C")} for p in parts]
     used, unused = {}, {}
     for name in sorted(set.union(*names)):
@@ -103,7 +103,7 @@ def sensors_of(parts: Sequence[WarmReadings]) -> tuple[dict[str, tuple[float, fl
 
 
 def candidates(parts: Sequence[WarmReadings], sensors: Sequence[str]) -> list[Term]:
-    """Every term that these readings can show."""
+    """Return every term that these readings can show."""
     out = []
     lengths = [p for p in parts if p.recording.kind != "angle"]
     for k, direction in enumerate("xyz"):

@@ -1,7 +1,7 @@
-"""What touches of a probe in the spindle can be asked: location errors and angular position errors of rotary axes, scale and squareness.
+"""Errors that touches of a probe in the spindle can determine: location errors and angular position errors of rotary axes, scale and squareness.
 
-Touches at a few rotary positions tell where the rotary axes are and how far they turn; 18 curves of the linear axes they do not. So
-where nothing but touch probes read the machine, and nobody names the errors, these are looked for:
+Touches at a few rotary positions determine the places and angles of the rotary axes; 18 curves of the linear axes they do not. So
+where nothing but touch probes read the machine, and no errors are named, the following are looked for:
 
     rotary axes that turned    the location errors of ISO 230-1 (X0C Y0C A0C B0C ...), and the angular position error (ECC ...)
     none turned                scale (EXX as a line over the travel) and squareness of the linear axes
@@ -29,13 +29,13 @@ TURNED = 1e-6  # rad: an axis that turned less stood still
 
 
 def is_touched(recordings: Sequence[Recording], certificates: Mapping[str, InstrumentCertificate]) -> bool:
-    """Did nothing but touch probes read the machine?"""
+    """Return whether nothing but touch probes read the machine."""
     used = [certificates.get(r.name) for r in recordings]
     return bool(used) and all(one is not None and one.instrument.name == TOUCH_PROBE.name for one in used)
 
 
 def touched_errors(ranges: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
-    """Names of the errors to look for, by the axes that moved (axis -> lowest, highest)."""
+    """Return the names of the errors to look for, by the axes that moved (axis -> lowest, highest)."""
     turned = in_order(a for a, (low, high) in ranges.items() if is_rotary(a) and high - low > TURNED)
     if turned:
         located = [f"{where}{axis}" for axis in turned for where in LOCATIONS[axis[0]]]
@@ -46,7 +46,7 @@ def touched_errors(ranges: Mapping[str, tuple[float, float]]) -> tuple[str, ...]
 
 
 def as_line(curve: Curve) -> Curve:
-    """An error of a linear axis as a straight line over the travel that was read: a scale. Those of rotary axes stay."""
+    """Return an error of a linear axis as a straight line over the travel that was read: a scale. Those of rotary axes stay."""
     if curve.rotary or curve.kept:
         return curve
     return replace(curve, nodes=curve.nodes[[0, -1]], kind=LINEAR, kept=True)
@@ -55,7 +55,7 @@ def as_line(curve: Curve) -> Curve:
 def free_probe_errors(
     recording: Recording, run: Run, certificate: InstrumentCertificate | None
 ) -> tuple[Array, tuple[str, ...]]:
-    """(m, k) columns of what a touch probe may have and its certificate does not state, and that in words: it is free.
+    """Return columns (m, k) of errors that a touch probe may have and its certificate does not state, and their names: they are free.
 
     run: with the normals in the frame of the probe. Its size is the nuisance `radius`, so no `diameter` is added here.
     """

@@ -1,6 +1,6 @@
-"""A machine file put to a test that it was not made from: what a recording shows before and after, and whether its band holds.
+"""Test a machine file on a recording that it was not made from: residuals before and after, and coverage of its band.
 
-Nuisance of the recording (its zero, its station, how the artefact lay) is fitted to it, in both cases alike. With P that takes it
+Nuisance of the recording (its zero, its station, the place of the artefact) is fitted to it, in both cases alike. With P that projects it
 out, the rest of the readings has the covariance P (C C' + noise^2) P', C the Inputs of the machine.
 """
 
@@ -42,20 +42,19 @@ class IndependentTest:
 
     @property
     def scale(self) -> float:
-        """To um or urad."""
+        """Factor to um or urad."""
         return 1e6 if self.angle else 1e3
 
     @property
     def gain(self) -> float:
-        """Share of the rms that the calibration takes away."""
+        """Share of the rms that the calibration removes."""
         return 1.0 - self.after / self.before if self.before > 0 else 0.0
 
 
 def put_to_test(recording: Recording, before: Machine, after: Machine, noise: float = 0.0) -> IndependentTest:
-    """See the head of this file. before: the machine as it was known; after: the machine file, read back.
+    """Test a machine file; see the docstring of this module. before: the machine as it was known; after: the machine file, read back.
 
-    noise: standard uncertainty of a reading (mm or rad) where neither recording nor machine states one; what is left by chance,
-    otherwise.
+    noise: standard uncertainty of a reading (mm or rad) where neither recording nor machine states one.
     """
     rest, _ = remainder(recording, before)
     left, spread = remainder(recording, after, noise)
@@ -72,7 +71,7 @@ def put_to_test(recording: Recording, before: Machine, after: Machine, noise: fl
 
 
 def remainder(recording: Recording, machine: Machine, noise: float = 0.0) -> tuple[Array, Array]:
-    """(m,) what the machine does not predict, nuisance taken out, and its covariance (m, m)."""
+    """Return the part (m,) that the machine does not predict, nuisance projected out, and its covariance (m, m)."""
     recording, _ = free_nuisance(recording, machine)
     recording, _ = settle_stations(recording, machine)
     observer = Observer(recording, machine)
@@ -101,6 +100,6 @@ def check_independent(test: Recording, used: list[Recording]) -> None:
     for one in used:
         if one.m == test.m and np.array_equal(one.value, test.value):
             raise UsageError(
-                f"{test.name} holds the same readings as {one.name}, from which the machine was calibrated; a gain is told on a test "
-                "of its own: a diagonal, another artefact, another run"
+                f"{test.name} holds the same readings as {one.name}, from which the machine was calibrated; state the gain on a separate "
+                "test: a diagonal, another artefact, another run"
             )

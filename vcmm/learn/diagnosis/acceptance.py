@@ -1,4 +1,4 @@
-"""Which answers of a diagnosis go into the machine's file, and what must be said beside them."""
+"""Choose the answers of a diagnosis that go into the machine's file, and the remarks beside them."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from vcmm.learn.diagnosis.table_renewal import RenewedTables
 
 
 def answers_to_write(answers: Sequence[Answer]) -> tuple[Answer, ...]:
-    """Answers with a crisp number that belong to the machine and are more probable than not, their rivals included."""
+    """Return the answers with a crisp number that belong to the machine and are more probable than not, their rivals included."""
     return tuple(a for a in answers if a.fitted is not None and not _why_not(a))
 
 
 def anew(answers: Sequence[Answer]) -> RenewedTables | None:
-    """The stored tables as they are written anew; None where they stay."""
+    """Return the renewed tables; None where they stay."""
     return next((a.renewed for a in answers if a.renewed is not None and not _why_not(a)), None)
 
 
 def notes(answers: Sequence[Answer]) -> tuple[str, ...]:
-    """One sentence per answer that is not written, and why; and per answer that has rivals."""
+    """Return one sentence per answer that is not written, and why; and per answer that has rivals."""
     out = []
     for a in answers:
         why = _why_not(a)

@@ -1,4 +1,4 @@
-"""Is what the named terms leave white? If not: where and what shape. A proposal, not a name.
+"""Test whether the residual of the named terms is white; if not, propose place and shape, without a name.
 
 A sparse formula for physics outside the catalogue: a proposal, not physics.
 
@@ -32,7 +32,7 @@ from vcmm.learn.diagnosis.select import Selection, Setting, Term, joint, mismatc
 def unknown_rest(
     generic: Dictionary, selection: Selection, white: Whitener, chance: Array, threshold: float
 ) -> Unknown | None:
-    """Model-free shapes on the residual, given the chosen terms; None where none exceeds the null's threshold."""
+    """Return model-free shapes on the residual, given the chosen terms; None where none exceeds the null's threshold."""
     chosen = np.concatenate([t.white for t in selection.terms], axis=1) if selection.terms else None
     given = scorer(generic, chosen)
     if not generic.families:
@@ -47,7 +47,7 @@ def unknown_rest(
 
 
 def plain(name: str) -> str:
-    """A covariate without the word for its shape: X (periodic) -> X."""
+    """Return a covariate without the word for its shape: X (periodic) -> X."""
     return name.split(" (")[0]
 
 
@@ -60,7 +60,7 @@ def described_shape(
     best: int,
     options: Array,
 ) -> Unknown:
-    """A family of shapes in words, fitted outside `basis`."""
+    """Return a family of shapes in words, fitted outside `basis`."""
     stop = generic.first[best + 1] if best + 1 < len(generic.first) else len(generic.options)
     part = slice(int(generic.first[best]), int(stop))
     option = int(generic.first[best] + np.argmax((options + generic.weight)[part]))
@@ -80,7 +80,7 @@ def described_shape(
 def describe_shape(
     rest: Unknown | None, problem: Problem, setting: Setting, selection: Selection, parts: Sequence[Fold]
 ) -> Unknown | None:
-    """The same with the fitted shape and, where one pays for its search and extrapolates, a formula."""
+    """Return the same with the fitted shape and, where one pays for its search and extrapolates, a formula."""
     if rest is None or not rest.drawn:
         return rest
     whites = [t.white for t in selection.terms]
@@ -99,7 +99,7 @@ MOST_ATOMS = 2
 
 @dataclass(frozen=True, eq=False)
 class Atom:
-    """A shape of one covariate: columns (m, k) and how it is written, one text per column."""
+    """A shape of one covariate: columns (m, k) and its notation, one text per column."""
 
     covariate: str
     columns: Array
@@ -125,7 +125,7 @@ def propose(
     parts: Sequence[Fold],
     basis: Array,
 ) -> Formula | None:
-    """The best formula for what the named terms leave, or None where none pays for its search or none extrapolates."""
+    """Return the best formula for the residual of the named terms, or None where none pays for its search or none extrapolates."""
     factor = modulators(problem).get(direction, np.ones(problem.m))
     rest, found, size = selection.rest, None, float(np.median(problem.u))
     chosen: list[Atom] = []
@@ -171,7 +171,7 @@ def _term(atoms: Sequence[Atom], factor: Array, setting: Setting) -> Term:
 def _best(
     problem: Problem, setting: Setting, names: Sequence[str], factor: Array, rest: Array, basis: Array
 ) -> Atom | None:
-    """The atom or product of highest evidence, if it is STRONG more than the search costs."""
+    """Return the atom or product of highest evidence, if it is STRONG more than the search costs."""
     lists = [_atoms(problem, n) for n in names]
     singles = [a for one in lists for a in one]
     if not singles:
@@ -186,7 +186,7 @@ def _best(
 
 
 def _shortlist(own: Sequence[Atom], singles: Sequence[Atom], scores: Array) -> list[Atom]:
-    """Powers and harmonics, and the few best of the sines: what enters products."""
+    """Return powers and harmonics, and the few best of the sines, from which products are made."""
     plain = [a for a in own if a.order <= HARMONICS]
     score = {id(a): s for a, s in zip(singles, scores)}
     waves = sorted((a for a in own if a.order > HARMONICS), key=lambda a: -score[id(a)])[:BEST]
@@ -234,7 +234,7 @@ def _product(a: Atom, b: Atom) -> Atom:
 
 
 def _formula_text(atoms: Sequence[Atom], longer: Selection, direction: str, size: float, kind: str) -> str:
-    """The formula with its numbers in um (urad where angles were recorded), largest first."""
+    """Return the formula with its numbers in um (urad where angles were recorded), largest first."""
     assert longer.fit is not None
     micro = 1e6 if kind == "angle" else 1e3
     numbers = longer.fit.mean[longer.span(len(longer.terms) - 1)] * size * micro

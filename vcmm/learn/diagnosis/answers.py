@@ -1,8 +1,8 @@
-"""Answers from terms: numbers of what is delivered from its own refit, of candidates from the fit of everything.
+"""Answers from terms: numbers of delivered terms from their own refit, of candidates from the fit of everything.
 
-What of a curve is a simple name: a change of geometry whose slope is a scale or a squareness says so, with its number.
+Simple names of curves: a change of geometry whose slope is a scale or a squareness says so, with its number.
 
-A curve with a small bend wins over its straight part by evidence; a person still wants to read "square by -60 urad".
+A curve with a small bend wins over its straight part by evidence; people still want to read "square by -60 urad".
 
 Sizes that physics does not have: outside them a name is a candidate, however well it fits.
 
@@ -52,7 +52,7 @@ ARM = "arm"
 
 
 def beyond(effect: Effect | None, found: Mapping[str, Estimate], machine: Machine, offset: Array) -> str:
-    """Why a fitted effect cannot be, in words; "" where it can. offset (n, 3) mm: tips from the last frame."""
+    """Return why a fitted effect is impossible, in words; "" where it is possible. offset (n, 3) mm: tips from the last frame."""
     if effect is None:
         return ""
     if effect.diagnosis.is_never_negative and _negative(effect):
@@ -79,7 +79,7 @@ def _negative(effect: Effect) -> bool:
 
 
 def _reach(machine: Machine, offset: Array) -> float:
-    """mm: the diagonal of the travels, and the longest tool."""
+    """Return the reach in mm: the diagonal of the travels, and the longest tool."""
     travels = [float(np.ptp(a.travel)) for a in machine.axes.values() if not a.rotary]
     return float(np.linalg.norm(travels)) + float(np.linalg.norm(offset, axis=1).max(initial=0.0))
 
@@ -87,7 +87,7 @@ def _reach(machine: Machine, offset: Array) -> float:
 def simple_part(
     selection: Selection, i: int, families: tuple[Family, ...], problem: Problem, white: Whitener
 ) -> str:
-    """'95 % of it is squareness C0Y, -61.2 urad'; '' where term i is no curve or holds no simple name to that extent."""
+    """Return '95 % of it is squareness C0Y, -61.2 urad'; '' where term i is no curve or holds no simple name to that extent."""
     term = selection.terms[i]
     if term.option.columns.shape[1] < 2:
         return ""
@@ -120,7 +120,7 @@ def _text(share: float, family: Family, option: Option, size: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class NamedTerms:
-    """Everything that was thought of: the terms with their joint fit, and each among its rivals.
+    """All terms that were considered, with their joint fit, and each among its rivals.
 
     searched: the same in the rows that were searched, where these are not all.
     """
@@ -132,7 +132,7 @@ class NamedTerms:
     searched: NamedTerms | None = None
 
     def probabilities(self) -> list[Answer]:
-        """Every term as an answer without numbers: what of it is probable."""
+        """Return every term as an answer without numbers, with its probability."""
         return [self._bare(i) for i in range(len(self.places))]
 
     def _bare(self, i: int) -> Answer:
@@ -162,7 +162,7 @@ class NamedTerms:
 
 
 def _of_instrument(place: Standing, found: Dictionary) -> tuple[str, ...]:
-    """Errors of the instrument that repeat an answer exactly and are together as probable as all of the machine that do."""
+    """Return the errors of the instrument that repeat an answer exactly and are together as probable as all of the machine that do."""
     own = [(j, p) for j, p in zip(place.exact, place.exact_shares) if _is_of_instrument(found, j)]
     if not own or sum(p for _, p in own) < EVEN_ODDS * place.with_aliases:
         return ()
@@ -182,7 +182,7 @@ def _excess(selection: Selection, stage: Stage) -> float:
 def answers(
     named: NamedTerms, given: DeliveredTerms, mistake: Mistake | None, seed: int
 ) -> tuple[Answer, ...]:
-    """All answers, those of the largest share first; below each its twins at other places, which repeat it exactly."""
+    """Return all answers, those of the largest share first; below each its twins at other places, which repeat it exactly."""
     of_rows = shares_of_rows(given.problem, given.selection)
     apart = shares_of_rows(named.problem, named.selection)
     out: list[tuple[Answer, ...]] = []
@@ -216,7 +216,7 @@ def _with_numbers(
 def _twins(
     of: Answer, named: NamedTerms, problem: Problem, selection: Selection, at: int, i: int, seed: int
 ) -> list[Answer]:
-    """The same name at the places that repeat answer `of`, each with its own numbers; none of them is written."""
+    """Return the same name at the places that repeat answer `of`, each with its own numbers; none of them is written."""
     setting, out = setting_for(problem, named.stage), []
     place = named.places[i]
     for j, probability in zip(place.twins, place.shares):
@@ -232,7 +232,7 @@ def _twins(
 
 
 def _twin(named: NamedTerms, selection: Selection, at: int, i: int, j: int) -> Term:
-    """Term `at` of a refit, which is term i of all, as family j."""
+    """Return the term `at` of a refit, which is term i of all, as family j."""
     if named.searched is None:
         return _at_place(named.stage.found, selection, at, j)
     term = _at_place(named.searched.stage.found, named.searched.selection, i, j)
@@ -241,13 +241,13 @@ def _twin(named: NamedTerms, selection: Selection, at: int, i: int, j: int) -> T
 
 
 def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
-    """Term `at` as family j, in the shape that repeats its signal best."""
+    """Return the term `at` as family j, in the shape that repeats its signal best."""
     best = best_mimic(found, j, selection.signal(at))
     return Term(found.families[j], found.options[best], found.columns(best), selection.terms[at].width)
 
 
 def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place: Standing) -> str:
-    """What must be said beside answer i."""
+    """Return the remarks beside answer i."""
     exact = {stage.found.families[j].id for j in place.twins}
     open_at = [
         (stage.found.families[j], p) for j, p in place.elsewhere if stage.found.families[j].id not in exact
@@ -277,7 +277,7 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
 
 
 def add_repeated(d: Diagnosis, again: RepeatedStretch) -> Diagnosis:
-    """The diagnosis of the other rows, and the stretch that stands there twice as a mistake of the log."""
+    """Return the diagnosis of the other rows, and the stretch that occurs twice as a mistake of the log."""
     sure = 1.0 - min(again.expected, 1.0)
     count = int(again.copied.sum())
     answer = Answer(
@@ -290,7 +290,7 @@ def add_repeated(d: Diagnosis, again: RepeatedStretch) -> Diagnosis:
 
 
 def of_the_machine(selection: Selection, places: Sequence[Standing], setting: Setting) -> Selection:
-    """Terms that no machine file can hold (errors of the instrument, a calibration that is stale as a whole) give way to names
+    """Replace terms that no machine file can hold (errors of the instrument, a calibration that is stale as a whole) by names
     that repeat them exactly and that one can hold; both remain named.
     """
     terms = list(selection.terms)
@@ -302,7 +302,7 @@ def of_the_machine(selection: Selection, places: Sequence[Standing], setting: Se
 
 
 def _has_a_number(term: Term) -> bool:
-    """Can a machine file hold it?"""
+    """Return whether a machine file can hold a term."""
     effect = term.option.effect
     return effect is not None and effect.per != "instrument" and not any("@" in n for n in term.option.labels)
 
@@ -311,7 +311,7 @@ INSTRUMENT, SENSOR = "instrument", "sensor"  # rivals that are no effects
 
 
 def within(effect: Effect) -> bool:
-    """Has every parameter of a fitted effect a size that machines have?"""
+    """Return whether every parameter of a fitted effect has a size that machines have."""
     for f in parameter_fields(effect):
         usual = f.metadata["typical"]
         if usual is not None:
@@ -322,7 +322,7 @@ def within(effect: Effect) -> bool:
 
 
 def shared_with_instrument(a: Answer) -> Answer:
-    """The answer, where it is too large, with what recorded it as a rival of the same weight and a remark."""
+    """Return the answer, where it is too large, with the instrument as a rival of the same weight and a remark."""
     if not a.implausible or (a.fitted is not None and within(a.fitted)):
         return a
     rival = (

@@ -1,13 +1,13 @@
-"""From terms that were judged to the diagnosis: numbers, rivals, what is left, what could not have been seen, what to measure.
+"""Assemble the diagnosis from judged terms: numbers, rivals, residuals, invisible effects, what to measure.
 
-What was named in some of the rows, fitted to all of them: templates, noise, mistakes of the table.
+Names from some of the rows are fitted to all of them: templates, noise, mistakes of the table.
 
-Shapes that the rows do not resolve are no candidates, but they may still be what was found.
+Shapes that the rows do not resolve are no candidates, but they may still be the true cause.
 
 Pre-travel over the seats of a probe is a sum of waves (a triangle is no cosine), and a wave with k lobes probed in 2 k
 directions or fewer has the numbers of another one (Shannon; see periods): from four directions six lobes and two lobes
 are the same readings, and four lobes are a wrong radius. No evidence can speak for such a shape, for it has no numbers of
-its own; but its name stands among the rivals of an answer whose signal it, or the sum of such shapes, repeats with no
+its own; but its name is among the rivals of an answer whose signal it, or the sum of such shapes, repeats with no
 more columns than the answer has.
 """
 
@@ -50,7 +50,7 @@ from vcmm.physics import ALL
 
 
 def unresolved_shapes(problem: Problem, white: Whitener) -> Dictionary:
-    """What the refused shapes of the catalogue would show on this recording, where they show anything."""
+    """Return the signals of the refused shapes of the catalogue on this recording, where they have any."""
     out = []
     for kind in ALL:
         changes = refused_changes(kind, problem.run)
@@ -67,7 +67,7 @@ def unresolved_shapes(problem: Problem, white: Whitener) -> Dictionary:
 
 
 def _sum(options: Sequence[Option]) -> list[Option]:
-    """All shapes together as one option."""
+    """Return all shapes together as one option."""
     if len(options) < 2:
         return []
     columns = np.concatenate([o.columns for o in options], axis=1)
@@ -76,7 +76,7 @@ def _sum(options: Sequence[Option]) -> list[Option]:
 
 
 def with_aliases(place: Standing, selection: Selection, i: int, hidden: Dictionary) -> Standing:
-    """The standing with the names of refused shapes that repeat the signal of term i within this noise."""
+    """Return the standing with the names of refused shapes that repeat the signal of term i within this noise."""
     if not hidden.families:
         return place
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
@@ -91,9 +91,9 @@ def with_aliases(place: Standing, selection: Selection, i: int, hidden: Dictiona
 
 
 def on_all_rows(named: NamedTerms, whole: Problem, seed: int) -> NamedTerms:
-    """The terms fitted again to the observations of `whole`, with the noise that is found there; their standings stay.
+    """Fit the terms again to the observations of `whole`, with the noise estimated there; their standings stay.
 
-    The same where a term cannot be worked out for all rows (a row beyond what its law holds for).
+    The same where a term cannot be computed for all rows (a row beyond what its law holds for).
     """
     kept = {name for name, _ in named.problem.stated}
     whole = whole.without([name for name, _ in whole.stated if name not in kept])
@@ -111,7 +111,7 @@ def on_all_rows(named: NamedTerms, whole: Problem, seed: int) -> NamedTerms:
 
 
 def lift_terms(terms: tuple[Term, ...], whole: Problem) -> tuple[Term, ...] | None:
-    """The terms with columns for the observations of `whole`; None where one has none."""
+    """Return the terms with columns for the observations of `whole`; None where one has none."""
     options = [rebuild_option(t.option, whole) for t in terms]
     if any(o is None for o in options):
         return None
@@ -119,7 +119,7 @@ def lift_terms(terms: tuple[Term, ...], whole: Problem) -> tuple[Term, ...] | No
 
 
 def _stage_of(whole: Problem, stage: Stage, white: Whitener) -> Stage:
-    """The stage with the whitener of all rows; its candidates are named there and not looked at again."""
+    """Return the stage with the whitener of all rows; its candidates are named there and not searched again."""
     bare = dictionary((), white)
     found = replace(bare, families=stage.found.families, options=stage.found.options, first=stage.found.first)
     u = whole.u if len(stage.u) != whole.m else stage.u
@@ -127,7 +127,7 @@ def _stage_of(whole: Problem, stage: Stage, white: Whitener) -> Stage:
 
 
 def mistake_on_all_rows(mistake: Mistake | None, whole: Problem) -> tuple[Mistake | None, Problem]:
-    """The same mistake of the table with its departure in all rows, and the rows without it."""
+    """Return the same mistake of the table with its departure in all rows, and the rows without it."""
     if mistake is None:
         return None, whole
     same = ("component", "what", "effect", "factor", "source", "both")
@@ -139,7 +139,7 @@ def mistake_on_all_rows(mistake: Mistake | None, whole: Problem) -> tuple[Mistak
 
 
 def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem, seed: int) -> Diagnosis:
-    """The diagnosis of what was judged in the rows that were searched, with numbers of all rows; these may be the same."""
+    """Return the diagnosis of the judgement in the rows that were searched, with numbers of all rows; these may be the same."""
     stage, mistake, used, rest = one.stage, one.mistake, one.problem, one.rest
     sigma = _sigma(one.selection, stage)
     places = _with_other_rivals(one.places, used, stage, one.selection, one.tied)
@@ -201,7 +201,7 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
 def _determine(
     named: NamedTerms, found: Sequence[int], parts: Sequence[Fold] | None, mistake: Mistake | None, seed: int
 ) -> tuple[DeliveredTerms, tuple[Answer, ...]]:
-    """What is handed over, and all answers: without the terms whose sizes turn out not to be known or not to be possible, the others
+    """Return the delivered terms, and all answers: without the terms whose sizes turn out to be undetermined or impossible, the others
     refitted."""
     given = deliver_terms(named.problem, named.stage, named.selection.terms, found, parts)
     every = answers(named, given, mistake, seed)
@@ -216,8 +216,8 @@ def _determine(
 def _renew_tables(
     every: Sequence[Answer], given: DeliveredTerms, stage: Stage
 ) -> tuple[tuple[Answer, ...], tuple[HeldOut, ...], tuple[str, ...]]:
-    """The answers, that of a calibration which is stale as a whole with its tables anew where these predict rows held out; those
-    rows; and what to say where they do not.
+    """Return the answers, that of a calibration which is stale as a whole with its renewed tables where these predict rows held out; those
+    rows; and remarks where they do not.
     """
     out, held, said = list(every), list[HeldOut](), list[str]()
     for k, a in enumerate(every):
@@ -241,7 +241,7 @@ def _renew_tables(
 
 
 def _astray(given: DeliveredTerms) -> tuple[str, ...]:
-    """The far zones that what is handed over predicts worse than nothing does, for which blocks along the axis decided."""
+    """Return the far zones that the delivered terms predict worse than no terms do, for which blocks along the axis decided."""
     if not given.selection.terms:
         return ()
     return tuple(
@@ -252,7 +252,7 @@ def _astray(given: DeliveredTerms) -> tuple[str, ...]:
 
 
 def _of_noise(one: Judgement, every: Sequence[Answer], searched: Problem, excess: str) -> tuple[str, ...]:
-    """Why the names are not the whole story: what is left, folds, the scatter, answers that are doubtful."""
+    """Return why the names are not the whole story: residuals, folds, the scatter, doubtful answers."""
     selection, stage = one.selection, one.stage
     over_stated = float(np.sqrt(np.mean(stage.u**2) / np.mean(searched.u**2)))
     left = _sigma(selection, stage) * over_stated
@@ -269,7 +269,7 @@ def _has_field(problem: Problem) -> bool:
 
 
 def _sigma(selection: Selection, stage: Stage) -> float:
-    """Noise over what was stated, after the terms."""
+    """Return the noise over the stated one, after the terms."""
     return (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
@@ -278,7 +278,7 @@ def _sigma(selection: Selection, stage: Stage) -> float:
 def _with_other_rivals(
     places: Sequence[Standing], problem: Problem, stage: Stage, selection: Selection, tied: Sequence[str]
 ) -> list[Standing]:
-    """The standings with rivals that are no candidates: a mistake of the table, shapes that the rows do not resolve."""
+    """Return the standings with rivals that are no candidates: a mistake of the table, shapes that the rows do not resolve."""
     if not selection.terms:
         return []
     hidden = unresolved_shapes(problem, stage.white)
@@ -287,12 +287,12 @@ def _with_other_rivals(
 
 
 def _unique_places(gone: Sequence[str]) -> tuple[str, ...]:
-    """Names and places without repetition; a name says all its places."""
+    """Return the names and places without repetition; a name lists all its places."""
     return tuple(g for g in dict.fromkeys(gone) if "[" not in g or g.split("[")[0] not in gone)
 
 
 def _with_mistake(place: Standing, selection: Selection, i: int, tied: Sequence[str]) -> Standing:
-    """The standing with a mistake of the table among the rivals where one explains as much."""
+    """Return the standing with a mistake of the table among the rivals where one explains as much."""
     if selection.terms[i].family.id not in tied:
         return place
     return replace(place, names=(*place.names, MISTAKE))

@@ -80,7 +80,7 @@ class Catalogue:
 
 
 def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue:
-    """All families of the known effects (and of the caller's own effect classes)."""
+    """Return all families of the known effects (and of the caller's own effect classes)."""
     families: list[Family] = []
     absent: dict[str, tuple[str, ...]] = {}
     unseen: list[str] = []
@@ -105,19 +105,19 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
 
 
 def unseen_places(lost: Sequence[Family], seen: Sequence[Family]) -> tuple[str, ...]:
-    """ "squareness[B0Z]": axes, pairs, components and directions at which no family of a name is seen, others of it are."""
+    """Return "squareness[B0Z]": axes, pairs, components and directions at which no family of a name is seen, others of it are."""
     known = {(f.name, first_place(f)) for f in seen}
     gone = dict.fromkeys((f.name, first_place(f)) for f in lost)
     return tuple(f"{name}[{place}]" for name, place in gone if place and (name, place) not in known)
 
 
 def first_place(family: Family) -> str:
-    """Axis, pair, component or direction; not the sensor, which is where the cause is looked for."""
+    """Return axis, pair, component or direction; not the sensor, which is the place of the cause."""
     return next(iter(family.where.values()), "")
 
 
 def _stale(problem: Problem) -> list[Family]:
-    """The calibration as a whole is off by more than it claims: its own covariance, widened, as random effects."""
+    """Return the family of a stale calibration, off by more than it claims: its own covariance, widened, as random effects."""
     machine = {one.id for one in problem.machine.inputs}
     stated = [columns for name, columns in problem.stated if name in machine]
     if not stated:
@@ -130,7 +130,7 @@ def _stale(problem: Problem) -> list[Family]:
 
 
 def _join_family(families: list[Family], new: Family) -> list[Family]:
-    """A second shape of a family at the same place adds its options; each class keeps half the weight."""
+    """Join a second shape of a family at the same place: add its options; each class keeps half the weight."""
     for i, old in enumerate(families):
         if old.name == new.name and dict(old.where) == dict(new.where):
             half = float(np.log(0.5))
@@ -140,7 +140,7 @@ def _join_family(families: list[Family], new: Family) -> list[Family]:
 
 
 def _shared_prior(families: Sequence[Family], problem: Problem) -> tuple[Family, ...]:
-    """Every name the same prior; half of it for the whole (all styli) where there are parts, the rest shared by places."""
+    """Return the families with equal priors of names; half of it for the whole (all styli) where there are parts, the rest shared by places."""
     out = []
     for family in families:
         same = [f for f in families if f.name == family.name]
@@ -169,7 +169,7 @@ def _everything(family: Family) -> bool:
 
 
 def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str], list[Family]]:
-    """Families of one effect class, the columns that kept some from being tested, and places where nothing moves."""
+    """Return the families of one effect class, the columns that kept some from being tested, and places where nothing moves."""
     out: list[Family] = []
     missing: set[str] = set()
     still: list[Family] = []
@@ -213,7 +213,8 @@ def _options(effect: Effect, problem: Problem) -> list[Option]:
 
 
 def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
-    """A play of some um is taken up within as much travel: rows nearer to a reversal than a typical gap still stand on the
+    """Return options for rows near a reversal: a play of some um is taken up within as much travel, so rows nearer than a typical gap are
+    still on the
     side they came from, and each of them counts with twice the gap. Both readings of such rows are options.
     """
     near = _near_reversal(effect, problem)
@@ -224,7 +225,7 @@ def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
 
 
 def _near_reversal(effect: Effect, problem: Problem) -> Mask:
-    """Observations (m,) nearer to a reversal of the effect's axis than a typical gap; none for effects without one."""
+    """Return the observations (m,) nearer to a reversal of the effect's axis than a typical gap; none for effects without one."""
     since = problem.run.columns.get(f"since_reversal_{getattr(effect, 'axis', '')}_mm")
     if not effect.about.gap_parameter or since is None:
         return np.zeros(problem.m, dtype=bool)
@@ -236,7 +237,7 @@ def _reverse_option(option: Option, near: Mask) -> Option:
 
 
 def rebuild_option(option: Option, problem: Problem, effect: Effect | None = None) -> Option | None:
-    """The same option for the observations of `problem`, with another effect of its class where one is given."""
+    """Return the same option for the observations of `problem`, with another effect of its class where one is given."""
     effect = effect or option.effect
     if effect is None:
         stale = [o for f in _stale(problem) for o in f.options]
@@ -248,7 +249,7 @@ def rebuild_option(option: Option, problem: Problem, effect: Effect | None = Non
 
 
 def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:
-    """The effect from the zero of its axes, and from the middle of their travels: where a structure stands level."""
+    """Return the effect from the zero of its axes, and from the middle of their travels, where a structure is level."""
     names = {"origin": "axis", "other_origin": "other"}
     has = {f.name for f in fields(effect)}
     middle = {
@@ -263,7 +264,7 @@ def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:
 
 
 def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Option | None:
-    """Columns of one effect with its scanned values set; None where it moves nothing or the model ends."""
+    """Return the columns of one effect with its scanned values set; None where it moves nothing or the model ends."""
     names = linear_parameters(effect)
     if not names or not effect.diagnosis.shows_at(effect, problem.run):
         return None
@@ -282,19 +283,20 @@ def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Opt
 
 
 def redraw_label(effect: Effect, run: Run) -> str:
-    """The label of which every value has its own copy of the parameters; "" for one copy."""
+    """Return the label of which every value has its own copy of the parameters; "" for one copy."""
     wanted = [PER_LABEL[word] for word in effect.per.split(", ") if word in PER_LABEL]
     return next((label for label in wanted if label in run.labels), "")
 
 
 def _one_cut_part(effect: Effect, problem: Problem, label: str) -> bool:
-    """What acts on one part that has been cut, clamped once, is a number, which the next part has too if it is clamped alike."""
+    """Return whether an effect acts on one part that has been cut, clamped once: it is a number, which the next part has too if it is
+    clamped alike."""
     values, _ = problem.run.copies(label)
     return bool(effect.about.on_cut_part) and not problem.recording.measuring and len(values) == 1
 
 
 def applies(kind: type[Effect], problem: Problem) -> bool:
-    """Is there an instrument, a tool, a stylus in this kind of recording?"""
+    """Return whether there is an instrument, a tool, a stylus in this kind of recording."""
     recording = problem.recording
     if "instrument" in kind.per:
         return recording.kind in ("displacement", "length", "angle")
@@ -306,7 +308,7 @@ def applies(kind: type[Effect], problem: Problem) -> bool:
 
 
 def linear_parameters(effect: Effect) -> list[str]:
-    """Parameters that act linearly here. Where typical sizes are declared, only those (a control's own correction has none)."""
+    """Return the parameters that act linearly here. Where typical sizes are declared, only those (a control's own correction has none)."""
     component = str(getattr(effect, "component", ""))
     chosen = [
         f.name
@@ -342,7 +344,7 @@ def _typical(effect: Effect, name: str, rms: float) -> float:
 def _per_value(
     columns: Array, labels: tuple[str, ...], unit: Array, problem: Problem, label: str
 ) -> tuple[Array, tuple[str, ...], Array]:
-    """One copy of the columns for every value of a label."""
+    """Return one copy of the columns for every value of a label."""
     values, codes = problem.run.copies(label)
     code = codes[problem.recording.row]
     parts = [columns * (code == c)[:, None] for c in range(len(values))]

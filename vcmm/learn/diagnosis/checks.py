@@ -1,4 +1,4 @@
-"""What speaks beside the names, as values and documents: next measurements, parts of the rows, a second opinion, transfer."""
+"""Further evidence beside the names, as values and documents: next measurements, parts of the rows, a second opinion, transfer."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Transfer:
 
 @dataclass(frozen=True)
 class Stability:
-    """kind -> True where every part that was asked finds the same names, None where none could be asked; text: what changes.
+    """kind -> True where every tested part finds the same names, None where none could be tested; text: the changes.
 
     most: of every term the largest probability that the parts allow.
     """
@@ -51,7 +51,7 @@ class SecondOpinion:
 
 @dataclass(frozen=True, eq=False)
 class CrossChecks:
-    """texts: what disagrees, in words."""
+    """Results of the cross-checks; texts: disagreements, in words."""
 
     stable: Stability
     opinion: SecondOpinion
@@ -78,7 +78,7 @@ def next_step_json(n: NextStep) -> dict[str, Any]:
 
 
 def stable_json(checks: CrossChecks | None) -> dict[str, Any]:
-    """null where a part of the rows could not be asked."""
+    """Return the document; null where a part of the rows could not be tested."""
     if checks is None:
         return {"halves": None, "alternate_rows": None, "changes": []}
     return {**checks.stable.same, "changes": list(checks.stable.text)}

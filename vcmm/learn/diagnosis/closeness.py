@@ -1,7 +1,7 @@
-"""Which observations are neighbours, and over what: bumps about some of the rows, as columns.
+"""Neighbourhoods of observations over covariates: bumps about some of the rows, as columns.
 
 A bump about row j is exp(-d^2 / 2 l^2) of the distance d of the others from it, over one covariate, over two, or over a
-place in space: where the axes stand, where the tip is, where on the part it touches. Lengths are shares of the range (of the
+place in space: axis positions, tip position, place on the part. Lengths are shares of the range (of the
 ranks for temperatures and times, which crowd). Products with a component of the sensitive direction say what is displaced.
 """
 
@@ -45,7 +45,7 @@ class Nearness:
 
 
 def nearness(problem: Problem) -> Iterator[Nearness]:
-    """Every kind of neighbourhood that the columns of the recording know."""
+    """Yield every kind of neighbourhood that the columns of the recording allow."""
     axes, conditions = _axes(problem), _conditions(problem)
     yield from _over(axes, (FINE, MIDDLE, WIDE))
     yield from _over(conditions, (FINE, COARSE))
@@ -89,7 +89,7 @@ def _axes(problem: Problem) -> tuple[Axis, ...]:
 
 
 def _positions(problem: Problem, what: str) -> tuple[Axis, ...]:
-    """Where the tip is ("tip") or where on the part it touches ("part")."""
+    """Return the place of the tip ("tip") or of the touch on the part ("part")."""
     known = {f"{what}_{c}": problem.run.columns.get(f"{what}_{c}_mm") for c in "xyz"}
     values = {name: problem.of_rows(v) for name, v in known.items() if v is not None}
     return tuple(Axis(name, _scale_to_unit(v)) for name, v in values.items() if np.ptp(v) > 0)
@@ -120,7 +120,7 @@ def _ranks(v: Array) -> Array:
 
 
 def of_component(problem: Problem, component: str) -> Iterator[Array]:
-    """What free shapes of one component over its axis do to the observations (m, k): bumps of three lengths, and steps."""
+    """Yield the effect of free shapes of one component over its axis on the observations (m, k): bumps of three lengths, and steps."""
     q = problem.run.position[axis_of(component)]
     z = _scale_to_unit(q)
     for length in (FINE, 0.05, 0.12):
@@ -131,7 +131,7 @@ def of_component(problem: Problem, component: str) -> Iterator[Array]:
 
 
 def moved_by(problem: Problem, component: str, shapes: Array) -> Array:
-    """Observations (m, k) by shapes (n, k) of a component, mm or rad."""
+    """Return the observations (m, k) by shapes (n, k) of a component, mm or rad."""
     six = np.zeros((problem.run.n, 6, shapes.shape[1]))
     six[:, COLUMN[component[1]]] = shapes
     return problem.observer.through(_Link(axis_of(component)), six)

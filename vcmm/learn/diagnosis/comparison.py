@@ -31,7 +31,7 @@ NULLS = 500  # smallest p is 1/501
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """What one machine leaves of one recording: residual (m,), u (m,), mm or rad; nuisance has `fitted` columns.
+    """Residuals of one recording under one machine: residual (m,), u (m,), mm or rad; nuisance has `fitted` columns.
 
     covariates: observations' run, prepared. exact: the transforms were multiplied (rotations above 1 mrad).
     left_out: effects of the machine that the recording has no columns for.
@@ -48,7 +48,7 @@ class Misfit:
 
     @property
     def rms(self) -> float:
-        """Of all rows as they are."""
+        """Rms of all rows as they are."""
         return float(np.sqrt(np.mean(self.residual**2)))
 
     @property
@@ -78,7 +78,7 @@ class Comparison:
 
     @property
     def rms(self) -> float:
-        """Of all rows as they are."""
+        """Rms of all rows as they are."""
         return float(np.sqrt(np.mean(self.residual**2)))
 
     @property
@@ -106,7 +106,7 @@ class Comparison:
 
     @property
     def folds(self) -> tuple[tuple[str, float], ...]:
-        """(fold, rms of its rows); of several recordings each with its name, and each as a whole."""
+        """Pairs (fold, rms of its rows); of several recordings each with its name, and each as a whole."""
         out = []
         for part in self.parts:
             before = f"{part.recording.name}: " if len(self.parts) > 1 else ""
@@ -119,7 +119,7 @@ class Comparison:
 
 
 def compare_machines(file: str, pairs: Sequence[tuple[Recording, Machine]], seed: int = 0) -> Comparison:
-    """What machines of one file leave of recordings. Raises ModelLimit: rows outside the travels, noise not known, fewer
+    """Return the residuals of recordings under the machines of one file. Raises ModelLimit: rows outside the travels, noise not known, fewer
     rows than nuisance parameters, angles beside lengths.
     """
     kinds = {recording.kind == "angle" for recording, _ in pairs}
@@ -129,7 +129,7 @@ def compare_machines(file: str, pairs: Sequence[tuple[Recording, Machine]], seed
 
 
 def misfit(recording: Recording, machine: Machine, seed: int = 0) -> Misfit:
-    """Residuals of one recording, nuisance refitted; where they depend on what (p from simulated white noise)."""
+    """Return the residuals of one recording, nuisance refitted; with the covariates on which they depend (p from simulated white noise)."""
     left = left_by(recording, machine)
     recording, run = left.recording, left.run
     columns = np.reshape(nuisance_columns(recording, machine)[0], (recording.m, -1))
@@ -141,8 +141,8 @@ def misfit(recording: Recording, machine: Machine, seed: int = 0) -> Misfit:
 
 
 def left_by(recording: Recording, machine: Machine) -> Misfit:
-    """Residuals of one recording, nuisance refitted; on what they depend is not asked. The rows stand in the order of a
-    diagnosis, whatever the order of the file, so that lags and neighbours are the same.
+    """Return the residuals of one recording, nuisance refitted, without a test of covariates. The rows are in the order of a
+    diagnosis, for any order of the file, so that lags and neighbours are the same.
     """
     observer = Observer(in_order(for_effects(recording, machine.effects), machine), machine)
     recording, run = observer.recording, observer.run
@@ -158,7 +158,7 @@ def left_by(recording: Recording, machine: Machine) -> Misfit:
 def without_nuisance(
     departure: Array, columns: Array, u: Array, known: Array | None = None
 ) -> tuple[Array, int]:
-    """Residual (m,) after weighted least squares of the nuisance columns (m, p), and their rank.
+    """Return the residual (m,) after weighted least squares of the nuisance columns (m, p), and their rank.
 
     known (m, r): columns K of draws of unit variance that the rows share beside their noise. Then departure and columns go through
     (1 + K K'/u^2)^-1/2 first, so that the squares of the residual add up what noise and draws must be together (generalised least
@@ -183,7 +183,7 @@ def without_nuisance(
 
 
 def _places(problem: Problem, seed: int) -> tuple[Place, ...]:
-    """On what the residual depends; its own scatter is the scale, so that the shape counts and not the stated noise."""
+    """Return the covariates of the residual; its own scatter is the scale, so that the shape counts and not the stated noise."""
     try:
         white = whitener(problem.u, problem.nuisance, problem.calibration, problem.before)
     except ModelLimit:
@@ -198,7 +198,7 @@ def _places(problem: Problem, seed: int) -> tuple[Place, ...]:
 
 
 def comparison_json(rows: Sequence[Comparison]) -> dict[str, object]:
-    """Body of the document vcmm.compare/1; um, or urad for angles."""
+    """Return the body of the document vcmm.compare/1; um, or urad for angles."""
     return {"machines": [_machine_json(row) for row in rows]}
 
 

@@ -1,6 +1,6 @@
-"""What the catalogue says confirms a name, in words that fit the machine at hand.
+"""Measurements that confirm a name, by the catalogue, in words that fit the machine.
 
-What an add-on measurement is expected to decide between two names.
+Expected decision between two names by an add-on measurement.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vcmm.physics import BY_NAME
 
 
 def confirming(term: Term, rival: str, run: Run) -> str:
-    """What confirms the name, or, where the axes of a run cannot do that, what confirms its rival; "" where there is neither."""
+    """Return what confirms the name, or, where the axes of a run cannot do that, what confirms its rival; "" where there is neither."""
     effect = term.option.effect
     words = [
         effect.about.words if effect is not None else None,
@@ -33,7 +33,7 @@ def confirming(term: Term, rival: str, run: Run) -> str:
 
 
 def _is_possible(confirm: str, run: Run) -> bool:
-    """A circle takes two linear axes."""
+    """Return whether the confirmation is possible; a circle takes two linear axes."""
     return "circular test" not in confirm or sum(not is_rotary(a) for a in run.position) > 1
 
 
@@ -45,10 +45,10 @@ def log_odds(one: float, other: float) -> float:
 
 
 def expected_probability(odds: float, more: float) -> float:
-    """Probability of whichever of two names is right, expected after an add-on that adds `more` of squared distance between them.
+    """Return the probability of whichever of two names is right, expected after an add-on that adds `more` of squared distance between them.
 
     The added ln BF is normal about +more/2 where the first is right and about -more/2 where the other is, with variance `more`
-    (Lindley, Ann. Math. Stat. 27 (1956) 986); it is drawn at ROWS even quantiles.
+    (Lindley, Ann. Math. Stat. 27 (1956) 986); it is evaluated at ROWS even quantiles.
     """
     z = np.array([NormalDist().inv_cdf((k + 0.5) / ROWS) for k in range(ROWS)])
     added = 0.5 * more + np.sqrt(max(more, 0.0)) * z

@@ -1,8 +1,8 @@
-"""What a selected answer cannot be told from: rivals within 3 nats, and those that mimic it within this noise.
+"""Find the names that a selected answer cannot be told from: rivals within 3 nats, and those that mimic it within this noise.
 
 separability s = share of the answer's signal (as length) that the rival cannot mimic, others projected out; a gap of
 3 nats needs delta s of 2.45 (delta^2 s^2 / 2 = 3). A name that needs no more columns than the answer and comes that
-near is a near alias: it is named however its prior stands. A name that comes near only because it has more columns holds
+near is a near alias: it is named whatever its prior is. A name that comes near only because it has more columns holds
 the answer as a special case: any of its other motions would have been as likely, so it pays for them in evidence, and
 within 3 nats (a posterior of 5 % beside the answer's) it is a rival, beyond it the answer is "contained in" it.
 Names that hold the answer whatever is recorded (see generalises) are no rivals while the answer explains as much.
@@ -54,7 +54,7 @@ class Standing:
 
 
 def lower_standing(place: Standing, share: float) -> Standing:
-    """The standing where only a share of its probability is left to the name and to what it cannot be told from."""
+    """Return the standing where only a share of its probability is left to the name and to what it cannot be told from."""
     return replace(
         place,
         probability=place.probability * share,
@@ -99,13 +99,13 @@ def standing(selection: Selection, setting: Setting, i: int) -> Standing:
 
 
 def _of_others(setting: Setting, selection: Selection, i: int) -> list[int]:
-    """Families of the other terms, of which the search names none a second time: at another scanned value they are no rival of term i."""
+    """Return the families of the other terms, which the search does not name a second time: at another scanned value they are no rival of term i."""
     others = {t.family.id for j, t in enumerate(selection.terms) if j != i} - {selection.terms[i].family.id}
     return [j for j, f in enumerate(setting.found.families) if f.id in others]
 
 
 def _same_place(setting: Setting, one: int, other: int) -> bool:
-    """Is it one place said in another order? A bend in proportion to X and Y is one in proportion to Y and X."""
+    """Return whether one place is stated in another order. A bend in proportion to X and Y is one in proportion to Y and X."""
     a, b = (sorted(setting.found.families[k].where.values()) for k in (one, other))
     return a == b
 
@@ -115,14 +115,14 @@ def _name(setting: Setting, family: int) -> str:
 
 
 def _repeats(setting: Setting, gap: Array, rank: Array, term: Term, basis: Array) -> npt.NDArray[np.bool_]:
-    """Families (families,) that hold the signal exactly with no more columns than the term has here."""
+    """Return the families (families,) that hold the signal exactly with no more columns than the term has here."""
     mine = rank_of(term.white, basis)
     nearest = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), setting.found.first)
     return np.asarray(nearest < EXACT)
 
 
 def _elsewhere(setting: Setting, scores: Array, own: int, probable: Array) -> tuple[tuple[int, float], ...]:
-    """Families of the same name at other places (another sensor, another axis) within STRONG of the answer, the most probable first."""
+    """Return the families of the same name at other places (another sensor, another axis) within STRONG of the answer, the most probable first."""
     families = setting.found.families
     order = np.argsort(-scores, kind="stable")
     near = [
@@ -132,7 +132,7 @@ def _elsewhere(setting: Setting, scores: Array, own: int, probable: Array) -> tu
 
 
 def separability(given: Scorer, signal: Array) -> Array:
-    """s (options,) of a white signal (m,) against every option."""
+    """Return s (options,) of a white signal (m,) against every option."""
     basis = given.basis
     e = signal - basis @ (basis.T @ signal)
     b2 = (given.rotated.column.T @ e) ** 2
@@ -152,7 +152,7 @@ def ranks(given: Scorer) -> Array:
 
 
 def rank_of(columns: Array, basis: Array) -> int:
-    """The same of white columns (m, k) outside a basis."""
+    """Return the same of white columns (m, k) outside a basis."""
     size = thin_svd(without_span(columns, basis))[1]
     return int(np.sum(size**2 > UNSEEN * float(np.sum(columns**2))))
 
@@ -160,7 +160,7 @@ def rank_of(columns: Array, basis: Array) -> int:
 def _rivals(
     selection: Selection, setting: Setting, i: int, scores: Array, gap: Array, own: int, rank: Array
 ) -> tuple[dict[str, int], set[str], tuple[str, ...]]:
-    """Rivals with their best families, names that hold this answer whatever is recorded, and freer names that hold it here."""
+    """Return rivals with their best families, names that always hold this answer, and freer names that hold it here."""
     found, term = setting.found, selection.terms[i]
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
     mine = rank_of(term.white, orthonormal(np.concatenate([term.white[:, :0], *others], axis=1)))
@@ -178,7 +178,7 @@ def _rivals(
             mimic = int(found.first[j] + np.argmin(gap[found.first[j] : _stop(setting, int(j))]))
             larger = found.options[mimic].freedom > term.option.freedom
             if larger and nearest[j] < ALIAS and scores[j] <= scores[own]:
-                holding.add(family.name)  # the simpler one stands
+                holding.add(family.name)  # the simpler one is kept
                 continue
         if scores[j] > scores[own] - STRONG or alias[j] < unresolved:
             best[family.name] = int(j)

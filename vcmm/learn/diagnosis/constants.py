@@ -1,7 +1,7 @@
 """The numbers that decide an answer: every threshold, prior and gate of the comparison of models, each with its reason.
 
-Nats are natural logarithms of odds. Numbers that say how finely is looked (draws, grids, how many competitors), what a
-readable recording is (see sanity) and how results are printed stand where they are used; `python tools/count_numbers.py` counts
+Nats are natural logarithms of odds. Numbers that set the resolution of searches (draws, grids, how many competitors), what a
+readable recording is (see sanity) and how results are printed are defined where they are used; `python tools/count_numbers.py` counts
 all of them.
 """
 
@@ -24,7 +24,7 @@ RARER = 0.1  # prior of an effect where it is rare (vcmm.core.declaration.Prior)
 # what chance does
 FAR = 3.0  # standard deviations, 1 of 370 of the normal law: rows beyond are pulled in, statements beyond are contradicted
 OUTLYING = 4.5  # standard deviations, 1 of 150 000: in a recording of 1000 rows chance makes none
-CHANCE = 0.999  # the same of the scatter itself, which every recording is asked, named or not
+CHANCE = 0.999  # the same of the scatter itself, tested in every recording, named or not
 HEAVY = 4.0  # degrees of freedom of a t law with heavy tails: the most at which a fourth moment is infinite
 STRONG_CORRELATION = 0.7  # a neighbour tells half of the variance from here on: the rows move together
 STRUCTURE_CORRELATION = 0.9  # the same, 81 % of the variance: a movement and no scatter
@@ -34,7 +34,7 @@ UNSTATED_RATIO = 3.0  # times the stated noise: eight ninths of the variance hav
 MISMATCH = 0.05  # of a signal that its template may leave: chosen on concealed mechanisms that are no formula (docs/exam.md)
 EXACT = 0.01  # of a signal, a fifth of MISMATCH: who leaves no more says the same in other words
 MOSTLY = 0.5  # of the energy: what is more than half of a thing gives it its name
-SECURE_DELTA = 7.0  # delta at which the right name stands first in 95 % of recordings (docs/exam.md)
+SECURE_DELTA = 7.0  # delta at which the right name is first in 95 % of recordings (docs/exam.md)
 LEAST_SPREAD = 1.0  # nats: the gain of a fold in simulated recordings is not believed to be better known
 FEW = 3  # numbers of a name, a vector; with more it is a shape of its own
 

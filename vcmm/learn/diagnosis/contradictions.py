@@ -1,4 +1,4 @@
-"""What the machine file states of itself and the rows contradict: a name like any other, with the size that the rows give it."""
+"""Statements of the machine file that the rows contradict: each becomes a name like any other, with the size that the rows give it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vcmm.learn.diagnosis.statement_tests import Pull, calibration_pulls, contra
 
 
 def add_contradictions(named: NamedTerms) -> NamedTerms:
-    """The same with a term for every stated number that the rows contradict, where the catalogue has a name for it."""
+    """Return the terms with one more for every stated number that the rows contradict, where the catalogue has a name for it."""
     selection, stage = named.selection, named.stage
     sigma = _sigma(selection, stage)
     pulls = calibration_pulls(
@@ -37,7 +37,7 @@ def add_contradictions(named: NamedTerms) -> NamedTerms:
 
 
 def _term(statement: str, named: NamedTerms) -> Term | None:
-    """The family that the statement is about, as a term; None where it is named already or no candidate."""
+    """Return the family of the statement, as a term; None where it is named already or no candidate."""
     found = named.stage.found
     wanted = statement.rsplit(".", 1)[0]
     if any(t.option.effect is not None and t.option.effect.id == wanted for t in named.selection.terms):
@@ -50,7 +50,7 @@ def _term(statement: str, named: NamedTerms) -> Term | None:
 
 
 def _place(whole: Selection, i: int, pull: Pull, asked: int, named: NamedTerms) -> Standing:
-    """Its probability is that the statement does not hold; only what repeats it exactly is a rival, for the statement is
+    """Return the standing; its probability is that the statement does not hold; only terms that repeat it exactly are rivals, for the statement is
     about this quantity and no other.
     """
     setting = setting_for(named.problem, named.stage)
@@ -72,7 +72,7 @@ def _sigma(selection: Selection, stage: Stage) -> float:
 
 
 def pulls_of(given: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
-    """Pulls after what was delivered: of a quantity that was set free, what was found less what was stated."""
+    """Return the pulls after the delivered terms: of a quantity that was set free, the estimate less the statement."""
     selection = given.selection
     rest = left_over(given.problem, selection)
     inside = calibration_pulls(given.problem, rest, _sigma(selection, stage), stage.u, stage.noise.rho)
@@ -94,7 +94,7 @@ def pulls_of(given: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
 
 
 def told_pulls(pulls: Sequence[Pull], given: DeliveredTerms) -> tuple[str, ...]:
-    """Sentences about statements that are contradicted and have a name."""
+    """Return sentences about statements that are contradicted and have a name."""
     named = _effect_ids(given)
     far = farthest(len(pulls))
     return tuple(
@@ -103,7 +103,7 @@ def told_pulls(pulls: Sequence[Pull], given: DeliveredTerms) -> tuple[str, ...]:
 
 
 def unexplained_pulls(pulls: Sequence[Pull], given: DeliveredTerms) -> tuple[str, ...]:
-    """The same of statements that no name replaces: they speak against "explained"."""
+    """Return sentences about statements that no name replaces: they contradict "explained"."""
     named = _effect_ids(given)
     far = farthest(len(pulls))
     return tuple(

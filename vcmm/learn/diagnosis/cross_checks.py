@@ -1,9 +1,10 @@
-"""Is the answer that of every part of the rows? Names are searched again in alternating rows and in the halves in time.
+"""Check that every part of the rows gives the same answer: names are searched again in alternating rows and in the halves in time.
 
-The columns of the catalogue, the noise and the threshold are those of the whole. A part is asked about a name that should stand first in it: what
-the name says of its rows, other names projected out, is at least SECURE_DELTA of the noise. A part of the rows holds a part of the evidence, and
-what is decided by all rows may be open in it: it speaks against a name only where what it finds instead is worth STRONG nats more in its rows
-than all names of the whole; nearer both are rivals, and it is silent. A name that n parts speak about and k of them find is claimed with at
+The columns of the catalogue, the noise and the threshold are those of the whole. A part is tested for a name that should rank first in
+it: the signal of
+the name in its rows, other names projected out, is at least SECURE_DELTA of the noise. A part of the rows holds a part of the evidence, and
+what is decided by all rows may be open in it: it contradicts a name only where its own findings are worth STRONG nats more in its rows
+than all names of the whole; nearer both are rivals, and the part does not count. A name that n parts test and k of them find is claimed with at
 most (k + 1) / (n + 2), the rule of succession (Laplace; Jaynes, Probability Theory (2003), 18.2), unless all find it.
 
 A second opinion: forward selection by the extended Bayesian information criterion, over the same columns and rows.
@@ -11,12 +12,13 @@ A second opinion: forward selection by the extended Bayesian information criteri
     EBIC = n ln(RSS) + k (ln n + 2 ln P)      k columns of P chosen, gamma = 1 (Chen & Chen, Biometrika 95 (2008) 759)
 
 Chosen is the better of what forward selection finds and of our names: its steps go astray, and where the criterion itself prefers our names it
-agrees. Of columns that lower it alike it takes the first, and has the names of all. It knows no priors, no folds and no rows held out, and names something in many recordings that hold nothing; what it is good for is that it
-goes wrong otherwise. With d the EBIC of our names less that of its own, exp(-d / 2) are its odds for ours; a name of ours that it
+agrees. Of columns that lower it equally it takes the first, and has the names of all. It uses no priors, no folds and no rows held out,
+and names something in many recordings that hold nothing; its value is that its errors
+differ. With d the EBIC of our names less that of its own, exp(-d / 2) are its odds for ours; a name of ours that it
 does not have is claimed with the mean of both probabilities, and with even odds at least: two opinions that disagree decide nothing.
 
 The criterion counts free columns. A calibration that is stale as a whole has none: it is a covariance, wider than stated, over as many columns
-as there are numbers in the tables. So EBIC is not asked of it, and what it takes up is taken off before the others are judged.
+as there are numbers in the tables. So EBIC is not used for it, and its share is subtracted before the others are judged.
 """
 
 from __future__ import annotations
@@ -115,7 +117,7 @@ def _agree(
 
 
 def _parts(problem: Problem) -> Iterator[tuple[str, str, Mask]]:
-    """Kind, name and observations (m,) of every part; rows are taken whole."""
+    """Yield kind, name and observations (m,) of every part; rows are taken whole."""
     row = problem.recording.row
     order = np.unique(row, return_inverse=True)[1].ravel()
     yield ALTERNATE, "even rows", order % 2 == 1
@@ -128,7 +130,7 @@ def _parts(problem: Problem) -> Iterator[tuple[str, str, Mask]]:
 
 
 def _search(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) -> _PartOfRows | None:
-    """Names of one part; None where it has too few rows."""
+    """Return the names of one part; None where it has too few rows."""
     if rows.sum() < FEWEST or (~rows).sum() < FEWEST:
         return None
     part = _rows_of(problem, rows)
@@ -172,7 +174,7 @@ def _family_of(family: Family, rows: Mask) -> Family:
 
 
 def _should_show(problem: Problem, part: _PartOfRows, selection: Selection, i: int) -> bool:
-    """Is term i large in the rows of a part, beside the other terms?"""
+    """Return whether term i is large in the rows of a part, beside the other terms."""
     assert selection.fit is not None
     mean = selection.fit.mean[selection.span(i)]
     signal = part.white.apply(selection.terms[i].option.columns[part.rows] @ mean)
@@ -186,7 +188,8 @@ def _should_show(problem: Problem, part: _PartOfRows, selection: Selection, i: i
 
 
 def _refuses(part: _PartOfRows, selection: Selection, places: Sequence[Standing], stage: Stage) -> bool:
-    """Is what a part finds worth STRONG nats more in its rows than all names of the whole: at their sizes, or at those that suit the part?
+    """Return whether the findings of a part are worth STRONG nats more in its rows than all names of the whole: at their sizes, or at
+    those that suit the part.
 
     At given sizes nothing is free and nothing is paid: dof / 2 ln(rows alone / rows less the names), sums of squares.
     """
@@ -208,7 +211,8 @@ def _term_of(term: Term, part: _PartOfRows) -> Term:
 
 
 def _is_found(part: _PartOfRows, term: Term, place: Standing, stage: Stage) -> bool:
-    """Is the term, one of its family at its link, what repeats it exactly, or one that it cannot be told from among the names of a part?"""
+    """Return whether the term, one of its family at its link, a term that repeats it exactly, or one that it cannot be told from is among
+    the names of a part."""
     exact = {stage.found.families[k].id for k in place.exact}
     return any(
         same_physics(t, term) or t.family.name in place.names or t.family.id in exact for t in part.names
@@ -216,7 +220,7 @@ def _is_found(part: _PartOfRows, term: Term, place: Standing, stage: Stage) -> b
 
 
 def same_physics(a: Term, b: Term) -> bool:
-    """One family of names at one link of the machine."""
+    """Return whether both are one family of names at one link of the machine."""
     if a.family.id == b.family.id:
         return True
     one, other = a.option.effect, b.option.effect
@@ -227,7 +231,7 @@ def same_physics(a: Term, b: Term) -> bool:
 def second_opinion(
     found: Dictionary, selection: Selection, places: Sequence[Standing], dof: int
 ) -> SecondOpinion:
-    """What EBIC chooses from a dictionary for the rows of a selection."""
+    """Return the choice of EBIC from a dictionary for the rows of a selection."""
     asked = [not _is_covariance(t) for t in selection.terms]
     own = tuple(t for t, yes in zip(selection.terms, asked) if yes)
     y = selection.y - sum(
@@ -255,12 +259,12 @@ def _is_covariance(term: Term) -> bool:
 
 
 def _share(basis: Array, signal: Array) -> float:
-    """Of the energy of a signal, what lies in the span of a basis."""
+    """Return the share of the energy of a signal in the span of a basis."""
     return float(np.sum((basis.T @ signal) ** 2)) / max(float(signal @ signal), NOTHING)
 
 
 def lowered_claim(probability: float, for_ours: float) -> float:
-    """Of a name that the second opinion does not have."""
+    """Return the claim of a name that the second opinion does not have."""
     return max(0.5 * (probability + for_ours), min(probability, EVEN_ODDS))
 
 

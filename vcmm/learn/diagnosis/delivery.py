@@ -1,4 +1,4 @@
-"""What a diagnosis hands over: exactly the terms that are written, fitted again to all rows without the others.
+"""Deliver a diagnosis: exactly the terms that are written, fitted again to all rows without the others.
 
 Where a term is an Input of the machine file (its squareness, stated with an uncertainty), the statement no longer holds once
 the rows have contradicted it: the quantity is then free, and the rows alone say how large it is.
@@ -52,7 +52,7 @@ def deliver_terms(
     wanted: Sequence[int],
     known: Sequence[Fold] | None = None,
 ) -> DeliveredTerms:
-    """The refit of the terms with the numbers `wanted`, less those that make rows worse. known: the folds of the problem, if at
+    """Refit the terms with the numbers `wanted`, less those that make rows worse. known: the folds of the problem, if at
     hand.
     """
     gone = replaced_inputs(problem, [terms[i] for i in wanted])
@@ -86,7 +86,7 @@ def deliver_terms(
 
 
 def replaced_inputs(problem: Problem, terms: Sequence[Term]) -> tuple[str, ...]:
-    """Ids of the Inputs on the effects that the terms are: those of one number, which the term is too."""
+    """Return the ids of the Inputs on the effects that the terms are: those of one number, which the term is too."""
     effects = {t.option.effect.id for t in terms if t.option.effect is not None}
     return tuple(
         n for n, columns in problem.stated if columns.shape[1] == 1 and n.rsplit(".", 1)[0] in effects
@@ -94,10 +94,10 @@ def replaced_inputs(problem: Problem, terms: Sequence[Term]) -> tuple[str, ...]:
 
 
 def setting_for(problem: Problem, stage: Stage) -> Setting:
-    """What a fit of given names under another calibration works with: every row as it is, outliers about the fit; the noise
-    stays as it was found.
+    """Return the setting for a fit of given names under another calibration: every row as it is, outliers about the fit; the noise
+    is not estimated again.
 
-    Where neighbours are so alike that what is left is a movement and no scatter, innovations would weigh its jumps alone and the sizes would not be
+    Where neighbours are so similar that the residual is a movement and no scatter, innovations would weigh its jumps alone and the sizes would not be
     those that the rows show: the rows count as independent, and the covariance is that of a mean of such rows, (1 + rho) / (1 - rho) times as
     large (Priestley, Spectral Analysis and Time Series (1981), 5.3).
     """
@@ -107,17 +107,17 @@ def setting_for(problem: Problem, stage: Stage) -> Setting:
 
 
 def moves_together(stage: Stage) -> bool:
-    """Is what the names leave a movement and no scatter?"""
+    """Return whether the residual of the names is a movement and no scatter."""
     return stage.noise.rho >= STRUCTURE_CORRELATION
 
 
 def fitted_noise(problem: Problem, stage: Stage) -> tuple[Array, float]:
-    """u (m,) and correlation of neighbours as sizes are fitted with; a movement has no scatter that depends on the speed."""
+    """Return u (m,) and correlation of neighbours for the fit of sizes; a movement has no scatter that depends on the speed."""
     return (problem.u, 0.0) if moves_together(stage) else (stage.u, stage.noise.rho)
 
 
 def _in_best_shapes(terms: Sequence[Term], wanted: Sequence[int], setting: Setting) -> list[Term]:
-    """The terms, those wanted in the shape of their family that explains most of the rows as they are, one given the others."""
+    """Return the terms, those wanted in the shape of their family that explains most of the rows as they are, one given the others."""
     out = list(terms)
     for i in wanted:
         others = joint(
@@ -146,7 +146,7 @@ def _refit(number: Sequence[int], terms: Sequence[Term], setting: Setting) -> Se
 def _trouble(
     problem: Problem, parts: Sequence[Fold], now: Selection, noise: tuple[Array, float]
 ) -> list[str]:
-    """Why a set of terms is not handed over, in words; empty where it may be."""
+    """Return why a set of terms is not delivered, in words; empty where it may be."""
     if not now.terms:
         return []
     out = [
@@ -158,18 +158,18 @@ def _trouble(
 
 
 def rms_left(problem: Problem, selection: Selection) -> float:
-    """rms of all rows as they are, mm or rad, after the terms and the nuisance refitted."""
+    """Return the rms of all rows as they are, mm or rad, after the terms and the nuisance refitted."""
     rest = _as_they_are(problem, left_over(problem, selection))
     return float(np.sqrt(np.mean(rest**2)))
 
 
 def _as_they_are(problem: Problem, values: Array) -> Array:
-    """Values (m,) of the rows without nuisance, beside what is known to be uncertain in this recording."""
+    """Return values (m,) of the rows without nuisance, beside the known uncertainty of this recording."""
     return without_nuisance(values, problem.nuisance, problem.u, problem.drawn_here)[0]
 
 
 def left_over(problem: Problem, selection: Selection) -> Array:
-    """The residual (m,) less what the terms say."""
+    """Return the residual (m,) less the signals of the terms."""
     if selection.fit is None:
         return problem.residual
     columns = np.concatenate([t.option.columns for t in selection.terms], axis=1)
@@ -177,7 +177,7 @@ def left_over(problem: Problem, selection: Selection) -> Array:
 
 
 def shares_of_rows(problem: Problem, selection: Selection) -> tuple[float, ...]:
-    """Of the excess energy of the rows as they are, the nuisance refitted, the share of every term."""
+    """Return, of the excess energy of the rows as they are, the nuisance refitted, the share of every term."""
     if selection.fit is None:
         return ()
     weight = 1.0 / problem.u

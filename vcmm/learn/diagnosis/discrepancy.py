@@ -52,12 +52,12 @@ class Part:
     cyclic: tuple[bool, ...]
 
     def functions(self, z: Array) -> Array:
-        """Principal functions (n, r) at scaled covariates z (n, all)."""
+        """Return the principal functions (n, r) at scaled covariates z (n, all)."""
         return _kernel(z[:, list(self.covariates)], self.places, self.length, self.cyclic) @ self.weights
 
 
 def values_of(problem: Problem, name: str) -> Array | None:
-    """A covariate of the localisation by its name (m,): an axis, or a column without its unit."""
+    """Return a covariate of the localisation by its name (m,): an axis, or a column without its unit."""
     run = problem.run
     if name in run.position:
         return problem.of_rows(run.position[name])
@@ -84,7 +84,7 @@ def shape_of(
     pair: bool,
     basis: Array,
 ) -> Shape | None:
-    """The fitted discrepancy over the first covariate, or over the first two. basis: white span of the named terms."""
+    """Return the fitted discrepancy over the first covariate, or over the first two. basis: white span of the named terms."""
     known = [(n, v) for n in names if (v := values_of(problem, n)) is not None and np.ptp(v) > 0]
     if not known:
         return None
@@ -129,7 +129,7 @@ def _part(z: Array, which: tuple[int, ...], cyclic: tuple[bool, ...], length: fl
 
 
 def _kernel(a: Array, b: Array, length: float, cyclic: tuple[bool, ...]) -> Array:
-    """exp(-d^2 / 2 l^2); of an angle d = 2 sin(difference / 2) / (2 pi), MacKay's periodic kernel."""
+    """Return exp(-d^2 / 2 l^2); of an angle d = 2 sin(difference / 2) / (2 pi), MacKay's periodic kernel."""
     total = np.zeros((len(a), len(b)))
     for i, turns in enumerate(cyclic):
         gap = a[:, None, i] - b[None, :, i]
@@ -147,7 +147,7 @@ def _on_grid(
     pair: bool,
     size: float,
 ) -> Shape:
-    """The fit along the first one or two covariates, the others held at their middle, about its mean."""
+    """Return the fit along the first one or two covariates, the others held at their middle, about its mean."""
     drawn = 2 if pair else 1
     count = PAIR_GRID if pair else GRID
     axes = [np.linspace(float(v.min()), float(v.max()), count) for _, v in known[:drawn]]

@@ -1,22 +1,22 @@
-"""diagnose_recording: the whole method, in order. See vcmm/learn/diagnosis/__init__.py.
+"""diagnose_recording: all steps of the method, in order. See vcmm/learn/diagnosis/__init__.py.
 
 The prior of a mechanism that no catalogue holds.
 
-Such a mechanism can do whatever the best name does, so the rows cannot tell it from that name, however many nats the name has: its odds
+Such a mechanism can mimic the best name, so the rows cannot tell it from that name, however many nats the name has: its odds
 against the name are a constant w, and a probability p becomes p / (1 + w).
 
-w is the ratio of wrong to right claims of the exam, each plus one: OUTSIDE where the account closes; OUTSIDE_OPEN where something is left that
-the catalogue does not hold, for then there is such a mechanism, and what was told may be its work as well as that of the name. Either was
+w is the ratio of wrong to right claims of the exam, each plus one: OUTSIDE where the account closes; OUTSIDE_OPEN where a residual remains that
+the catalogue does not hold, for then there is such a mechanism, and it may have caused the findings as well as the name. Either was
 fitted on each half of the cases and tested on the other (docs/exam.md).
-It is a statement about the name. What is a finding stays one, and is written: it predicted rows held out, whatever it is called.
+It is a statement about the name. A finding stays one, and is written: it predicted rows held out, under any name.
 
 Rows far from what is predicted, by their lines: a verdict counts each of them as a few standard deviations, and says so.
 
-A row is told where, by the stated law of the noise, so many rows would show one as far less than once in 1000 recordings.
+A row is reported where, by the stated law of the noise, so many rows would show one as far less than once in 1000 recordings.
 
-What else speaks of the names before they are claimed: parts of the rows, and a second opinion.
+Further evidence about the names before they are claimed: parts of the rows, and a second opinion.
 
-Lower what is claimed where the recording itself is in doubt, and say what a sign over everything may mean.
+Lower what is claimed where the recording itself is in doubt, and explain a possible sign over everything.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ DOUBT_REASON = "the recording itself is in doubt; see the warnings"
 
 
 def qualify(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = False) -> Diagnosis:
-    """The diagnosis with its warnings, and with its claim lowered where there is doubt.
+    """Return the diagnosis with its warnings, and with its claim lowered where there is doubt.
 
     scale: noise over what was stated; only_table: the machine has a single table, whose sign is the sign of everything.
     """
@@ -105,7 +105,7 @@ def qualify(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = False
 
 
 def _sign(d: Diagnosis, only_table: bool) -> str | None:
-    """All tables reversed is what a recording with the wrong sense of observation looks like."""
+    """Return the remark on all tables reversed, which looks like a recording with the wrong sense of observation."""
     if d.mistake is None or d.mistake.what != "sign" or d.mistake.effect == LOG:
         return None
     if d.mistake.component != "all" and not only_table:
@@ -117,7 +117,7 @@ def _sign(d: Diagnosis, only_table: bool) -> str | None:
 
 
 def cross_check(one: Judgement) -> tuple[Judgement, CrossChecks]:
-    """The judgement with the probability that parts of the rows and a second opinion leave to its names."""
+    """Return the judgement with the probability that parts of the rows and a second opinion leave to its names."""
     stable = stability(one.problem, one.stage, one.selection, one.places)
     opinion = second_opinion(one.stage.found, one.selection, one.places, one.stage.white.dof)
     places = [
@@ -128,14 +128,14 @@ def cross_check(one: Judgement) -> tuple[Judgement, CrossChecks]:
 
 
 def unstable_names(one: Judgement, checks: CrossChecks) -> set[str]:
-    """Ids of the terms that more parts of the rows lack than have."""
+    """Return the ids of the terms that more parts of the rows lack than have."""
     return {t.family.id for t, most in zip(one.selection.terms, checks.stable.most) if most < EVEN_ODDS}
 
 
 def steadier(
     first: tuple[Judgement, CrossChecks], second: tuple[Judgement, CrossChecks]
 ) -> tuple[Judgement, CrossChecks]:
-    """The answer without the names that parts of the rows lack, where none of its own is so; what changed stays told."""
+    """Return the answer without the names that parts of the rows lack, where none of its own is so; the changes stay reported."""
     one, checks = second
     if not one.selection.terms or min(checks.stable.most) < EVEN_ODDS:
         return first
@@ -144,9 +144,8 @@ def steadier(
 
 
 def _lower(place: Standing, most: float, for_ours: float | None) -> Standing:
-    """most: of the name with its family, that the parts allow; for_ours: that of a second opinion that lacks the name, which leaves
-    even odds to a name that had them.
-    """
+    """Lower a standing. most: of the name with its family, that the parts allow; for_ours: that of a second opinion that lacks the name, which leaves
+    even odds to a name that had them."""
     own = max(place.probability, place.with_aliases)
     claim = max(own, place.kin.probability if place.kin else 0.0)
     share = 1.0
@@ -157,7 +156,7 @@ def _lower(place: Standing, most: float, for_ours: float | None) -> Standing:
 
 
 def far_rows(problem: Problem, rest: Array) -> tuple[str, ...]:
-    """What to tell; rest (m,): white residuals after all names, nothing pulled in."""
+    """Return remarks on rows far from the prediction; rest (m,): white residuals after all names, without limits on outliers."""
     size = np.abs(rest) / float(robust_scale(rest))
     out = size > _limit(stated_noise(problem).dof, len(rest))
     if not out.any():
@@ -172,12 +171,12 @@ def far_rows(problem: Problem, rest: Array) -> tuple[str, ...]:
 
 
 def raw_rest(problem: Problem, white: Whitener, selection: Selection) -> Array:
-    """White residuals (m,) after the terms, nothing pulled in."""
+    """Return white residuals (m,) after the terms, without limits on outliers."""
     return white.apply(left_over(problem, selection))
 
 
 def _limit(dof: float, m: int) -> float:
-    """Standard deviations (of the normal law's robust scale) that one of m rows exceeds with the probability 1 - CHANCE."""
+    """Return the standard deviations (of the normal law's robust scale) that one of m rows exceeds with the probability 1 - CHANCE."""
     from scipy.stats import norm, t
 
     tail = (1.0 - CHANCE) / (2.0 * m)
@@ -190,7 +189,7 @@ CLOSED = VERDICTS[:2]  # nothing missing, explained
 
 
 def with_outside(d: Diagnosis) -> Diagnosis:
-    """The diagnosis with what a mechanism outside the catalogue leaves to its names."""
+    """Return the diagnosis with probabilities lowered for a mechanism outside the catalogue."""
     odds = OUTSIDE if d.verdict in CLOSED else OUTSIDE_OPEN
     return replace(d, answer=tuple(replace(a.against(odds), stands=not a.improbable) for a in d.answer))
 
@@ -263,7 +262,7 @@ def _steps(progress: Progress | None) -> Callable[[str], None]:
 
 
 def _usable(fit: SanityCheck, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
-    """The problem without rows that cannot belong to it, and what to tell."""
+    """Return the problem without rows that cannot belong to it, and remarks."""
     recording = in_order(fit.recording, machine)
     problem = make_problem(recording, machine)
     out, text = wild(problem)
@@ -278,7 +277,7 @@ def _usable(fit: SanityCheck, machine: Machine) -> tuple[Problem, tuple[str, ...
 def _search(
     problem: Problem, extra: Sequence[type[Effect]], seed: int, nulls: int, tell: Callable[[str], None]
 ) -> tuple[Catalogue, tuple[Family, ...], Stage, SearchResult]:
-    """What was looked for, and what was found; of a long recording first in some of its rows, with the whole catalogue."""
+    """Return the catalogue and the findings; of a long recording first in some of its rows, with the whole catalogue."""
     screen = thin_problem(problem, MOST_SCREENED)
     known, generics = catalogue(screen, extra), generic_families(screen)
     stage, chosen = _passes(screen, known, generics, None, seed, nulls, tell)
@@ -299,9 +298,9 @@ def _passes(
     nulls: int,
     tell: Callable[[str], None],
 ) -> tuple[Stage, SearchResult]:
-    """Audit the noise, select, audit again what is left; until the preparation stands.
+    """Return the Audit the noise, select, audit the residuals again, until the preparation does not change.
 
-    Neighbours that agree because of what is looked for are no correlation of the noise (a reversal is a square wave), so
+    Neighbours that agree because of the effects looked for are no correlation of the noise (a reversal is a square wave), so
     the first pass takes them for independent.
     """
     plain = problem.whitener()

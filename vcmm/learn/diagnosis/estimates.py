@@ -94,7 +94,7 @@ class _FittedTo:
         return self._at(self._columns(option), self.width)
 
     def fits(self, option: Option) -> list[Posterior]:
-        """At every prior width."""
+        """Return the fits at every prior width."""
         x = self._columns(option)
         return [self._at(x, width) for width in SCALES]
 
@@ -113,7 +113,7 @@ def _normal(fit: Posterior, factor: float, rng: np.random.Generator) -> Array:
 def _cells(
     option: Option, name: str, given: _FittedTo, problem: Problem, factor: float
 ) -> Sequence[tuple[float, float]]:
-    """Intervals of a scanned value that together hold nearly all of its posterior, the others at their best."""
+    """Return the intervals of a scanned value that together hold nearly all of its posterior, the others at their best."""
     assert option.effect is not None
     centre = float(getattr(option.effect, name))
     top = given.fit(option).log_evidence
@@ -140,18 +140,18 @@ def _cells(
 
 
 def _fallen_at(centre: float, steps: Array, name: str, fallen: HasFallen) -> float:
-    """The first step of `moved` at which the evidence has fallen, the last where it does not."""
+    """Return the first step of `moved` at which the evidence has fallen, the last where it does not."""
     return next((float(s) for s in steps if fallen(shift_value(centre, s, name))), float(steps[-1]))
 
 
 def _last_beside(centre: float, steps: Array, name: str, fallen: HasFallen) -> float:
-    """The step after the last at which the evidence has not fallen: side lobes stand beyond a valley."""
+    """Return the step after the last at which the evidence has not fallen: side lobes lie beyond a valley."""
     high = [i for i, s in enumerate(steps) if not fallen(shift_value(centre, s, name))]
     return float(steps[min(max(high, default=-1) + 1, len(steps) - 1)])
 
 
 def _gaps(time: Array, centre: float, fallen: HasFallen) -> list[tuple[float, float]]:
-    """The gaps between rows about a moment at which the evidence has not fallen, and the gap of the moment itself."""
+    """Return the gaps between rows about a moment at which the evidence has not fallen, and the gap of the moment itself."""
     times = np.unique(time)
     at = int(np.clip(np.searchsorted(times, centre), 1, len(times) - 1))
     out = [(float(times[at - 1]), float(times[at]))]
@@ -195,7 +195,7 @@ class Estimate:
 def estimates(
     problem: Problem, selection: Selection, i: int, refiner: Refiner, seed: int
 ) -> dict[str, Estimate]:
-    """All parameters of term i."""
+    """Return all parameters of term i."""
     assert selection.fit is not None
     term, part = selection.terms[i], selection.span(i)
     mean, unit = selection.fit.mean[part], term.option.unit
@@ -217,13 +217,13 @@ def estimates(
 
 
 def unit_of(effect: Effect, name: str) -> str:
-    """The unit in which a parameter is shown; what is a length along a linear axis is an angle about one that turns."""
+    """Return the unit in which a parameter is shown; what is a length along a linear axis is an angle about one that turns."""
     shown = str(parameter(effect, name).metadata["show"])
     return OF_AN_ANGLE.get(shown, shown) if effect.about.along_axis and turns_round(effect) else shown
 
 
 def _rms_seen(problem: Problem, columns: Array, mean: Array, values: Array) -> Estimate:
-    """rms of the observed change (m,), for a change that has no single component."""
+    """Return the rms of the observed change (m,), for a change that has no single component."""
     gram = columns.T @ columns / problem.m
     draws = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
     unit = "urad" if problem.recording.kind == "angle" else "um"
@@ -277,7 +277,7 @@ def _linear(
 
 
 def _single(selection: Selection, i: int, mean: Array, u: Array, values: Array) -> dict[str, Estimate]:
-    """Parameters of one number that stand beside an array: the straight part of a lost motion."""
+    """Return the parameters of one number beside an array: the straight part of a lost motion."""
     option = selection.terms[i].option
     assert option.effect is not None
     out = {}
@@ -289,7 +289,7 @@ def _single(selection: Selection, i: int, mean: Array, u: Array, values: Array) 
 
 
 def _shown_name(selection: Selection, i: int, name: str) -> str:
-    """The name of the contract where the effect keeps a parameter under another; a pair keeps its own names."""
+    """Return the name of the contract where the effect keeps a parameter under another; a pair keeps its own names."""
     effect = selection.terms[i].option.effect
     assert effect is not None
     if name in ("sine", "cosine"):
@@ -309,9 +309,9 @@ def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:
 
 
 def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: Array) -> Estimate:
-    """rms of an array parameter: over the rows, about its mean, for a field; over the elements for random vectors.
+    """Return the rms of an array parameter: over the rows, about its mean, for a field; over the elements for random vectors.
 
-    The median of its posterior: the rms of the posterior mean is too small, since that is drawn towards zero.
+    The median of its posterior: the rms of the posterior mean is too small, since the mean is shrunk towards zero.
     """
     term = selection.terms[i]
     effect = term.option.effect

@@ -56,17 +56,17 @@ class Dictionary:
 
     @cached_property
     def alone(self) -> Scorer:
-        """Scores of every family, given nothing: asked for again and again."""
+        """Scores of every family, given nothing: cached, since they are needed often."""
         size = np.add.reduceat((self.white**2).sum(axis=0), self.start)
         return Scorer(self, blocks(self.white, self.start), np.zeros((len(self.white), 0)), size)
 
     def of_family(self, family: int) -> range:
-        """Numbers of the options of a family."""
+        """Return the numbers of the options of a family."""
         stop = self.first[family + 1] if family + 1 < len(self.first) else len(self.options)
         return range(int(self.first[family]), int(stop))
 
     def columns(self, option: int) -> Array:
-        """White columns (m, k) of one option."""
+        """Return white columns (m, k) of one option."""
         stop = self.start[option + 1] if option + 1 < len(self.start) else self.white.shape[1]
         return self.white[:, self.start[option] : stop]
 
@@ -107,7 +107,7 @@ def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
 
 
 def only(found: Dictionary, family: int) -> Dictionary:
-    """The dictionary of one family."""
+    """Return the dictionary of one family."""
     own = found.of_family(family)
     a, b = own.start, own.stop
     low, high = int(found.start[a]), int(found.start[b]) if b < len(found.start) else found.white.shape[1]
@@ -118,12 +118,12 @@ def only(found: Dictionary, family: int) -> Dictionary:
 
 
 def visible(columns: Array, white: Whitener) -> Array | None:
-    """White columns, or None where nothing of them survives."""
+    """Return white columns, or None where nothing of them survives."""
     return all_visible([columns], white)[0]
 
 
 def all_visible(parts: Sequence[Array], white: Whitener) -> list[Array | None]:
-    """The same of many, in products of BATCH at once."""
+    """Return the same of many, in products of BATCH at once."""
     return [x for i in range(0, len(parts), BATCH) for x in _visible(parts[i : i + BATCH], white)]
 
 
@@ -138,7 +138,7 @@ def _visible(parts: Sequence[Array], white: Whitener) -> Iterator[Array | None]:
 
 
 def _starts(parts: Sequence[Array]) -> Ints:
-    """First column of each of some blocks side by side."""
+    """Return the first column of each of some blocks side by side."""
     return np.cumsum([0, *(x.shape[1] for x in parts)])[:-1].astype(np.intp)
 
 
@@ -163,7 +163,7 @@ class Scorer:
         return self.found.dof - self.basis.shape[1]
 
     def options(self, r: Array) -> Array:
-        """ln BF (options, M) for white residuals r (m, M)."""
+        """Return ln BF (options, M) for white residuals r (m, M)."""
         r = without_span(r, self.basis)
         parts = [
             log_evidence(self.rotated, r[:, i : i + BATCH], self.dof) for i in range(0, r.shape[1], BATCH)
@@ -179,7 +179,7 @@ class Scorer:
         return np.asarray(out)
 
     def families(self, options: Array) -> Array:
-        """Scores (families, M) from the options' (options, M)."""
+        """Return scores (families, M) from the options' (options, M)."""
         weighted = options + self.found.weight[:, None].astype(options.dtype)
         top = np.maximum.reduceat(weighted, self.found.first, axis=0)
         over = np.exp(weighted - np.repeat(top, np.diff(np.append(self.found.first, len(weighted))), axis=0))
@@ -187,19 +187,19 @@ class Scorer:
         return np.asarray(top + np.log(total) + self.found.prior[:, None])
 
     def scores(self, r: Array) -> Array:
-        """Scores (families, M) of white residuals, batch by batch."""
+        """Return the scores (families, M) of white residuals, batch by batch."""
         parts = [self.families(self.options(r[:, i : i + BATCH])) for i in range(0, r.shape[1], BATCH)]
         return np.concatenate(parts, axis=1)
 
     def largest(self, r: Array) -> Array:
-        """The largest score (M,) of each of many white residuals, in single precision: to 0.001 nats in half the time."""
+        """Return the largest score (M,) of each of many white residuals, in single precision: to 0.001 nats in half the time."""
         column: Any = self.rotated.column.astype(np.float32)
         light = replace(self, rotated=replace(self.rotated, column=column))
         return np.asarray(light.scores(cast(Any, r.astype(np.float32))).max(axis=0), dtype=float)
 
 
 def scorer(found: Dictionary, chosen: Array | None = None) -> Scorer:
-    """Scores of every family, given chosen white columns (m, k); what was asked last is kept, for each name is asked of beside the others
+    """Return scores of every family, given chosen white columns (m, k); the last one is cached, since each name is tested beside the others
     when it is pruned, exchanged, sharpened and judged.
     """
     if chosen is None or not chosen.shape[1]:
@@ -215,7 +215,7 @@ def scorer(found: Dictionary, chosen: Array | None = None) -> Scorer:
 
 
 def orthonormal(x: Array) -> Array:
-    """Orthonormal basis (m, p) of the span of white columns; directions below 1e-6 of the longest are dropped."""
+    """Return the orthonormal basis (m, p) of the span of white columns; directions below 1e-6 of the longest are dropped."""
     return gaussian.orthonormal(x, UNSEEN)
 
 

@@ -40,13 +40,13 @@ class Kin:
     members: tuple[Member, ...]
 
     def times(self, share: float) -> Kin:
-        """The family where only a share of its probability is left to it."""
+        """Return the family where only a share of its probability is left to it."""
         members = tuple(replace(m, probability=m.probability * share) for m in self.members)
         return Kin(self.name, self.probability * share, members)
 
 
 def kin_of(effect: str) -> str:
-    """'play' for a backlash; the name itself where it has no family."""
+    """Return 'play' for a backlash; the name itself where it has no family."""
     return (BY_NAME[effect].diagnosis.shared_physics if effect in BY_NAME else "") or effect
 
 
@@ -59,7 +59,7 @@ def family_about(
     total: float,
     holding: Collection[str],
 ) -> Kin:
-    """The family of the answer with number `own`.
+    """Return the family of the answer with number `own`.
 
     scores, options (nats) and gap (share of the signal that an option cannot mimic) given the other answers; total: ln of the
     weight of everything; holding: names that hold the answer and explain no more, which do not count.
@@ -111,7 +111,7 @@ def simplest(kin: Kin, own: int) -> int:
 
 
 def by_simplest(selection: Selection, kins: Sequence[Kin], setting: Setting) -> Selection:
-    """The selection with every answer as the simplest member of its family that the rows do not refuse."""
+    """Return the selection with every answer as the simplest member of its family that the rows do not refuse."""
     families = setting.found.families
     terms = list(selection.terms)
     taken = {t.family.id for t in terms}
@@ -125,7 +125,7 @@ def by_simplest(selection: Selection, kins: Sequence[Kin], setting: Setting) -> 
 
 
 def _in_its_shape(setting: Setting, selection: Selection, i: int, family: int) -> Term:
-    """Family `family` beside the other terms, in the shape of highest evidence."""
+    """Return the family `family` beside the other terms, in the shape of highest evidence."""
     from vcmm.learn.diagnosis.select import conditional
 
     others = [t for j, t in enumerate(selection.terms) if j != i]
@@ -135,7 +135,7 @@ def _in_its_shape(setting: Setting, selection: Selection, i: int, family: int) -
 
 
 def open_text(kin: Kin) -> str:
-    """'which shape is open: backlash p 0.17, lost_motion p 0.83'; '' where one member alone is open."""
+    """Return 'which shape is open: backlash p 0.17, lost_motion p 0.83'; '' where one member alone is open."""
     if len(kin.members) < 2:
         return ""
     shares = ", ".join(f"{m.effect} p {m.probability:.2f}" for m in kin.members)

@@ -1,4 +1,4 @@
-"""Weighing names against physics without a name: does a smooth field explain more than some of them?
+"""Weigh names against physics without a name: test whether a smooth field explains more than some of them.
 
 A name with many free numbers, or two names on top of each other, follow much that they are not: a scale glued from pieces is
 nearly a changed guide and nearly a table's gaps. The unknown deserves the same freedom. Its law is a Gaussian process (see
@@ -11,16 +11,16 @@ smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds wha
 price: what was free in choosing these names, the prior of their places and scanned values, and the threshold for each of
 them beyond the first: the unknown is one thing, and several names that together follow one smooth course are a coincidence.
 
-S: the names that pay for themselves beside the field, each the threshold of the null and its prior. They stand. Where all do,
-the field is no rival: it is what is left.
+S: the names that pay for themselves beside the field, each the threshold of the null and its prior. They are kept. Where all are,
+the field is no rival: it is the residual.
 
 A field has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is
 outside its span (Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy), for a field of such a course is no
-field. A course of the clock that nothing logs is one: what heats up falls smoothly where a step is drawn through it, so against a smooth
+field. A course of the clock that nothing logs is a field: a part that heats up moves smoothly where a step is drawn through it, so against a smooth
 course of time a step and a straight drift count as they are, sharp and straight. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
 
-A field that wins is put beside the uncertainty of the calibration, as one more covariance, and the search is made again: what
-is found then is found beside it, with the uncertainty that neighbours leave who agree.
+A field that wins is put beside the uncertainty of the calibration, as one more covariance, and the search is made again: names
+found then are found beside it, with the uncertainty of correlated neighbours.
 """
 
 from __future__ import annotations
@@ -96,12 +96,12 @@ class Field:
 
     @property
     def stands(self) -> bool:
-        """Is it more probable than the names without it?"""
+        """Whether it is more probable than the names without it."""
         return self.lead > 0
 
     @property
     def wins(self) -> bool:
-        """Is it more probable than some names, and makes them superfluous?"""
+        """Whether it is more probable than some names, and makes them superfluous."""
         return self.stands and bool(self.refused)
 
     @property
@@ -180,30 +180,31 @@ def _smooth_fields(problem: Problem, selection: Selection, setting: Setting, nul
 
 
 def is_simple(term: Term) -> bool:
-    """One number in proportion to what was recorded, a wave and its harmonics, or a step; not a course with a time constant."""
+    """Return whether a term is one number in proportion to a recorded quantity, a wave and its harmonics, or a step; not a course with a
+    time constant."""
     effect = term.option.effect
     waves = term.white.shape[1] <= WAVE or (effect is not None and effect.diagnosis.size_name == "amplitude")
     return waves and set(scanned_names(term.option)) <= {"period", *MOMENTS}
 
 
 def _is_of_time(term: Term) -> bool:
-    """A step or a straight drift: a course of the clock alone."""
+    """Return whether a term is a step or a straight drift: a course of the clock alone."""
     effect = term.option.effect
     return effect is not None and required(effect) == ("time_s",)
 
 
 def _is_course(asked: KernelQuestion) -> bool:
-    """A field over the clock alone."""
+    """Return whether it is a field over the clock alone."""
     return {n for k in asked.kernels for n in k.names} == {"time"}
 
 
 def _columns(options: Sequence[Option], setting: Setting) -> Array:
-    """What options do to the observation (m, p)."""
+    """Return the effect of options on the observation (m, p)."""
     return np.concatenate([setting.raw[:, None][:, :0], *(o.columns for o in options)], axis=1)
 
 
 def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
-    """Columns (m, k) of the observation less what of them simple ones (m, p) hold, as the rows see it."""
+    """Return columns (m, k) of the observation without the part in the span of simple ones (m, p), as the rows see it."""
     if not simple.shape[1]:
         return columns
     x = white.apply(simple)
@@ -214,7 +215,7 @@ def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
 
 
 def _curves(selection: Selection) -> set[str]:
-    """Axes whose change of geometry is named, by one free curve: a field over such an axis says the same once more. Another
+    """Return the axes whose change of geometry is named, by one free curve: a field over such an axis is the same once more. Another
     free curve of the component claims a structure, and a field may do without it.
     """
     free = [
@@ -257,7 +258,7 @@ class _Weighing:
 
     @staticmethod
     def of(asked: KernelQuestion, simple: Array, selection: Selection, white: Whitener) -> _Weighing | None:
-        """None where nothing of the field is seen. simple (m, p): what simple names do to the observation."""
+        """Return the weighing; None where nothing of the field is seen. simple (m, p): effect of simple names on the observation."""
         bumps = np.concatenate([k.bumps * k.factor[:, None] for k in asked.kernels], axis=1)
         free = orthogonal(bumps, simple, white)
         x = white.apply(free)
@@ -282,7 +283,7 @@ class _Weighing:
         seen: Array,
         dof: int,
     ) -> _Weighing:
-        """functions (m, k) white, and what they are of the observation."""
+        """Return the weighing. functions (m, k) white, and the same on the observation."""
         whole = np.concatenate([*(t.white for t in selection.terms), functions], axis=1)
         spans = tuple(np.arange(whole.shape[1])[selection.span(i)] for i in range(len(selection.terms)))
         widths = tuple(np.full(t.white.shape[1], t.width) for t in selection.terms)
@@ -290,13 +291,13 @@ class _Weighing:
         return _Weighing(asked, functions, seen, selection.y, gram, b, dof, spans, widths)
 
     def evidence(self, kept: Subset) -> float:
-        """Nats of the field and some of the names, the mean over the smoothness and size of the field."""
+        """Return the nats of the field and some of the names, the mean over the smoothness and size of the field."""
         out = [nats for nats, _, _ in self._at_sizes(kept)]
         return self.prior + float(np.logaddexp.reduce(out) - np.log(len(out)))
 
     def covariance(self, kept: Subset, sigma: float, setting: Setting) -> Array:
-        """Columns (m, k) of the observation at the smoothness and size of highest evidence, without what any simple name of
-        the catalogue would say; sigma: noise over stated.
+        """Return columns (m, k) of the observation at the smoothness and size of highest evidence, without the part of any simple name of
+        the catalogue; sigma: noise over stated.
         """
         _, count, width = max(self._at_sizes(kept))
         options = (o for o in setting.found.options if o.effect is not None and o.effect.diagnosis.is_uniform)
@@ -304,7 +305,7 @@ class _Weighing:
         return width * sigma * orthogonal(self.seen[:, :count], simple, setting.white)
 
     def _at_sizes(self, kept: Subset) -> list[tuple[float, int, float]]:
-        """Nats, number of functions and prior width of each."""
+        """Return nats, number of functions and prior width of each."""
         names = [self.spans[i] for i in kept]
         first = len(self.b) - self.functions.shape[1]
         total = float(self.y @ self.y)
@@ -320,7 +321,7 @@ class _Weighing:
     def describe(
         self, problem: Problem, selection: Selection, kept: Subset, white: Whitener, says: str
     ) -> Unknown:
-        """In words."""
+        """Return the field in words."""
         if isinstance(self.asked, KernelQuestion):
             return proposal(self.asked.clearest, problem, self.rms(white), says)
         generic, family = self.asked
@@ -330,7 +331,7 @@ class _Weighing:
         return described_shape(generic, given.basis, selection, white, (), family, options)
 
     def rms(self, white: Whitener) -> float:
-        """Size of the field alone, mm or rad."""
+        """Return the size of the field alone, mm or rad."""
         fits = [
             posterior(self.functions, self.y, self.dof, np.full(self.functions.shape[1], w)) for w in WIDTHS
         ]
@@ -341,8 +342,8 @@ class _Weighing:
 def _trial_kernels(
     problem: Problem, selection: Selection, white: Whitener, null: Array
 ) -> list[KernelQuestion]:
-    """What the residual follows most clearly, nothing named or all names but one; and every smooth course of time, in which a
-    finer bump that follows the scatter too stands before them by its score and not by its evidence.
+    """Return the kernels that the residual follows most clearly, nothing named or all names but one; and every smooth course of time, before which a
+    finer bump that follows the scatter too may rank by its score but not by its evidence.
     """
     others = [[t for t in selection.terms if t is not one] for one in selection.terms]
     given = [[], *(o for o in others if o)]  # all but one of one is none
@@ -376,7 +377,7 @@ def _own_arguments(family: Family) -> set[str]:
 
 
 def _shapes(generic: Dictionary, selection: Selection) -> list[_Weighing]:
-    """The shapes that explain most beside nothing, or beside all names but one, but those that say the same as a name."""
+    """Return the shapes that explain most beside nothing, or beside all names but one, except those that are the same as a name."""
     if not generic.families:
         return []
     others = [[t for t in selection.terms if t is not one] for one in selection.terms]
@@ -394,5 +395,5 @@ def _shapes(generic: Dictionary, selection: Selection) -> list[_Weighing]:
 
 
 def kept_terms(selection: Selection, field: Field) -> list[Term]:
-    """The terms that stand beside the field."""
+    """Return the terms that are kept beside the field."""
     return [t for i, t in enumerate(selection.terms) if i not in field.refused]

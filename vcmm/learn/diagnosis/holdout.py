@@ -1,4 +1,4 @@
-"""Hold-out gate: does a term predict rows it has not seen, where the conditions go beyond those it was fitted on?
+"""Hold-out gate: test whether a term predicts rows it has not seen, where the conditions go beyond those of the fit.
 
 Folds extrapolate: another pose, the later time, the warmer rows, another speed, the far zone. Nuisance of the held-out
 rows (their own pose) is fitted on them, which no method can avoid. A term must win log score in most folds that excite
@@ -58,7 +58,7 @@ class Fold:
 
 
 def folds(problem: Problem, u: Array, rho: float) -> list[Fold]:
-    """All extrapolating folds that the columns of the recording allow."""
+    """Return all extrapolating folds that the columns of the recording allow."""
     out = []
     for name, test in fold_masks(problem.run, problem.recording.row):
         if FEWEST <= test.sum() <= problem.m - FEWEST:
@@ -70,7 +70,7 @@ def folds(problem: Problem, u: Array, rho: float) -> list[Fold]:
 
 
 def fold_of(problem: Problem, u: Array, rho: float, name: str, test: Mask) -> Fold:
-    """Rows `test` held out. Raises ModelLimit where either part has too few rows for its nuisance."""
+    """Return the rows `test` held out. Raises ModelLimit where either part has too few rows for its nuisance."""
     return Fold(name, test, *(_part(problem, u, rho, k) for k in (~test, test)))
 
 
@@ -108,7 +108,7 @@ def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Te
 def worsened_folds(
     problem: Problem, parts: Sequence[Fold], selection: Selection, noise: tuple[Array, float] | None = None
 ) -> tuple[str, ...]:
-    """The folds that the terms make worse, beyond the noise of a fold; a free curve is not asked beyond its own zone.
+    """Return the folds that the terms make worse, beyond the noise of a fold; a free curve is not tested beyond its own zone.
 
     noise: u (m,) and correlation, where the far zone of an axis is not to decide alone (see `predicts_blocks`).
     """
@@ -124,7 +124,7 @@ def worsened_folds(
 
 
 def predicts_blocks(problem: Problem, noise: tuple[Array, float], selection: Selection, axis: str) -> bool:
-    """Do the terms predict blocks along an axis from their neighbours, both ways and by more than STRONG nats?
+    """Return whether the terms predict blocks along an axis from their neighbours, both ways and by more than STRONG nats.
 
     Of the far zone of an axis the other rows say nothing but what a shape says beyond its ends, and several that are right together
     may go astray there. A file is used where rows were: so BLOCKS blocks of as many rows, every second one held out, decide.
@@ -143,13 +143,13 @@ def predicts_blocks(problem: Problem, noise: tuple[Array, float], selection: Sel
 
 
 def _limit_outliers(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:
-    """Residuals with outliers pulled to 3 sigma of a first fit."""
+    """Return the residuals with outliers pulled to 3 sigma of a first fit."""
     signal = x @ posterior(x, r, dof, width).mean
     return np.asarray(signal + np.clip(r - signal, -FAR * sigma, FAR * sigma))
 
 
 def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) -> float:
-    """ln predictive density of white residuals, parameters' covariance included; outliers count as 3 sigma."""
+    """Return ln predictive density of white residuals, parameters' covariance included; outliers count as 3 sigma."""
     rest = np.clip(rest, -FAR * sigma, FAR * sigma)
     if covariance is None or x.shape[1] == 0:
         return -0.5 * float(rest @ rest) / sigma**2
@@ -157,7 +157,7 @@ def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) ->
 
 
 def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[int]:
-    """Numbers of the terms that fail: they lose much in a fold, or win in too few of the folds that excite them.
+    """Return the numbers of the terms that fail: they lose much in a fold, or win in too few of the folds that excite them.
 
     The one that loses most comes first: terms that lean on one another are refused one at a time.
     """
@@ -176,7 +176,7 @@ def wins_everywhere(problem: Problem, parts: Sequence[Fold], selection: Selectio
 
 
 def _gains(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int) -> Array:
-    """Nats that term i wins beside the others in each fold that asks it."""
+    """Return the nats that term i wins beside the others in each fold that tests it."""
     term = selection.terms[i]
     others = [t for t in selection.terms if t is not term]
     gains = []
@@ -191,7 +191,8 @@ def _gains(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int
 
 
 def _is_refused(gains: Array) -> bool:
-    """It loses overall, wins too seldom, or makes one kind of rows clearly worse: the log score knows the noise and how
+    """Return whether a term is refused: it loses overall, wins too seldom, or makes one kind of rows clearly worse: the log score knows
+    the noise and how
     uncertain the term is there, so a large loss is a wrong shape. A part of what it wins elsewhere is forgiven, because
     no template is exact.
     """
@@ -209,7 +210,8 @@ def is_free_curve(name: str) -> bool:
 
 
 def _own_zone(term: Term, fold: Fold) -> bool:
-    """A free curve over an axis says nothing of a zone of that axis on which it was not fitted, nor do the harmonics of a turn of
+    """Return whether a fold is in the own zone of a free curve: a curve says nothing of a zone of its axis on which it was not fitted,
+    nor do the harmonics of a turn of
     a part of the turn.
     """
     axis = axis_of(str(term.family.where.get("component", ""))) or str(term.family.where.get("axis", ""))
@@ -224,19 +226,19 @@ def tells(term: Term, fold: Fold) -> bool:
 
 
 def says_something(fold: Fold, selection: Selection) -> bool:
-    """Is any term seen in the rows held out? Else they are predicted by nothing, before and after."""
+    """Return whether any term is seen in the rows held out; otherwise no term predicts them, before and after."""
     sizes = [_held_out_size(fold, selection, i) for i in range(len(selection.terms))]
     return any(size > EXCITATION_DELTA for size in sizes)
 
 
 def _fitted_size(fold: Fold, selection: Selection, i: int) -> float:
-    """Size of term i in the rows fitted, in units of the noise: is it determined there?"""
+    """Return the size of term i in the rows fitted, in units of the noise: whether it is determined there."""
     return _size(fold.fitted, ~fold.test, selection, i)
 
 
 def _held_out_size(fold: Fold, selection: Selection, i: int) -> float:
-    """The same in the rows held out. A term that is not seen there may still be told by them: it changes what the other
-    terms are, and so what they predict (a bed that stands hot while the frame warms).
+    """Return the same in the rows held out. They may still determine a term that is not seen there: it changes the other
+    terms, and so their predictions (a bed that is hot while the frame warms).
     """
     return _size(fold.predicted, fold.test, selection, i)
 

@@ -1,4 +1,4 @@
-"""The improved machine: what was found, as effects with numbers and as Inputs with their covariance.
+"""The improved machine: the findings as effects with numbers and as Inputs with their covariance.
 
 Random copies (a shift per event) and changes without a single component have no crisp number; they are not added.
 """
@@ -23,7 +23,7 @@ EVIDENCE = "diagnosis of a recording"
 
 
 def fitted_effect(selection: Selection, i: int, machine: Machine) -> tuple[Effect | None, tuple[Input, ...]]:
-    """Term i as an effect (a departure is added to the machine's own value) and what is known of its parameters.
+    """Return term i as an effect (a departure is added to the machine's own value) and the Inputs of its parameters.
 
     Where the machine has the effect with another period or time constant the departure is an effect of its own.
     """
@@ -38,7 +38,7 @@ def fitted_effect(selection: Selection, i: int, machine: Machine) -> tuple[Effec
 
 
 def separate_effect(effect: Effect, machine: Machine) -> Effect:
-    """The effect as it is, or, beside the machine's own with another period, under a name of its own and from zero.
+    """Return the effect as it is, or, beside the machine's own with another period, under a name of its own and from zero.
 
     A wave of period p is harmonic h of the period h p: with an unused h its Inputs can be told apart by place.
     """
@@ -58,7 +58,7 @@ def separate_effect(effect: Effect, machine: Machine) -> Effect:
 
 
 def same_shape(one: Effect, other: Effect) -> bool:
-    """Do two effects of one place differ in linear parameters only?"""
+    """Return whether two effects of one place differ in linear parameters only."""
     linear = set(linear_parameters(one))
     return all(
         np.array_equal(getattr(one, f.name), getattr(other, f.name))
@@ -78,7 +78,7 @@ def _with_numbers(effect: Effect, mean: Array) -> Effect:
 
 
 def _inputs(effect: Effect, covariance: Array) -> tuple[Input, ...]:
-    """One Input per parameter; correlation between parameters of one effect is not kept, that within an array is."""
+    """Return one Input per parameter; correlation between parameters of one effect is not kept, that within an array is."""
     out, at = [], 0
     for name in linear_parameters(effect):
         value = np.asarray(getattr(effect, name))
@@ -90,7 +90,7 @@ def _inputs(effect: Effect, covariance: Array) -> tuple[Input, ...]:
 
 
 def improve_machine(machine: Machine, found: tuple[tuple[Effect | None, tuple[Input, ...]], ...]) -> Machine:
-    """A copy of the machine with the fitted effects in place of its own of the same id, and their Inputs."""
+    """Return a copy of the machine with the fitted effects in place of its own of the same id, and their Inputs."""
     for effect, inputs in found:
         if effect is None:
             continue
@@ -104,7 +104,7 @@ def improve_machine(machine: Machine, found: tuple[tuple[Effect | None, tuple[In
 
 
 def departure(effect: Effect, machine: Machine) -> Effect:
-    """A fitted effect less what the machine has of it."""
+    """Return a fitted effect less what the machine has of it."""
     own = next((e for e in machine.effects if e.id == effect.id), None)
     if own is None or not addable(own, effect):
         return effect

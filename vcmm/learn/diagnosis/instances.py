@@ -1,4 +1,4 @@
-"""Where an effect can sit on this machine and recording: every place of it, as an effect at its typical numbers."""
+"""Places of an effect on a machine and recording: every place, as an effect at its typical numbers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def where_of(effect: Effect) -> dict[str, str]:
 
 
 def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:
-    """Required columns that neither the run nor its logs have."""
+    """Return the required columns that neither the run nor its logs have."""
     logged = {f"temp_{sensor}_C" for sensor in run.series}
     have = logged | set(run.series) | set(run.columns) | set(run.labels)
     label = ("event",) if effect.per == "event" else ()  # random per event: without events it is a constant
@@ -34,7 +34,7 @@ def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:
 
 
 def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
-    """The effect at every place it can have on this machine and recording; the machine's own version where it has one."""
+    """Return the effect at every place it can have on this machine and recording; the machine's own version where it has one."""
     present = {effect.id: effect for effect in problem.machine.effects if isinstance(effect, kind)}
     names = [f.name for f in place_fields(kind)]
     site = _site(problem)
@@ -58,7 +58,7 @@ def _site(problem: Problem) -> Site:
 
 
 def domain(spec: Field[Any], problem: Problem) -> list[Any]:
-    """Values that a place field can take here."""
+    """Return the values that a place field can take here."""
     letters, run = problem.machine.chain.letters, problem.run
     linear = [a for a in letters if not is_rotary(a)]
     if spec.name in ("axis", "other"):
@@ -81,7 +81,7 @@ def domain(spec: Field[Any], problem: Problem) -> list[Any]:
 
 
 def sensors(run: Run) -> list[str]:
-    """Names of the temperatures that vary or differ from 20 degC: columns temp_<name>_C and logs."""
+    """Return the names of the temperatures that vary or differ from 20 degC: columns temp_<name>_C and logs."""
     named = {c.removeprefix("temp_").removesuffix("_C") for c in run.columns if c.startswith("temp_")}
     return sorted(
         n for n in named | set(run.series) if n not in NO_TEMPERATURE and not n.startswith("accel_")

@@ -2,13 +2,13 @@
 
 The diagnosis of a recording whose sensors have gaps (see unread).
 
-Physics without a name that who made the recording has found already: it stands among what is known to be uncertain.
+Physics without a name that was found when the recording was made: it is part of the known uncertainty.
 
 A part that comes back measured is searched for waves in time down to two points per period, along all directions at once, which is
-beyond the shapes that are searched here. What is found so goes along as a covariance called "unknown ...", so that no name takes
+beyond the shapes that are searched here. It is passed on as a covariance called "unknown ...", so that no name takes
 its place, and the verdict has to say it.
 
-May all readings have the opposite sign? Said, never decided: the sense of `observed` is known to the operator only.
+A possible opposite sign of all readings is reported, never decided: only the operator knows the sense of `observed`.
 
 A recording of the other sign holds minus what the machine's file predicts, so that its residual holds minus twice:
 
@@ -42,7 +42,7 @@ LOOK = 'look at `observed` ("indicated - true" against "actual - commanded")'
 
 
 def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str, ...]:
-    """Sentences about a sign over everything; none where a mistake of the table says so already."""
+    """Return the sentences about a sign over everything; none where a mistake of the table says so already."""
     if d.mistake is not None and d.mistake.what == "sign":
         return ()
     c, u = against_known(recording, machine)
@@ -72,7 +72,7 @@ def _negative(number: object) -> bool:
 
 
 def against_known(recording: Recording, machine: Machine) -> tuple[float, float]:
-    """c and u(c) of the head of this file; (0, inf) where the machine file predicts nothing that is seen."""
+    """Return c and u(c) of the docstring of this module; (0, inf) where the machine file predicts nothing that is seen."""
     try:
         problem = make_problem(recording, machine)
         blank = baseline(problem.recording, replace(machine, effects=(), inputs=()))
@@ -92,7 +92,7 @@ WAVES = 10  # that are watched: their period is known to a hundredth then
 
 
 def describe_unknown(found: Diagnosis, recording: Recording) -> Diagnosis:
-    """The same with the unknown of the recording told: verdict, reason, what to measure next."""
+    """Return the diagnosis with the unknown of the recording reported: verdict, reason, what to measure next."""
     told = [(name.removeprefix(UNKNOWN), k) for name, k in recording.known if name.startswith(UNKNOWN)]
     if not told:
         return found
@@ -112,12 +112,12 @@ def describe_unknown(found: Diagnosis, recording: Recording) -> Diagnosis:
 
 
 def _rms(columns: np.ndarray) -> float:
-    """Of the shape that columns (m, r) are scaled to."""
+    """Return the rms of the shape to which columns (m, r) are scaled."""
     return float(np.sqrt(np.mean(columns**2)))
 
 
 def _watch(what: str) -> NextStep | None:
-    """How to see a wave of time by itself: nothing moves, so what swings is no axis and no cutting."""
+    """Return how to see a wave of time by itself: nothing moves, so that no axis and no cutting causes it."""
     match = re.search(r"wave of ([\d.e+]+) s", what)
     if match is None:
         return None
@@ -133,7 +133,7 @@ def _watch(what: str) -> NextStep | None:
 def diagnose_unread(
     recording: Recording, machine: Machine, ask: Callable[[Recording], Diagnosis]
 ) -> Diagnosis:
-    """The diagnosis of a recording whose sensors have gaps. ask: that of one without."""
+    """Diagnose a recording whose sensors have gaps. ask: the diagnosis of one without."""
     first = ask(rows_read(recording))
     fitted = [a.fitted for a in first.found if a.fitted is not None]
     needed = sensors_of(recording, (*machine.effects, *fitted))
@@ -153,7 +153,7 @@ def _told(recording: Recording, whole: Recording, needed: tuple[str, ...]) -> tu
         lost = int(recording.touching(rows).sum())
         if name in needed:
             out.append(
-                f"{lost} observations without a reading of {name} are set aside: what stands in the machine or was found depends on it"
+                f"{lost} observations without a reading of {name} are not used: an effect of the machine file or a found one depends on it"
             )
         else:
             out.append(
@@ -171,9 +171,9 @@ def diagnose(
     extra_effects: Sequence[type[Effect]] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """What physics a recording holds that the machine lacks: causes, rivals, held-out improvement, next measurement.
+    """Find the physics in a recording that the machine lacks: causes, rivals, held-out improvement, next measurement.
 
-    Of more than 100 000 observations some are taken, and it is said (see vcmm.learn.diagnosis.very_long).
+    Of more than 100 000 observations some are taken, with a note (see vcmm.learn.diagnosis.very_long).
     """
     recording = few_enough(recording)
 

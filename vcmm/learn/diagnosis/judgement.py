@@ -1,18 +1,18 @@
-"""Which of the chosen terms hold, what they compete with, and what is left without a name.
+"""Judge the chosen terms: which hold, their rivals, and the residual without a name.
 
-A field without a name that stands is put beside the calibration, as one more covariance, and the search is made again.
+A field without a name that is accepted is put beside the calibration, as one more covariance, and the search is made again.
 
-Does the size of a named term depend on a condition that its law does not know?
+Test whether the size of a named term depends on a condition that its law does not contain.
 
 A change of geometry is the same at every speed; a screw's pitch error is the same in the morning. If the fitted signal of
-such a term grows with the speed, the time, a temperature or a load, what was found is half of a product: the place is
+such a term grows with the speed, the time, a temperature or a load, the finding is half of a product: the place is
 right, the name is not the whole story. One column is tried per term and condition,
 
     signal of the term x (condition - mean) / standard deviation,
 
 outside the span of all terms, and the number of columns tried is paid for.
 
-Do the named terms deliver what they promise? Two tests against the simulator's own null, with no shape assumed.
+Test the named terms against the simulator's own null, with no shape assumed, in two ways:
 
 folds    recordings with exactly the fitted terms and the noise found are simulated, and every fold predicts its held-out
          rows from the others; a fold of the real recording that gains far less than they do holds a wrong shape
@@ -98,7 +98,7 @@ def knows(term: Term, condition: str) -> bool:
 def find_modulation(
     problem: Problem, selection: Selection, white: Whitener, threshold: float
 ) -> Unknown | None:
-    """The term and condition of highest evidence, where it exceeds the threshold of shapes without a name."""
+    """Return the term and condition of highest evidence, where it exceeds the threshold of shapes without a name."""
     varied = conditions(problem)
     tried = [(i, name) for i, term in enumerate(selection.terms) for name in varied if not knows(term, name)]
     if not tried or selection.fit is None:
@@ -122,7 +122,7 @@ def find_modulation(
 
 
 def _signal(selection: Selection, i: int) -> Array:
-    """What term i does to the observation (m,), mm or rad."""
+    """Return the effect of term i on the observation (m,), mm or rad."""
     assert selection.fit is not None
     return np.asarray(selection.terms[i].option.columns @ selection.fit.mean[selection.span(i)])
 
@@ -132,7 +132,7 @@ def _standard(values: Array) -> Array:
 
 
 def _covariates(problem: Problem, term: Term, name: str) -> tuple[str, ...]:
-    """The axis of the term's place, where it has one, and the condition."""
+    """Return the axis of the term's place, where it has one, and the condition."""
     place = first_place(term.family)
     axis = axis_of(place) or (place if is_axis(place) else place[-1:].upper())
     return (axis, name) if axis in problem.run.position else (name,)
@@ -140,7 +140,7 @@ def _covariates(problem: Problem, term: Term, name: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """Terms that hold, and what they compete with. failed: terms were held back; thought: all that the search named; tied: see
+    """Terms that hold, and their rivals. failed: terms were held back; thought: all that the search named; tied: see
     Chosen.
     """
 
@@ -159,10 +159,10 @@ class Judgement:
 
 
 def judge_terms(chosen: SearchResult, stage: Stage, seed: int, in_field: bool = False) -> Judgement:
-    """The terms that hold, what they are worth, and a field that may stand for them.
+    """Return the terms that hold, their probabilities, and a field that may replace them.
 
-    in_field: a field stands beside the calibration already. No further shape without physics is weighed, and a fold, in which
-    the field is as free again, refuses no term here; what makes rows worse is not handed over all the same.
+    in_field: a field is beside the calibration already. No further shape without physics is weighed, and a fold, in which
+    the field is as free again, refuses no term here; terms that make rows worse are still not delivered.
     """
     used, selection = chosen.problem, chosen.selection
     setting = replace(setting_of(used, stage), start=selection.y)
@@ -198,8 +198,8 @@ def judge_terms(chosen: SearchResult, stage: Stage, seed: int, in_field: bool = 
 def beside_field(
     first: Judgement, known: Catalogue, generics: Sequence[Family], seed: int, nulls: int
 ) -> Judgement:
-    """The search again beside a field that stands, which then is one more covariance; as it was where nothing is found so, or
-    where nothing is left without a name.
+    """Search again beside an accepted field, which then is one more covariance; return the first result where this finds nothing, or
+    where nothing remains without a name.
     """
     if first.rest is None or not first.thought:
         return first
@@ -236,7 +236,7 @@ def _is_better(again: Field, field: Field, terms: Sequence[Term]) -> bool:
 
 
 def _simple(known: Catalogue) -> Catalogue:
-    """The catalogue without names of more numbers than FEW: shapes of their own, as free as a field, which say it once more."""
+    """Return the catalogue without names of more numbers than FEW, which are as free as a field."""
     kept = []
     for family in (f for f in known.families if not is_free_curve(f.name)):
         few = tuple(o for o in family.options if o.columns.shape[1] <= FEW)
@@ -245,7 +245,7 @@ def _simple(known: Catalogue) -> Catalogue:
 
 
 def _gate_terms(problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting) -> Selection:
-    """The terms that predict rows held out: the one that fails worst is refused, the others are refitted and asked again."""
+    """Return the terms that predict rows held out: the one that fails worst is refused, the others are refitted and tested again."""
     while failed := gate(problem, parts, selection):
         selection = joint([t for i, t in enumerate(selection.terms) if i != failed[0]], setting)
     return selection
@@ -264,8 +264,8 @@ def _rest(
     seed: int,
     field: Field | None,
 ) -> Unknown | None:
-    """What has no name: a field that beats the names, a shape in the residual, neighbours that agree, a field beside the names
-    that is surer than shapes are in null recordings, else a fold that falls short of what the names promise.
+    """Return the residual without a name: a field that beats the names, a shape in the residual, neighbours that agree, a field beside the names
+    that is surer than shapes are in null recordings, else a fold that gains less than the names predict.
     """
     if field is not None and field.wins:
         return describe_shape(
@@ -287,7 +287,7 @@ DRAWS = 400
 def failing_fold(
     problem: Problem, parts: Sequence[Fold], selection: Selection, noise: Audit, u: Array, seed: int
 ) -> str:
-    """The fold that falls short most, "" where the shortfall is within the 1 % of simulated recordings."""
+    """Return the fold that falls short most, "" where the shortfall is within the 1 % of simulated recordings."""
     parts = [p for p in parts if any(tells(t, p) for t in selection.terms)]
     if not parts or selection.fit is None:
         return ""
@@ -306,14 +306,14 @@ def failing_fold(
 
 
 def _forgiven(selection: Selection) -> float:
-    """Nats lost to templates that are never quite right, twice: a fold predicts from a part that has the error too."""
+    """Return the nats lost to templates that are never exact, twice: a fold predicts from a part that has the error too."""
     return sum(0.5 * (2 * MISMATCH * selection.delta(i)) ** 2 for i in range(len(selection.terms)))
 
 
 def _simulate(
     problem: Problem, selection: Selection, columns: Array, noise: Audit, u: Array, seed: int
 ) -> Array:
-    """Recordings (m, DRAWS) of the fitted terms, the noise found and the calibration; the nuisance is projected out later."""
+    """Simulate recordings (m, DRAWS) of the fitted terms, the noise found and the calibration; the nuisance is projected out later."""
     assert selection.fit is not None
     rng = generator(seed, "shortfall")
     dof = noise.noise.dof
@@ -328,7 +328,7 @@ def _simulate(
 
 
 def _gains_of_draws(fold: Fold, columns: Array, width: Array, sigma: float, raw: Array) -> Array:
-    """Log score (D,) that the terms win in the held-out rows of recordings raw (m, D), fitted on the other rows."""
+    """Return the log score (D,) that the terms win in the held-out rows of recordings raw (m, D), fitted on the other rows."""
     x, r = fold.fitted.apply(columns[~fold.test]), fold.fitted.apply(raw[~fold.test])
     told = condition(x.T @ x, x.T @ r, width)
     signal = x @ told.mean
@@ -340,14 +340,14 @@ def _gains_of_draws(fold: Fold, columns: Array, width: Array, sigma: float, raw:
 
 
 def of_fold(fold: str) -> Unknown:
-    """What a failing fold says: where the named terms do not hold."""
+    """Return the statement of a failing fold: where the named terms do not hold."""
     word = fold[-1] if fold.startswith("far zone") else fold.replace("later ", "").split()[0]
     text = f"the named terms, fitted on the other rows, do not predict the rows of the fold '{fold}': their shape is not right"
     return Unknown((word,), text, 0.0)
 
 
 def scatter_excess(selection: Selection, white: Whitener, noise: Audit, null: Array) -> str:
-    """The finding about a scatter beyond the null's quantile that nothing names; null (m, M) prepared white residuals."""
+    """Return the finding about a scatter beyond the null's quantile that nothing names; null (m, M) prepared white residuals."""
     if any("times what was stated" not in text for text in noise.findings):
         return ""  # outliers, tails, correlation, speed: the scatter has a name
     usual = np.sqrt((null**2).sum(axis=0) / white.dof)

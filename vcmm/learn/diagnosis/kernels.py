@@ -1,4 +1,4 @@
-"""Free shapes over everything that a recording knows, and how strongly a residual follows each.
+"""Free shapes over all columns of a recording, and the strength with which a residual follows each.
 
     t = |X' r|^2,   X: bumps about places, white, outside some chosen terms;   r: white residual
 
@@ -14,17 +14,17 @@ Courses of time without a name: a smooth vector of time, the scale of an axis th
     s(t) (q - q0) e   the scale of an axis: held at its zero, or anywhere (then d(t) e is a part of it)
     g(t) p            the part grows about its middle, p the place on it
 
-d, s and g are sums of bumps over the clock, as wide as SMOOTH of the recording's duration: what heats up and cools down by a
+d, s and g are sums of bumps over the clock, as wide as SMOOTH of the recording's duration: heating and cooling by a
 source that nothing logs. A name that follows a thermometer, or several together, may mimic such a course; with these the
 unknown competes in the same freedom.
 
 A kernel of free shapes as a proposal in words: where, in which direction, and whether its shape can be drawn.
 
-Do neighbours agree in what the names leave? Then it is no scatter, whatever shape it has. Two questions:
+Neighbours that agree in the residual of the names are no scatter, for any shape. Two tests:
 
 shape   over the axis and in the component of a named term: few kernels, so little is overlooked. A name that fits the
         coarse part of something else leaves the fine part there.
-rest    over everything that the recording knows.
+rest    over all columns of the recording.
 
 The largest z of all kernels is compared with the largest of every null recording. Errors of templates are forgiven as in
 the selection: what they leave may lie wholly in the strongest direction of a kernel.
@@ -66,27 +66,27 @@ class Course:
 
 
 def clock(problem: Problem) -> Array | None:
-    """time_s (n,) where the recording has a clock that moves."""
+    """Return time_s (n,) where the recording has a clock that moves."""
     time = problem.run.columns.get("time_s")
     return time if time is not None and np.ptp(time) > 0 else None
 
 
 def over_clock(time: Array, width: float) -> Array:
-    """Bumps (n, k) over the clock, `width` of its range wide and half as far apart: their sum is as smooth everywhere."""
+    """Return the bumps (n, k) over the clock, `width` of its range wide and half as far apart: their sum is as smooth everywhere."""
     z = (time - time.min()) / np.ptp(time)
     centres = np.linspace(0.0, 1.0, round(2.0 / width) + 1)
     return np.asarray(np.exp(-0.5 * ((z[:, None] - centres) / width) ** 2))
 
 
 def wandering(problem: Problem) -> Iterator[Array]:
-    """Bumps (m, k) over the clock, for any direction."""
+    """Yield bumps (m, k) over the clock, for any direction."""
     time = clock(problem)
     if time is not None:
         yield from (problem.of_rows(over_clock(time, width)) for width in SMOOTH)
 
 
 def stretching(problem: Problem) -> Iterator[Course]:
-    """Scales of axes and the size of the part that change with time."""
+    """Yield scales of axes and the size of the part that change with time."""
     time = clock(problem)
     if time is None:
         return
@@ -102,7 +102,7 @@ def stretching(problem: Problem) -> Iterator[Course]:
 
 
 def _of_scale(problem: Problem, axis: str, bumps: Array) -> Iterator[Course]:
-    """The scale of an axis held at its zero, and held anywhere; the largest factor is 1."""
+    """Yield the scale of an axis held at its zero, and held anywhere; the largest factor is 1."""
     q = problem.run.position[axis]
     middle = q - q.mean()
     zero, spread = (v[:, None] / np.abs(v).max() for v in (q, middle))
@@ -112,7 +112,7 @@ def _of_scale(problem: Problem, axis: str, bumps: Array) -> Iterator[Course]:
 
 
 def _growth_column(problem: Problem) -> Array | None:
-    """What a larger part does to the observations (m,), 1 at its largest; None for machines that measure no part."""
+    """Return the effect of a larger part on the observations (m,), 1 at its largest; None for machines that measure no part."""
     run = problem.run
     if problem.recording.kind not in WITH_A_PART or "part_x_mm" not in run.columns:
         return None
@@ -150,7 +150,7 @@ class Kernel:
 
 @dataclass(frozen=True, eq=False)
 class KernelQuestion:
-    """One question: kernels that are added, the clearest of them, t and z of the residual and of every null (1 + M,)."""
+    """One test: kernels that are added, the clearest of them, t and z of the residual and of every null (1 + M,)."""
 
     kernels: tuple[Kernel, ...]
     clearest: Kernel
@@ -171,7 +171,7 @@ class PulledResiduals:
     _cache: dict[str, Array] = field(default_factory=dict)
 
     def times(self, kernel: Kernel) -> Array:
-        """The rows times the kernel's factor; once per direction."""
+        """Return the rows times the kernel's factor; once per direction."""
         if kernel.component or kernel.what:
             return self.rows
         if kernel.direction not in self._cache:
@@ -179,7 +179,7 @@ class PulledResiduals:
         return self._cache[kernel.direction]
 
     def columns(self, kernels: Sequence[Kernel]) -> Array:
-        """White columns (m, k) of kernels, outside the basis; (m, 0) where nothing of them is seen."""
+        """Return white columns (m, k) of kernels, outside the basis; (m, 0) where nothing of them is seen."""
         columns = np.concatenate([k.bumps * k.factor[:, None] for k in kernels], axis=1)
         x = without_span(self.white.apply(columns), self.basis)
         before = float(np.linalg.norm((self.white.weight * columns.T).T))
@@ -187,7 +187,7 @@ class PulledResiduals:
 
 
 def pull_back(white: Whitener, basis: Array, rows: Array) -> PulledResiduals:
-    """rows (m, 1 + M): white residual and nulls."""
+    """Pull back rows (m, 1 + M): white residual and nulls."""
     rows = without_span(rows, basis)
     rows = rows / np.maximum(np.linalg.norm(rows, axis=0), NOTHING)
     back = white.adjoint(rows)
@@ -195,7 +195,7 @@ def pull_back(white: Whitener, basis: Array, rows: Array) -> PulledResiduals:
 
 
 def of_components(problem: Problem, components: Iterable[str]) -> Iterator[list[Kernel]]:
-    """Free shapes of component errors over their axes."""
+    """Yield free shapes of component errors over their axes."""
     alone = np.ones(problem.m)
     for c in (c for c in components if np.ptp(problem.run.q(c[2])) > 0):
         for moved in of_component(problem, c):
@@ -203,14 +203,14 @@ def of_components(problem: Problem, components: Iterable[str]) -> Iterator[list[
 
 
 def everywhere(problem: Problem) -> Iterator[list[Kernel]]:
-    """Groups of kernels that differ by their direction only."""
+    """Yield groups of kernels that differ by their direction only."""
     for near in nearness(problem):
         yield [Kernel(near.names, d, near.bumps, f) for d, f in modulators(problem).items()]
     yield from of_time(problem)
 
 
 def of_time(problem: Problem) -> Iterator[list[Kernel]]:
-    """The smooth courses of time among them."""
+    """Yield the smooth courses of time among them."""
     for bumps in wandering(problem):
         yield [Kernel(("time",), d, bumps, f) for d, f in modulators(problem).items()]
     alone = np.ones(problem.m)
@@ -219,7 +219,7 @@ def of_time(problem: Problem) -> Iterator[list[Kernel]]:
 
 
 def questions(groups: Iterable[list[Kernel]], rows: PulledResiduals) -> Iterator[KernelQuestion]:
-    """Every kernel by itself, and those of x, y and z together: a swirl turns."""
+    """Yield every kernel by itself, and those of x, y and z together: a swirl turns."""
     return itertools.chain.from_iterable(_of_group(group, rows) for group in groups)
 
 
@@ -238,26 +238,26 @@ def _of_group(group: list[Kernel], rows: PulledResiduals) -> Iterator[KernelQues
 
 
 def normal_scores(t: Array, forgiven: float = 0.0) -> Array:
-    """z (1 + M,) of t; a share `forgiven` of the residual's own t, the first, is what errors of templates may bring."""
+    """Return z (1 + M,) of t; a share `forgiven` of the residual's own t, the first, may come from errors of templates."""
     own = t[0] * max(1.0 - np.sqrt(forgiven), UNSEEN) ** 2
     logs = np.log(np.maximum(np.r_[own, t[1:]], NOTHING))
     return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), UNSEEN**2))
 
 
 def reach(x: Array) -> float:
-    """Largest of |X' e|^2 over unit vectors e."""
+    """Return the largest of |X' e|^2 over unit vectors e."""
     small = x.T @ x if x.shape[1] < len(x) else x @ x.T
     return float(np.linalg.eigvalsh(small)[-1])
 
 
 def principal(x: Array, count: int) -> Array:
-    """The first principal functions (m, count at most) of bumps x (m, k), the first of rms 1."""
+    """Return the first principal functions (m, count at most) of bumps x (m, k), the first of rms 1."""
     turn = principal_turn(x, count)
     return x[:, :0] if turn is None else np.asarray(x @ turn)
 
 
 def principal_turn(x: Array, count: int) -> Array | None:
-    """Coefficients (k, count at most) that make bumps x (m, k) their first principal functions; None where x is nothing."""
+    """Return the coefficients (k, count at most) that make bumps x (m, k) their first principal functions; None where x is nothing."""
     value, vector = np.linalg.eigh(x.T @ x)
     first = np.argsort(-value)[:count]
     if not x.shape[1] or value[first[0]] <= 0:
@@ -266,7 +266,7 @@ def principal_turn(x: Array, count: int) -> Array | None:
 
 
 def components_of(terms: Sequence[Term]) -> tuple[str, ...]:
-    """The component errors in which terms move their axes: of their places, or the positioning errors of their axes."""
+    """Return the component errors in which terms move their axes: of their places, or the positioning errors of their axes."""
     found = {c for t in terms for c in (t.family.where.get("component", ""), _positioning(t))}
     return tuple(sorted(c for c in found if len(c) == 3 and c[0] == "E" and c[2] in "XYZ"))
 
@@ -277,9 +277,9 @@ def _positioning(term: Term) -> str:
 
 
 def proposal(kernel: Kernel, problem: Problem, rms: float, says: str) -> Unknown:
-    """The unknown over the covariates of a kernel; `says` with {} for the names.
+    """Return the unknown over the covariates of a kernel; `says` with {} for the names.
 
-    A translation of a component is drawn in its own direction; what a rotation does depends on the arm, so that no curve
+    A translation of a component is drawn in its own direction; the effect of a rotation depends on the arm, so that no curve
     over the axis can show it.
     """
     over = " and ".join(kernel.names)
@@ -306,7 +306,7 @@ FUNCTIONS = MOST_QUESTIONS  # in which the size of a departure is estimated
 
 
 def departure(problem: Problem, selection: Selection, white: Whitener, null: Array) -> Unknown | None:
-    """The clearest departure from white, None where chance explains it. null (m, M): prepared null recordings, white."""
+    """Return the clearest departure from white, None where chance explains it. null (m, M): prepared null recordings, white."""
     basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in selection.terms)], axis=1))
     alarm = FALSE_ALARM if selection.terms else NOTHING_NAMED
     rows = pull_back(white, basis, np.column_stack([selection.rest, null[:, : round(BEYOND / alarm)]]))
@@ -322,14 +322,14 @@ def departure(problem: Problem, selection: Selection, white: Whitener, null: Arr
 
 
 def _variance(selection: Selection) -> float:
-    """Of the noise found, in units of the one stated: `mismatch` counts in the former, residuals in the latter."""
+    """Return the variance of the noise found, in units of the one stated: `mismatch` counts in the former, residuals in the latter."""
     return selection.fit.sigma**2 if selection.fit else 1.0
 
 
 def _clearest(
     groups: Iterable[list[Kernel]], rows: PulledResiduals, forgiven: float, alarm: float
 ) -> tuple[Kernel, Array] | None:
-    """The kernel of the largest departure and its white columns, where it exceeds what a share `alarm` of the null
+    """Return the kernel of the largest departure and its white columns, where it exceeds what a share `alarm` of the null
     recordings reaches.
     """
     largest = np.full(rows.rows.shape[1] - 1, -np.inf)
@@ -345,21 +345,21 @@ def _clearest(
 
 
 def _track_largest(asked: Iterable[KernelQuestion], largest: Array) -> Iterator[KernelQuestion]:
-    """The same, while `largest` (M,) takes the largest z of every null recording."""
+    """Yield the same, while `largest` (M,) takes the largest z of every null recording."""
     for one in asked:
         np.maximum(largest, one.z[1:], out=largest)
         yield one
 
 
 def _of_templates(x: Array, rows: PulledResiduals, forgiven: float) -> float:
-    """Share of t that errors of templates of energy `forgiven` (over that of the residual) may bring, at their worst."""
+    """Return the share of t that errors of templates of energy `forgiven` (over that of the residual) may bring, at their worst."""
     return reach(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), NOTHING)
 
 
 def _measure_departure(
     kernel: Kernel, problem: Problem, columns: Array, selection: Selection, white: Whitener
 ) -> Unknown:
-    """The departure with its size, from the principal functions of the kernel."""
+    """Return the departure with its size, from the principal functions of the kernel."""
     functions = principal(columns, FUNCTIONS)
     fit = best_width(functions, selection.rest, white.dof)
     rms = float(np.sqrt(np.mean((functions @ fit.mean / white.weight) ** 2)))

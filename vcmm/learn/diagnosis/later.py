@@ -1,4 +1,4 @@
-"""Steps that come after the names: written back, compared, reported. What fails there is named, and what was found stays."""
+"""Steps after the names: written back, compared, reported. A failure there is named, and the findings stay."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Attempt:
         return cls([], [])
 
     def __call__(self, step: str, work: Callable[[], T], otherwise: T) -> T:
-        """What the work returns; `otherwise` where it fails."""
+        """Run the work and return its result; `otherwise` where it fails."""
         try:
             return work()
         except (VcmmError, OSError) as error:

@@ -1,4 +1,4 @@
-"""Localisation without a model: on which covariate and in which direction does the residual depend?
+"""Localise without a model: find the covariate and the direction on which the residual depends.
 
 Shapes: four Legendre polynomials of a covariate, products for two positions, harmonics of an angle, spectral lines
 of a position, a step in time, levels of a label, products of a position and the speed on the way; each times one component of the sensitive direction, or as it is.
@@ -32,7 +32,7 @@ MOST_SHOWN = 6
 
 @dataclass(frozen=True)
 class Place:
-    """Where the residual departs: covariate, direction ("x", "y", "z" or "normal"), p value, words, score in nats."""
+    """A place where the residual departs: covariate, direction ("x", "y", "z" or "normal"), p value, words, score in nats."""
 
     covariate: str
     direction: str
@@ -42,12 +42,12 @@ class Place:
 
 
 def generic_families(problem: Problem) -> tuple[Family, ...]:
-    """Shapes over every covariate and direction, columns in units of the noise."""
+    """Return shapes over every covariate and direction, columns in units of the noise."""
     return tuple(each_shape(problem))
 
 
 def each_shape(problem: Problem) -> Iterator[Family]:
-    """The same one after another: together they are many columns."""
+    """Yield the same one after another: together they are many columns."""
     size = float(np.median(problem.u))
     over, factors = covariates(problem), modulators(problem)
     prior = -float(np.log(max(len(over) * len(factors), 1)))
@@ -63,7 +63,7 @@ def _option(columns: Array, among: int) -> Option:
 
 
 def modulators(problem: Problem) -> dict[str, Array]:
-    """Direction -> factor (m,): the observation as it is, and the components of its direction that vary."""
+    """Return direction -> factor (m,): the observation as it is, and the components of its direction that vary."""
     out = {"normal": np.ones(problem.m)}
     d = problem.recording.direction
     for i, name in enumerate("xyz"):
@@ -76,7 +76,7 @@ def modulators(problem: Problem) -> dict[str, Array]:
 
 
 def covariates(problem: Problem) -> dict[str, list[Array]]:
-    """Covariate name -> groups of columns (m, k), each group one option."""
+    """Return covariate name -> groups of columns (m, k), each group one option."""
     run, out = problem.run, {}
     axes = [a for a in run.position if np.ptp(run.position[a]) > 0]
     for axis in axes:
@@ -111,13 +111,13 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
 
 
 def _shared_conditions(problem: Problem) -> list[tuple[str, Array]]:
-    """Conditions whose product with a place is looked at: the speed on the way, whatever its direction."""
+    """Return the conditions whose product with a place is looked at: the speed on the way, whatever its direction."""
     speed = path_speed(problem.run)
     return [] if speed is None or np.ptp(speed) <= UNSEEN else [("speed", problem.of_rows(speed))]
 
 
 def path_speed(run: Run) -> Array | None:
-    """|v| of the linear axes (n,) mm/s, or None where the run has no speeds."""
+    """Return |v| of the linear axes (n,) mm/s, or None where the run has no speeds."""
     names = [f"speed_{a}_mm_s" for a in "XYZ" if f"speed_{a}_mm_s" in run.columns]
     return np.asarray(np.linalg.norm(run.vector(*names), axis=1)) if names else None
 
@@ -153,21 +153,21 @@ def _of_column(name: str, values: Array) -> list[Array]:
 
 
 def polynomials(x: Array, degrees: int = DEGREES) -> Array:
-    """Constant and Legendre polynomials of the rank-free scaled covariate (m, k), no more than its values carry."""
+    """Return constant and Legendre polynomials of the rank-free scaled covariate (m, k), no more than its values carry."""
     kinds = len(np.unique(x))
     scaled = 2 * (x - x.min()) / max(float(np.ptp(x)), NOTHING) - 1
     return np.asarray(np.polynomial.legendre.legvander(scaled, min(degrees, kinds - 1)))
 
 
 def surface(x: Array, y: Array, degree: int = DEGREES) -> Array:
-    """Products P_i P_j of two positions, i and j at least 1, of degree `degree` together at most (m, 6)."""
+    """Return the products P_i P_j of two positions, i and j at least 1, of degree `degree` together at most (m, 6)."""
     a, b = polynomials(x, degree), polynomials(y, degree)
     pairs = [(i, j) for i in range(1, a.shape[1]) for j in range(1, b.shape[1]) if i + j <= degree]
     return np.stack([a[:, i] * b[:, j] for i, j in pairs], axis=1) if pairs else np.zeros((len(x), 0))
 
 
 def zone_bumps(x: Array, y: Array) -> list[Array]:
-    """A scan for one bad zone: Gaussian spots (m, 1) on a grid of places, two widths; none where they hold few rows."""
+    """Return Gaussian spots (m, 1) for one bad zone, on a grid of places, two widths; none where they hold few rows."""
     a, b = ((v - v.min()) / max(float(np.ptp(v)), NOTHING) for v in (x, y))
     out = []
     for width in ZONE_WIDTHS:
@@ -180,7 +180,7 @@ def zone_bumps(x: Array, y: Array) -> list[Array]:
 
 
 def _waves_by(angle: Array, x: Array) -> Array:
-    """Harmonics 1 to 4 of an angle times P1 and P2 of a position (m, 16)."""
+    """Return the harmonics 1 to 4 of an angle times P1 and P2 of a position (m, 16)."""
     waves = np.concatenate([_wave(angle, 2 * np.pi / k) for k in HARMONICS], axis=1)
     degrees = polynomials(x, 2)[:, 1:]
     return np.concatenate(
@@ -194,7 +194,7 @@ def _wave(x: Array, period: float) -> Array:
 
 
 def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
-    """Places in the order of their scores. chance (M,): largest score of each null recording."""
+    """Return the places in the order of their scores. chance (M,): largest score of each null recording."""
     if not generic.found.families:
         return ()
     scores = generic.scores(y[:, None])[:, 0]
@@ -213,7 +213,7 @@ def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
 
 
 def score_map(generic: Scorer, y: Array) -> tuple[Place, ...]:
-    """Evidence over every covariate in its best direction, in the order of the scores; for the picture."""
+    """Return the evidence over every covariate in its best direction, in the order of the scores; for the picture."""
     if not generic.found.families:
         return ()
     scores = generic.scores(y[:, None])[:, 0]

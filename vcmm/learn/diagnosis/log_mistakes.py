@@ -1,21 +1,21 @@
 """Mistakes of the log: two columns or labels exchanged, a sign, a unit, directions the other way round, without a free parameter; a clock
 of the logs that is late or drifts, with one.
 
-The machine file predicts the recording from what was logged. Logged rightly it would predict something else:
+The machine file predicts the recording from what was logged. With a correct log it would predict something else:
 
-    departure = prediction from the corrected columns - prediction from the columns as they stand
+    departure = prediction from the corrected columns - prediction from the columns as logged
 
-Such a hypothesis is tested as a mistake of the table is (see mistakes): its number is 1, it pays its prior, and it must beat what
-the catalogue explains. Columns on which no prediction depends say nothing and are not asked.
+Such a hypothesis is tested as a mistake of the table is (see mistakes): its number is 1, it pays its prior, and it must beat the explanation of
+the catalogue. Columns on which no prediction depends are not tested.
 
 Mistakes of the log with one number: a clock of the logs that is late or early, or runs too fast or too slowly.
 
     clock_offset    T(t) was logged at t + s              clock_drift    T(t) was logged at t + s (t - t1) / (t2 - t1)
 
 t1 and t2 are the first and the last row, s seconds, positive where the log is late. Trial values lie evenly within half of the duration to either
-side; the best one is searched between its neighbours, and each pays its share of the trials. Only logs with a clock of their own are asked.
+side; the best one is searched between its neighbours, and each pays its share of the trials. Only logs with a clock of their own are tested.
 
-Two labels that are exchanged everywhere group the same rows; they are told only where the machine holds something for one of them.
+Two labels that are exchanged everywhere group the same rows; they are reported only where the machine holds an effect for one of them.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ OFFSET, DRIFT = "clock_offset", "clock_drift"
 
 @dataclass(frozen=True)
 class ClockMistake:
-    """what, and how the run would read with a log that is s seconds late."""
+    """A clock mistake: the kind, and the run with a log that is s seconds late."""
 
     what: str
     corrected: Callable[[float], Run]
@@ -76,7 +76,7 @@ def _is_of_rows(log: Series, time: Array) -> bool:
 
 
 def _with_clock(run: Run, own: dict[str, Series], true_time: Callable[[Array], Array]) -> Run:
-    """The run with logs at their true times, and with the columns that were read from them."""
+    """Return the run with logs at their true times, and with the columns that were read from them."""
     series = {n: Series(true_time(log.time), log.value) for n, log in own.items()}
     time = run.column("time_s")
     columns = {}
@@ -136,7 +136,7 @@ class Mistake:
 
 
 def log_hypotheses(recording: Recording, machine: Machine) -> Iterator[Mistake]:
-    """All mistakes of the log that change what the machine file predicts."""
+    """Yield all mistakes of the log that change what the machine file predicts."""
     observer = Observer(recording, machine)
     before = observer.baseline()
     if not np.any(before):
@@ -173,7 +173,7 @@ def _of_labels(run: Run, change: Callable[[Run], Array | None]) -> Iterator[Mist
 
 
 def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Iterator[Mistake]:
-    """Every trial value; what is best is searched on between its neighbours."""
+    """Yield every trial value; the best one is refined between its neighbours."""
 
     def at(seconds: float) -> tuple[str, Array] | None:
         departure = change(clock.corrected(seconds))
@@ -188,7 +188,7 @@ def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Ite
 
 
 class _Watched(dict[str, Any]):
-    """A table of a run that notes which of its names are asked for."""
+    """A table of a run that notes which of its names are read."""
 
     def __init__(self, table: Mapping[str, Any], kind: str, asked: set[Name]) -> None:
         super().__init__(table)
@@ -225,7 +225,8 @@ class _Watched(dict[str, Any]):
 
 
 def names_read(observer: Observer) -> set[Name]:
-    """What the prediction of a recording depends on: places, and of columns, labels and logs those that the machine's effects ask for."""
+    """Return the names on which the prediction of a recording depends: places, and of columns, labels and logs those that the machine's
+    effects read."""
     asked: set[Name] = {(PLACES, ""), *ZEROED}
     run = copy(observer.run)
     for kind in TABLES:
@@ -236,7 +237,7 @@ def names_read(observer: Observer) -> set[Name]:
 
 
 def changed_names(before: Run, after: Run) -> set[Name]:
-    """Where two runs with the same rows differ; a column whose rows are its log changes that too."""
+    """Return where two runs with the same rows differ; a column whose rows are its log changes that too."""
     out = {
         (kind, name)
         for kind in TABLES
@@ -294,7 +295,7 @@ def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
 
 
 def _units_taken() -> dict[str, tuple[tuple[float, float], ...]]:
-    """Beginning of a column: (factor, zero) of what is meant, factor (value - zero)."""
+    """Return the beginning of a column: factor and zero of the intended values, factor (value - zero)."""
     from scipy.constants import convert_temperature, degree_Fahrenheit, g, zero_Celsius
 
     freezing = float(convert_temperature(0.0, "Celsius", "Fahrenheit"))
@@ -311,7 +312,7 @@ def _groups(names: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _ending(name: str) -> str:
-    """The unit of a column, and nothing of its place: temp_air_C -> C, speed_X_mm_s -> mm_s, sense_X -> ''."""
+    """Return the unit of a column, and nothing of its place: temp_air_C -> C, speed_X_mm_s -> mm_s, sense_X -> ''."""
     return "_".join(name.split("_")[2:])
 
 
@@ -353,7 +354,7 @@ def _all_times(names: Sequence[str]) -> RunCorrection:
 
 
 def exchanged_labels(run: Run) -> Iterator[tuple[str, Run]]:
-    """Pairs of values of one label, each taken for the other."""
+    """Yield the pairs of values of one label, each taken for the other."""
     for label, values in run.labels.items():
         kinds = [str(v) for v in np.unique(values)]
         if not 1 < len(kinds) <= MOST_SHAPES:

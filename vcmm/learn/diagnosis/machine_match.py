@@ -1,4 +1,4 @@
-"""Do machine and recording belong together? Residuals of millimetres have causes that are no physics: units, axes,
+"""Check that machine and recording belong together. Residuals of millimetres have causes that are no physics: units, axes,
 alignment, another machine. The recording is fitted by an affine map of the position, and the map is put into words.
 
     value = s n . (A p + t)      s = -1 for indicated - true, +1 for actual - commanded;   p tip, workpiece axes
@@ -40,7 +40,7 @@ LINK_CORRELATION = 0.98  # correlation of recording and prediction
 
 @dataclass(frozen=True)
 class Suspicion:
-    """What would fit, in words; share: of the energy of the recording that it explains."""
+    """A possible explanation, in words; share: of the energy of the recording that it explains."""
 
     text: str
     share: float
@@ -66,7 +66,7 @@ def check_belonging(problem: Problem, white: Whitener) -> None:
 
 
 def wild(problem: Problem) -> tuple[Mask, str]:
-    """Single rows so far off that they are no observation of the same thing, and the words for it.
+    """Return single rows so far off that they are no observation of the same thing, and the words for it.
 
     The nuisance is fitted by least absolute values (reweighted least squares): one typing error of 10 mm would pull a
     least-squares placement along, and with it every other row.
@@ -84,7 +84,7 @@ def wild(problem: Problem) -> tuple[Mask, str]:
 
 
 def _robust_rest(problem: Problem) -> Array:
-    """Residuals (m,) after a fit of the nuisance by least absolute values."""
+    """Return the residuals (m,) after a fit of the nuisance by least absolute values."""
     length = np.linalg.norm(problem.nuisance, axis=0)
     columns = problem.nuisance[:, length > 0] / length[length > 0]
     rest = problem.residual - np.median(problem.residual)
@@ -104,20 +104,20 @@ def _size(value: float, problem: Problem) -> str:
 
 
 def suspicions(problem: Problem) -> list[Suspicion]:
-    """Explanations that are no physics, best first."""
+    """Return explanations that are no physics, best first."""
     out = [*_of_prediction(problem), *_of_alignment(problem), *_of_axes(problem)]
     return sorted(out, key=lambda s: -s.share)[:2]
 
 
 def _share(value: Array, columns: Array) -> tuple[float, Array]:
-    """Share of the energy of value (m,) in the span of columns (m, k), and the coefficients."""
+    """Return the share of the energy of value (m,) in the span of columns (m, k), and the coefficients."""
     fit = np.asarray(np.linalg.lstsq(columns, value, rcond=1e-10)[0])
     rest = value - columns @ fit
     return 1.0 - float(rest @ rest) / max(float(value @ value), NOTHING), fit
 
 
 def _of_prediction(problem: Problem) -> list[Suspicion]:
-    """Recording = factor x prediction: a unit of the observation, or the sign."""
+    """Return suspicions of recording = factor x prediction: a unit of the observation, or the sign."""
     value = problem.recording.value - problem.recording.value.mean()
     predicted = problem.observer.baseline()
     predicted = predicted - predicted.mean()
@@ -130,7 +130,7 @@ def _of_prediction(problem: Problem) -> list[Suspicion]:
 
 
 def _of_alignment(problem: Problem) -> list[Suspicion]:
-    """A rigid motion of everything, where the recording has no such nuisance."""
+    """Return suspicions of a rigid motion of everything, where the recording has no such nuisance."""
     if problem.recording.kind == "angle" or {"rigid", "alignment"} & set(problem.recording.nuisance):
         return []
     n, p = problem.recording.direction, _tip(problem)
@@ -148,7 +148,7 @@ def _tip(problem: Problem) -> Array:
 
 
 def _of_axes(problem: Problem) -> list[Suspicion]:
-    """An affine map of the positions that is a unit, a reversed or an exchanged axis."""
+    """Return suspicions of an affine map of the positions that is a unit, a reversed or an exchanged axis."""
     if problem.recording.kind == "angle":
         return []
     n, p = problem.recording.direction, _tip(problem)
@@ -163,7 +163,7 @@ def _of_axes(problem: Problem) -> list[Suspicion]:
 
 
 def _in_words(found: Array, moved: Mask) -> str:
-    """A map of positions, actual from stated, as what somebody did wrong. moved (3,): axes of which the rows tell."""
+    """Return a map of positions, actual from stated, as a mistake in words. moved (3,): axes that the rows determine."""
     size = np.linalg.norm(found, axis=0)
     used = moved & (size > 1e-6)
     out = []
@@ -183,7 +183,7 @@ def _in_words(found: Array, moved: Mask) -> str:
 
 
 def noise_warning(scale: float) -> str | None:
-    """Observations far quieter or louder than stated: a unit."""
+    """Return the warning that observations are far quieter or louder than stated: a unit."""
     if 1 / NOISE < scale < NOISE:
         return None
     unit = "mm written as um" if scale < 1 else "nm written as um, or um written as mm"

@@ -3,14 +3,14 @@
 the recording holds ...   sign: minus the table; missing: none of it; counted twice: twice; unit: the table times a
 unit factor; swapped: another component's table.   departure = (coefficient - 1) x observed effect of the table
 
-Which names hold others as special cases by what they are, on any recording; of these the simplest that the data can
+Names that hold others as special cases by their definition, on any recording; among them the simplest that the data can
 resolve counts. A name that holds an answer only because this recording is poor is a rival, not a generalisation.
 
-Labels that stand some rows too early or too late: a label says which rows share a placement, an offset or a radius. Labels that slipped by
+Labels that are some rows too early or too late: a label says which rows share a placement, an offset or a radius. Labels that slipped by
 some rows give the first rows of each group the nuisance of the one before. The same number of free nuisance numbers is fitted either way, so the
-evidence is the ratio of what they leave:
+evidence is the ratio of their residuals:
 
-    ln BF = dof / 2 ln(|residual beside the labels as they stand|^2 / |residual beside the labels as meant|^2)
+    ln BF = dof / 2 ln(|residual beside the labels as logged|^2 / |residual beside the shifted labels|^2)
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ TINY = 1e-7  # mm or rad: a table this small says nothing
 
 
 def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) -> Mistake | None:
-    """The most probable mistake of the table if it beats nothing by VERY_STRONG nats, prior shared by all hypotheses.
+    """Return the most probable mistake of the table if it beats nothing by VERY_STRONG nats, prior shared by all hypotheses.
 
     raw (m,): white residual. Outliers count as `limit` robust standard deviations, the same number for all hypotheses.
     """
@@ -97,7 +97,7 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
 
 
 def _at_its_best(mistake: Mistake, white: Whitener, raw: Array, bound: float) -> Mistake:
-    """A mistake with one number at the value that leaves least: a grid between its neighbours, and again about the best of it."""
+    """Return a mistake with one number at the value that leaves least: a grid between its neighbours, and again about the best of it."""
     if mistake.clock is None:
         return mistake
     clock = mistake.clock
@@ -118,7 +118,7 @@ def _at_its_best(mistake: Mistake, white: Whitener, raw: Array, bound: float) ->
 
 
 def factor_fits(departure: Array, rest: Array, chosen: Array, sigma: float) -> bool:
-    """Is the mistake's own number, 1 times its departure, the one that fits?
+    """Return whether the mistake's own number, 1 times its departure, is the one that fits.
 
     A mistake of bookkeeping is exact; a calibration that is off in its direction is so by any amount. departure, rest
     (m,): white departure of the mistake and what it and the chosen columns (m, k) leave; 1 + c is the best multiple,
@@ -138,11 +138,11 @@ def _name(mistake: Mistake) -> tuple[str, str]:
 
 
 _HYPOTHESES: WeakKeyDictionary[Observer, tuple[Mistake, ...]] = WeakKeyDictionary()
-"""Of recordings as they are seen now: they depend neither on the noise nor on what was found, and are asked for in every pass."""
+"""Hypotheses per recording as it is observed now: they depend neither on the noise nor on found effects, and every pass needs them."""
 
 
 def hypotheses(problem: Problem) -> tuple[Mistake, ...]:
-    """All mistakes of all tables (and of all together), and of the log. Tables of a machine that was followed hold no mistake."""
+    """Return all mistakes of all tables (and of all together), and of the log. Tables of a machine that was followed hold no mistake."""
     if problem.observer not in _HYPOTHESES:
         of_tables = () if is_followed(problem.machine) else _of_tables(problem)
         of_log = log_hypotheses(problem.recording, problem.machine)
@@ -151,7 +151,8 @@ def hypotheses(problem: Problem) -> tuple[Mistake, ...]:
 
 
 def is_followed(machine: Machine) -> bool:
-    """Whether earlier recordings were as the numbers of the machine foretold: nobody typed them, so that a departure is a change of the machine."""
+    """Return Return whether earlier recordings agreed with the numbers of the machine: they were not typed, so that a departure is a
+    change of the machine."""
     return any(i.members and i.parameter == STATE for i in machine.inputs)
 
 
@@ -174,7 +175,7 @@ def _of_tables(problem: Problem) -> Iterator[Mistake]:
 
 
 def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
-    """The arm of the reference line (measured_at) counted twice, or left out: rotation tables x arm."""
+    """Yield the arm of the reference line (measured_at) counted twice, or left out: rotation tables x arm."""
     for letter, axis in problem.machine.axes.items():
         if axis.rotary or axis.measured_at is None:
             continue
@@ -189,7 +190,7 @@ def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
 
 
 def tables_of(problem: Problem) -> dict[str, Effect]:
-    """Component tables and squareness errors of the machine by component name."""
+    """Return the component tables and squareness errors of the machine by component name."""
     out: dict[str, Effect] = {}
     for effect in problem.machine.effects:
         if isinstance(effect, TABLE_ROLES):
@@ -204,7 +205,7 @@ def _baseline_of(problem: Problem, effects: tuple[Effect, ...]) -> Array:
 def _swaps(
     problem: Problem, tables: dict[str, Effect], own: dict[str, Array], nothing: Array
 ) -> Iterator[Mistake]:
-    """One component in the place of another, and both exchanged."""
+    """Yield one component in the place of another, and both exchanged."""
     single = {k: cast(Any, t) for k, t in tables.items() if len(getattr(t, "arguments", ())) == 1}
     moved: dict[tuple[str, str], Array] = {}
     for a, table in single.items():
@@ -222,7 +223,7 @@ def _swaps(
 
 
 def _holding(table: Any, source: Any) -> Effect:
-    """The component of `table` with the numbers of `source`: node by node where the counts agree, else by position."""
+    """Return the component of `table` with the numbers of `source`: node by node where the counts agree, else by position."""
     grid, values = table.grids[0], np.asarray(source.values, dtype=float)
     if len(values) != len(grid):
         values = np.interp(grid, source.grids[0], values)
@@ -230,19 +231,20 @@ def _holding(table: Any, source: Any) -> Effect:
 
 
 def generalises(large: str, small: str) -> bool:
-    """Is every motion of `small` a motion of `large`, whatever was recorded? A mistake is an edit of a table of one axis."""
+    """Return whether every motion of `small` is a motion of `large`, on any recording. A mistake is an edit of a table of one axis."""
     if small == MISTAKE:
         return large in BY_NAME and BY_NAME[large].diagnosis.holds_table_edits
     return small in BY_NAME and large in BY_NAME[small].diagnosis.special_case_of
 
 
 def is_stale(effect: str, component: object) -> bool:
-    """Is an answer the calibration as a whole? Its size is a covariance, not a number: the tables anew say how well each is known."""
+    """Return whether an answer is the calibration as a whole. Its size is a covariance, not a number: the renewed tables state the
+    uncertainty of each."""
     return component == "all" and effect == GeometricChange.name
 
 
 def slipped_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
-    """Every label of the nuisance, some rows too early or too late. white: of the problem as it stands."""
+    """Yield every label of the nuisance, some rows too early or too late. white: of the problem as given."""
     recording = problem.recording
     labels = sorted({w for w in recording.nuisance.values() if w not in ALL_ROWS} & set(recording.run.labels))
     labels = [n for n in labels if len(np.unique(recording.run.labels[n][recording.row])) > 1]
@@ -267,7 +269,7 @@ def slipped_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
 
 
 def _slipped(run: Run, label: str, by: int, lines: np.ndarray | None) -> Run:
-    """The run with a label taken from `by` rows before (by < 0: after) in the order of the file."""
+    """Return the run with a label taken from `by` rows before (by < 0: after) in the order of the file."""
     rows = np.arange(run.n) if lines is None or len(lines) != run.n else np.argsort(lines, kind="stable")
     values = run.labels[label].copy()
     place = np.clip(np.arange(run.n) - by, 0, run.n - 1)

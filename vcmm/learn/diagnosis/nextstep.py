@@ -1,4 +1,4 @@
-"""Which measurement to take next: the feasible add-on that separates the tied answers best per minute.
+"""Choose the next measurement: the feasible add-on that separates the tied answers best per minute.
 
 Each add-on repeats a sample of the recording's own rows with one thing changed (a second stylus length, another
 speed, the approach from the other side, the artefact turned, a temperature step, a longer log). The rows are simulated,
@@ -45,7 +45,7 @@ Change = Callable[[Run], Run | None]
 
 @dataclass(frozen=True)
 class AddOn:
-    """do: what to tell the operator; minutes: beyond the touches themselves; change: the rows as they would be."""
+    """An add-on. do: instruction for the operator; minutes: beyond the touches themselves; change: the rows as they would be."""
 
     do: str
     minutes: float
@@ -55,7 +55,7 @@ class AddOn:
 def next_steps(
     problem: Problem, setting: Setting, selection: Selection, places: Sequence[Standing]
 ) -> tuple[NextStep, ...]:
-    """Best add-ons for every answer that has rivals, at other places too; where none of them helps, what confirms the name."""
+    """Return the best add-ons for every answer that has rivals, at other places too; where none of them helps, the confirmation of the name."""
     out: list[NextStep] = []
     for i, place in enumerate(places):
         here = list(zip(place.twins, place.shares))[:1] or list(
@@ -79,7 +79,7 @@ def next_steps(
 def _for_rival(
     problem: Problem, setting: Setting, selection: Selection, i: int, family: int, odds: float
 ) -> list[NextStep]:
-    """The add-ons that separate term i from one rival, the best per minute first. odds: ln of term over rival."""
+    """Return the add-ons that separate term i from one rival, the best per minute first. odds: ln of term over rival."""
     rival = _nearest(setting, selection, family, i)
     pair = _pair(selection, i, setting, family)
     columns = (selection.terms[i].option.columns, rival.columns)
@@ -100,19 +100,19 @@ class _RivalQuestion:
 
 
 def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[str, str]:
-    """What is told apart: two names, or one name at two places."""
+    """Return the pair that is separated: two names, or one name at two places."""
     one, other = selection.terms[i].family, setting.found.families[family]
     return (one.id, other.id) if one.name == other.name else (one.name, other.name)
 
 
 def _confirming(problem: Problem, selection: Selection, i: int, pair: tuple[str, str]) -> list[NextStep]:
-    """What the catalogue says to do, where no repetition of these rows tells the two apart."""
+    """Return the instruction of the catalogue, where repeated rows do not separate the two."""
     do = confirming(selection.terms[i], pair[1], problem.run)
     return [NextStep(pair, do, CONFIRMED, 0.0)] if do else []
 
 
 def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:
-    """How to see the law of what has no name: its first covariate varied finely, all else equal."""
+    """Return how to find the law of a departure without a name: its first covariate varied finely, all else equal."""
     if unknown is None or not unknown.covariates:
         return ()
     name = unknown.covariates[0]
@@ -135,14 +135,14 @@ def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:
 
 
 def _nearest(setting: Setting, selection: Selection, family: int, i: int) -> Option:
-    """The rival's option that mimics the answer best."""
+    """Return the rival's option that mimics the answer best."""
     return setting.found.options[best_mimic(setting.found, family, selection.signal(i))]
 
 
 def separability(
     columns: tuple[Array, Array], white: Whitener, selection: Selection, i: int
 ) -> tuple[float, float]:
-    """Share of the answer's signal, as length, that the rival cannot mimic; and the same in units of the noise of this whitener."""
+    """Return the share of the answer's signal, as length, that the rival cannot mimic; and the same in units of the noise of this whitener."""
     assert selection.fit is not None
     signal = white.apply(columns[0] @ selection.fit.mean[selection.span(i)])
     length = float(np.linalg.norm(left_beside(signal, white.apply(columns[1]))))
@@ -157,7 +157,7 @@ def _try_addon(
     rival: Option,
     asked: _RivalQuestion,
 ) -> NextStep | None:
-    """The add-on with what is expected after it; None where it cannot be done, separates no better, or decides no more."""
+    """Return the add-on with its expected result; None where it cannot be done, separates no better, or decides no more."""
     try:
         longer = extend_recording(problem, addon)
         if longer is None:
@@ -182,12 +182,12 @@ def _try_addon(
 
 
 def instruction(addon: AddOn, problem: Problem) -> str:
-    """What to do, in the words of the kind of recording: only a probe touches."""
+    """Return what to do, in the words of the kind of recording: only a probe touches."""
     return addon.do if problem.recording.kind == "probe" else addon.do.replace("some touches", "some rows")
 
 
 def minutes_of(addon: AddOn, problem: Problem) -> float:
-    """What is set up, and the rows at the pace of the recording; a longer log takes its own time once more, twice."""
+    """Return the minutes of the set-up, and of the rows at the pace of the recording; a longer log takes its own time once more, twice."""
     time = problem.run.columns.get("time_s")
     steps = np.diff(np.unique(time)) if time is not None else np.zeros(0)
     if addon.change is _longer_log and time is not None:
@@ -198,7 +198,7 @@ def minutes_of(addon: AddOn, problem: Problem) -> float:
 
 
 def _on(observer: Observer, option: Option) -> Array:
-    """Columns of an option on another recording. Raises UsageError for random copies, whose number would differ."""
+    """Return the columns of an option on another recording. Raises UsageError for random copies, whose number would differ."""
     if option.effect is None or any("@" in label for label in option.labels):
         raise UsageError("this effect has one copy per label; it cannot be carried to another recording")
     names = dict.fromkeys(label.split("[")[0] for label in option.labels)
@@ -207,7 +207,7 @@ def _on(observer: Observer, option: Option) -> Array:
 
 
 def extend_recording(problem: Problem, addon: AddOn) -> tuple[Recording, Array] | None:
-    """The recording with the rows of the add-on behind it, and u of all observations; None where it cannot be done."""
+    """Return the recording with the rows of the add-on behind it, and u of all observations; None where it cannot be done."""
     recording = problem.recording
     if (recording.other >= 0).any():
         return None
@@ -234,12 +234,12 @@ def extend_recording(problem: Problem, addon: AddOn) -> tuple[Recording, Array] 
 
 
 def new_direction(new: Run, old: Array) -> Array:
-    """Normals of the added rows where they were turned, else as they were."""
+    """Return the normals of the added rows where they were turned, else as they were."""
     return new.normal if "turned" in new.labels and "nx" in new.columns else old
 
 
 def join_runs(a: Run, b: Run) -> Run:
-    """Rows of a, then those of b."""
+    """Return the rows of a, then those of b."""
     series = {**a.series, **b.series}
     return RememberingRun(
         {k: np.concatenate([v, b.position[k]]) for k, v in a.position.items()},
@@ -261,7 +261,7 @@ def _other_side(run: Run) -> Run | None:
 
 
 def _other_side_of_touches(run: Run) -> Run | None:
-    """A touch goes inwards whatever was before: the axes that move in it keep their sense. None where all do."""
+    """Return the run with touches from the other side. None where all do."""
     turned = _other_side(run)
     if turned is None or "nx" not in run.columns:
         return None
@@ -288,7 +288,7 @@ def _longer_stylus(run: Run) -> Run | None:
 
 
 def _turn_artefact(run: Run) -> Run | None:
-    """The artefact turned by 90 degrees about the vertical, about its own middle: a new pose."""
+    """Return the run with the artefact turned by 90 degrees about the vertical, about its own middle: a new pose."""
     if not {"X", "Y", "Z"} <= set(run.position) or "pose" not in run.labels or "nx" not in run.columns:
         return None
     tip = np.stack([run.position[a] + run.offset[:, i] for i, a in enumerate("XYZ")], axis=1)
@@ -313,7 +313,7 @@ def _turn_artefact(run: Run) -> Run | None:
 
 
 def _rotate_vector(run: Run, turn: Array, name: str, letters: str = "xyz") -> dict[str, Array]:
-    """Three columns of a vector, turned; nothing where one of them is missing."""
+    """Return three columns of a vector, turned; nothing where one of them is missing."""
     names = [name.format(c) for c in letters]
     if not set(names) <= set(run.columns):
         return {}
@@ -321,7 +321,7 @@ def _rotate_vector(run: Run, turn: Array, name: str, letters: str = "xyz") -> di
 
 
 def _warmer(run: Run) -> Run | None:
-    """Two kelvin more for everything, steady long enough to soak: later, and with the logs continued."""
+    """Return the run with two kelvin more for everything, steady long enough to soak: later, and with the logs continued."""
     names = [c for c in run.columns if c.startswith("temp_")]
     if not names or "time_s" not in run.columns:
         return None
@@ -363,7 +363,7 @@ def along_axes(problem: Problem) -> tuple[AddOn, ...]:
 
 
 def _along(axis: str, run: Run) -> Run | None:
-    """The same rows with one axis alone moving, the instrument along it and set up anew."""
+    """Return the same rows with one axis alone moving, the instrument along it and set up anew."""
     still = {a: np.full(run.n, float(np.mean(q))) for a, q in run.position.items() if a != axis}
     columns = {f"n{c}": np.full(run.n, float(c.upper() == axis)) for c in "xyz"}
     columns |= {f"sense_{a}": np.zeros(run.n) for a in still if f"sense_{a}" in run.columns}

@@ -1,7 +1,7 @@
 """Noise audit: scale, outliers, tails, correlation of neighbours, variance that grows with speed.
 
 Findings about the noise are never the answer to a mean shift; they prepare the data (clipping, weights, an AR(1)
-filter) before physics is asked, and the null is drawn with the same preparation. Each statistic is compared with its
+filter) before physics is tested, and the null is simulated with the same preparation. Each statistic is compared with its
 own Monte Carlo null.
 """
 
@@ -60,14 +60,14 @@ class Audit:
     less: float = 1.0
 
     def u(self, problem: Problem) -> Array:
-        """Standard uncertainties with the found dependence on speed, and smaller where they were stated too large."""
+        """Return the standard uncertainties with the found dependence on speed, and smaller where they were stated too large."""
         speed = speeds(problem)
         by_speed = 1.0 if speed is None or self.growth == 0 else np.exp(self.growth * speed)
         return np.asarray(self.less * problem.u * by_speed)
 
 
 def stated_noise(problem: Problem) -> Noise:
-    """The law of the recording's noise, else of the machine's repeatability, in units of u."""
+    """Return the law of the recording's noise, else of the machine's repeatability, in units of u."""
     scatter = [i.law for i in problem.machine.inputs if i.effect == Scatter.name]
     law = problem.recording.noise or (scatter[0] if scatter and problem.recording.u is None else None)
     return Noise(float(law.dof)) if isinstance(law, StudentT) and law.dof > 2 else Noise()
@@ -94,7 +94,7 @@ def audit(problem: Problem, white: Whitener, rest: Array, seed: int) -> Audit:
 
 
 def _limit(spread: Array, problem: Problem, white: Whitener, rho: float, seed: int) -> float:
-    """The largest scale that a recording of the stated noise shows, and that is not worth a word. spread: robust scale of null ones.
+    """Return the largest scale that a recording of the stated noise shows, and that needs no remark. spread: robust scale of null ones.
 
     The scale is a median: tails and outliers hardly move it (a t law of 3 degrees of freedom at the same quartiles not at
     all). Correlation of the stated variance widens what chance gives; strong correlation and a larger variance together are
@@ -132,14 +132,14 @@ def _tails(rest: Array, null: Array, spread: Array, findings: list[str]) -> bool
 
 
 def _beyond(limit: float, r: Array, spread: Array) -> Array:
-    """Share of the residuals (m,) or (m, M) beyond `limit` times their spread."""
+    """Return the share of the residuals (m,) or (m, M) beyond `limit` times their spread."""
     return by_columns(lambda x, scale: np.asarray((np.abs(x) > limit * scale).mean(axis=0)), r, spread)
 
 
 def _correlation(
     rest: Array, null: tuple[Array, Array], problem: Problem, white: Whitener, seed: int, findings: list[str]
 ) -> float:
-    """rho; 0 where null recordings (with their spread) show as much."""
+    """Return rho; 0 where null recordings (with their spread) show as much."""
     found = float(neighbour_correlation(rest, problem.before))
     chance = neighbour_correlation(null[0], problem.before, null[1])
     if not np.isfinite(found) or found <= np.quantile(chance, QUANTILE):
@@ -150,7 +150,7 @@ def _correlation(
 
 
 def _unbiased_correlation(found: float, problem: Problem, white: Whitener, seed: int) -> float:
-    """The rho whose simulated noise, seen through the same nuisance, gives the statistic found (indirect inference)."""
+    """Return the rho whose simulated noise, seen through the same nuisance, gives the statistic found (indirect inference)."""
     rng = generator(seed, "correlation")
     innovation = rng.standard_normal((problem.m, NULL_COUNT))
     medians = []
@@ -162,7 +162,7 @@ def _unbiased_correlation(found: float, problem: Problem, white: Whitener, seed:
 
 
 def chain_noise(innovation: Array, before: Ints, rho: float) -> Array:
-    """AR(1) series (m, M) of unit variance from white innovations; rows follow their predecessors."""
+    """Return AR(1) series (m, M) of unit variance from white innovations; rows follow their predecessors."""
     out = innovation.copy()
     for i, j in enumerate(before):
         if j >= 0:
@@ -171,7 +171,7 @@ def chain_noise(innovation: Array, before: Ints, rho: float) -> Array:
 
 
 def neighbour_correlation(r: Array, before: Ints, spread: Array | None = None) -> Array:
-    """AR(1) coefficient from differences at lag 1 and 2, blind to slow drifts: gamma2 / gamma1 = 1 + rho; (M,) or scalar.
+    """Return AR(1) coefficient from differences at lag 1 and 2, blind to slow drifts: gamma2 / gamma1 = 1 + rho; (M,) or scalar.
 
     gamma_k = half the mean squared difference of observations k apart (Allan-type); values are limited to 3 robust
     standard deviations (`spread`, where it is known) first.
@@ -191,13 +191,13 @@ def neighbour_correlation(r: Array, before: Ints, spread: Array | None = None) -
 
 
 def speeds(problem: Problem) -> Array | None:
-    """|v| of every observation (m,) mm/s, or None."""
+    """Return |v| of every observation (m,) mm/s, or None."""
     speed = path_speed(problem.run)
     return None if speed is None else problem.of_rows(speed)
 
 
 def _growth(rest: Array, null: Array, problem: Problem, white: Whitener, findings: list[str]) -> float:
-    """d ln sigma / d speed, 0 where the spread does not depend on speed."""
+    """Return d ln sigma / d speed, 0 where the spread does not depend on speed."""
     speed = speeds(problem)
     if speed is None or np.ptp(speed) < UNSEEN * max(1.0, float(np.abs(speed).max())):
         return 0.0
@@ -216,7 +216,7 @@ def _growth(rest: Array, null: Array, problem: Problem, white: Whitener, finding
 
 
 def _without_product(rest: Array, problem: Problem, white: Whitener, speed: Array) -> Array:
-    """White residuals (m,) less the best mean of the form f(place) g(speed), where the evidence for one is VERY_STRONG.
+    """Return the white residuals (m,) less the best mean of the form f(place) g(speed), where the evidence for one is VERY_STRONG.
 
     An error e(q) v with a place q that the residual changes sign over has no mean at any speed and a spread in
     proportion to it. The product is weighed against no product at equal scatter; the number tried is paid for.
@@ -241,13 +241,13 @@ def _without_product(rest: Array, problem: Problem, white: Whitener, speed: Arra
 
 
 def _products(place: Array, speed: Array) -> Array:
-    """P_i(place) P_j(speed), i up to 3, j 1 and 2 (m, 8)."""
+    """Return P_i(place) P_j(speed), i up to 3, j 1 and 2 (m, 8)."""
     a, b = polynomials(place, 3), polynomials(speed, 2)[:, 1:]
     return np.concatenate([a * b[:, [j]] for j in range(b.shape[1])] or [a[:, :0]], axis=1)
 
 
 def _log_slope(r: Array, x: Array) -> Array:
-    """Slope of ln|r| on x (standardised): ln of the scale is linear in x; tiny residuals are floored."""
+    """Return the slope of ln|r| on x (standardised): ln of the scale is linear in x; tiny residuals are floored."""
 
     def of(part: Array) -> Array:
         level = np.log(np.maximum(np.abs(part), 0.05 * robust_scale(part)))

@@ -29,7 +29,7 @@ class Noise:
 
 
 def draws(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Array:
-    """Null residuals (m, count) in the white space: calibration and nuisance are exactly what the whitener removes."""
+    """Return the null residuals (m, count) in the white space: calibration and nuisance are exactly what the whitener removes."""
     rng = generator(seed, name)
     m = len(white.weight)
     raw = rng.standard_normal((m, count))
@@ -44,13 +44,13 @@ def draws(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Ar
 
 
 def _add(raw: Array, columns: Array, sizes: Array) -> None:
-    """raw (m, count) += columns (m, k) @ sizes (k, count), CHUNK rows at a time: null recordings are the largest table there is."""
+    """Add columns (m, k) @ sizes (k, count) to raw (m, count), CHUNK rows at a time: null recordings are the largest table there is."""
     for i in range(0, len(raw), CHUNK):
         raw[i : i + CHUNK] += columns[i : i + CHUNK] @ sizes
 
 
 def clip_residuals(r: Array, white: Whitener, limit: float) -> Array:
-    """White residuals (m,) or (m, M), limited to `limit` robust standard deviations, put back outside the nuisance."""
+    """Return the white residuals (m,) or (m, M), limited to `limit` robust standard deviations, put back outside the nuisance."""
     if not np.isfinite(limit):
         return r
     bound = limit * robust_scale(r)
@@ -59,12 +59,12 @@ def clip_residuals(r: Array, white: Whitener, limit: float) -> Array:
 
 
 def robust_scale(r: Array) -> Array:
-    """MAD about zero as a standard deviation, along the first axis: scalar or (M,)."""
+    """Return the MAD about zero as a standard deviation, along the first axis: scalar or (M,)."""
     return by_columns(lambda part: np.asarray(MAD * np.median(np.abs(part), axis=0)), r)
 
 
 def by_columns(of: Callable[..., Array], r: Array, *numbers: Array) -> Array:
-    """of(r, *numbers) (M,) of recordings r (m, M) and numbers (M,) of each, so many recordings at a time that copies stay small."""
+    """Return of(r, *numbers) (M,) of recordings r (m, M) and numbers (M,) of each, so many recordings at a time that copies stay small."""
     if r.ndim < 2 or r.size <= NUMBERS:
         return of(r, *numbers)
     wide = max(NUMBERS // len(r), 1)
@@ -73,7 +73,7 @@ def by_columns(of: Callable[..., Array], r: Array, *numbers: Array) -> Array:
 
 
 def upper_quantile(values: Array, false_alarm: float = FALSE_ALARM) -> float:
-    """The order statistic that exceeds the (1 - false_alarm) quantile with probability SECURE."""
+    """Return the order statistic that exceeds the (1 - false_alarm) quantile with probability SECURE."""
     from scipy.special import bdtr  # scipy.stats takes a second to import
 
     values = np.sort(values)

@@ -1,7 +1,7 @@
-"""Which periods can a recording show, and what is their alias?
+"""Find the periods that a recording can show, and their aliases.
 
 Rows on a lattice of step h hold a wave of period p and one of 1 / |k/h - 1/p| with the same numbers (Shannon): no
-period below 2 h is told from a longer one. Rows at irregular places have no such twin. A period longer than two thirds
+period below 2 h can be distinguished from a longer one. Rows at irregular places have no such twin. A period longer than two thirds
 of the range is a bend, and fewer than FEWEST places carry no period at all.
 """
 
@@ -33,7 +33,7 @@ A_TURN = 0.95  # of a turn: the last step that would close it may be missing
 
 
 def coordinate(effect: Effect, run: Run) -> Array | None:
-    """Over what an effect is periodic (n,): its raw scale where it has one, else the position of its axis."""
+    """Return the coordinate (n,) over which an effect is periodic: its raw scale where it has one, else the position of its axis."""
     axis = str(getattr(effect, "axis", ""))
     raw = run.columns.get(f"raw_{axis}_{'mm' if axis in 'XYZ' else 'rad'}")
     if effect.diagnosis.follows_raw_scale and raw is not None:
@@ -42,9 +42,9 @@ def coordinate(effect: Effect, run: Run) -> Array | None:
 
 
 def lattice_frequency(q: Array, highest: float) -> float:
-    """See `_lattice_frequency`; the same places are asked for by every harmonic and shape.
+    """Return the lattice frequency, see `_lattice_frequency`; cached, since every harmonic and shape needs the same places.
 
-    Each place counts once: where an axis stands while others move it is in step with anything, and tells nothing.
+    Each place counts once: an axis at rest while others move is in step with any frequency, and carries no information.
     """
     return _cached_frequency(np.unique(np.round(q, DIGITS)).tobytes(), float(highest))
 
@@ -55,7 +55,7 @@ def _cached_frequency(places: bytes, highest: float) -> float:
 
 
 def _lattice_frequency(q: Array, highest: float) -> float:
-    """Lowest frequency g up to `highest` at which all places q (n,) are in step; infinite where there is none.
+    """Return the lowest frequency g up to `highest` at which all places q (n,) are in step; infinite where there is none.
 
     The spectral window |mean exp(2 pi i g q)| is 1 at 0 and again at 1 / h for rows on a lattice of step h (Deeming,
     Astrophysics and Space Science 36 (1975) 137); a wave of frequency f has a twin at |g - f|. Found by one FFT of the
@@ -81,13 +81,13 @@ def _lattice_frequency(q: Array, highest: float) -> float:
 
 
 def _starts(high: Array, length: float) -> list[float]:
-    """Frequencies from which to search, 3 / length apart."""
+    """Return the frequencies from which to search, 3 / length apart."""
     _, first = np.unique(np.floor(high * length / 3.0), return_index=True)
     return [float(g) for g in high[first][:MOST_PEAKS]]
 
 
 def _peak(q: Array, start: float, length: float) -> float | None:
-    """The exact window about a bin: its maximum's frequency where that is IN_STEP."""
+    """Return the exact window about a bin: its maximum's frequency where that is IN_STEP."""
     near = np.maximum(start + np.linspace(-1.0, 4.0, 101) / length, TURNS / length)
     window = np.abs(np.exp(2j * np.pi * np.outer(near, q - q.min())).mean(axis=1))
     best = int(np.argmax(window))
@@ -95,7 +95,7 @@ def _peak(q: Array, start: float, length: float) -> float | None:
 
 
 def shortest(q: Array | None, finest: float) -> float:
-    """The shortest period, down to `finest`, that rows at q (n,) can tell from every longer one."""
+    """Return the shortest period, down to `finest`, that rows at q (n,) can tell from every longer one."""
     if q is None:
         return float("inf")
     g = lattice_frequency(q, 2.0 / finest)
@@ -103,7 +103,7 @@ def shortest(q: Array | None, finest: float) -> float:
 
 
 def can_show_period(q: Array | None, period: float, least: float | None = None) -> bool:
-    """Can rows at q (n,) show this period, and no longer one in its place? least: `shortest`, where it is known."""
+    """Return whether rows at q (n,) can show this period, and no longer one in its place. least: `shortest`, where it is known."""
     if q is None:
         return False
     length = float(np.ptp(q))
@@ -116,7 +116,7 @@ def can_show_period(q: Array | None, period: float, least: float | None = None) 
 
 
 def whole_fractions(periods: Sequence[float], q: Array) -> list[float]:
-    """Of an axis that turns, what sits on it repeats after a turn: the whole fractions of a turn next to periods (rad), and the
+    """Return, for an axis that turns, the whole fractions of a turn next to periods (rad), and the
     turn itself, as far as rows at q (n,) show them.
     """
     whole = sorted({1, *(max(round(ROUND / p), 1) for p in periods)})
@@ -124,7 +124,7 @@ def whole_fractions(periods: Sequence[float], q: Array) -> list[float]:
 
 
 def of_angle(harmonic: int, angle: Array) -> bool:
-    """Can rows at these angles (n,) rad show a wave with `harmonic` periods per turn? It takes more than two places each."""
+    """Return whether rows at these angles (n,) rad can show a wave with `harmonic` periods per turn. It takes more than two places each."""
     around = np.mod(angle, ROUND)
     cells = 16 * harmonic
     found = np.unique(np.round(around / ROUND * cells).astype(int) % cells)
@@ -132,7 +132,7 @@ def of_angle(harmonic: int, angle: Array) -> bool:
 
 
 def alias(q: Array | None, period: float) -> float | None:
-    """The longest other period with the same numbers at q, or None where there is none.
+    """Return the longest other period with the same numbers at q, or None where there is none.
 
     On a lattice of step h: frequencies 1/h - f, then 1/h + f. A screw of 5 mm looked at every 4 mm shows 20 mm.
     """
@@ -146,7 +146,7 @@ def alias(q: Array | None, period: float) -> float | None:
 
 
 def alias_words(effect: Effect | None, run: Run) -> str:
-    """'period 20 mm or its alias 5 mm: ...' for an effect with a period, "" where the rows decide."""
+    """Return 'period 20 mm or its alias 5 mm: ...' for an effect with a period, "" where the rows decide."""
     if effect is None or not hasattr(effect, "period"):
         return ""
     harmonic = int(getattr(effect, "harmonic", 1))
@@ -165,7 +165,7 @@ def alias_words(effect: Effect | None, run: Run) -> str:
 
 
 def alias_names(effect: Effect | None, run: Run) -> tuple[str, ...]:
-    """The same wave with the periods that the rows cannot tell from its own, by name, the longest first: screw_pitch of 10 mm."""
+    """Return the same wave with the periods that the rows cannot tell from its own, by name, the longest first: screw_pitch of 10 mm."""
     if effect is None or not hasattr(effect, "period"):
         return ()
     q = coordinate(effect, run)
@@ -175,14 +175,14 @@ def alias_names(effect: Effect | None, run: Run) -> tuple[str, ...]:
 
 
 def _only_half(period: float, step: float, unit: str) -> str:
-    """Twice the step shows one phase of a wave only: its cosine is +1 and -1 in turn, its sine is zero."""
+    """Return the remark that twice the step shows one phase of a wave only: its cosine is +1 and -1 in turn, its sine is zero."""
     if abs(period / (2 * step) - 1.0) > 0.02:
         return ""
     return f". At two steps ({2 * step:.4g} {unit}) sine and cosine cannot be separated, so the amplitude is a least one"
 
 
 def aliases(q: Array, period: float) -> tuple[float, ...]:
-    """All other periods with the same numbers at q, longest first, down to usual leads of 4 mm, or a fifth of
+    """Return all other periods with the same numbers at q, longest first, down to usual leads of 4 mm, or a fifth of
     the period.
 
     On a lattice of step h: 1 / |n/h - 1/p| and 1 / (n/h + 1/p). A lead of 10 mm looked at every 23.7 mm shows

@@ -1,6 +1,6 @@
-"""What an answer means at the machine: what is seen, what usually causes it, what confirms it.
+"""Explain an answer at the machine: what is seen, what usually causes it, what confirms it.
 
-The words stand in the declaration of the effect.
+The declaration of the effect holds the words.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ OF_LOG = Words(
 
 
 def plain_words(effect: str, where: Mapping[str, str], parameters: Mapping[str, Estimate]) -> str:
-    """One sentence for the operator: what is seen; what usually causes it; what confirms it. "" for unknown families."""
+    """Return one sentence for the operator: what is seen; what usually causes it; what confirms it. "" for unknown families."""
     words = _words_of(effect, set(where))
     if words is None:
         return ""
@@ -49,7 +49,7 @@ def plain_words(effect: str, where: Mapping[str, str], parameters: Mapping[str, 
 def cause_and_cure(
     effect: str, where: Mapping[str, str], parameters: Mapping[str, Estimate]
 ) -> tuple[str, str]:
-    """What usually causes it, and what confirms it, apart; both empty for unknown families."""
+    """Return what usually causes it, and what confirms it, separately; both empty for unknown families."""
     said = plain_words(effect, where, parameters)
     _, usually, rest = said.partition("; usually ")
     cause, confirm, cure = rest.partition("; confirm by: ")
@@ -57,7 +57,7 @@ def cause_and_cure(
 
 
 def _words_of(effect: str, places: set[str]) -> Words | None:
-    """Those of the shape that sits in such places: a step along one direction, or one of several at once."""
+    """Return the words of the shape for such places: a step along one direction, or one of several at once."""
     if effect == MISTAKE:
         return OF_MISTAKE
     if effect == LOG:
@@ -68,7 +68,7 @@ def _words_of(effect: str, places: set[str]) -> Words | None:
 
 
 def _in_its_sense(words: Words, parameters: Mapping[str, Estimate]) -> tuple[str, str, str]:
-    """What is seen, causes and confirmation, in the words of the opposite sense where the effect has that."""
+    """Return symptom, causes and confirmation, in the words of the opposite sense where the effect has that."""
     other = words.opposite
     if other is None or other.parameter not in parameters or parameters[other.parameter].value >= 0:
         return words.seen, words.causes, words.confirm
@@ -76,7 +76,7 @@ def _in_its_sense(words: Words, parameters: Mapping[str, Estimate]) -> tuple[str
 
 
 class _Values(dict[str, str]):
-    """Parameters that an answer does not have leave no trace."""
+    """Values for a text; parameters that an answer does not have leave no trace."""
 
     def __missing__(self, key: str) -> str:
         return ""
@@ -87,7 +87,7 @@ def _value(e: Estimate, signed: bool = False) -> str:
 
 
 def remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:
-    """What must be said beside an answer: what the effect itself says, the alias of a period, or that the instrument (kind
+    """Return the remark beside an answer: that of the effect itself, the alias of a period, or that the instrument (kind
     displacement or angle) may be to blame.
     """
     if effect is None:

@@ -1,4 +1,4 @@
-"""What this recording can show: the amplitude of every effect at which it would be seen, and what stays invisible."""
+"""Power of a recording: the amplitude of every effect at which it would be seen, and the invisible effects."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Detectable:
 
 
 def power(found: Dictionary, sigma: float) -> tuple[tuple[Detectable, ...], tuple[str, ...]]:
-    """Smallest amplitude seen of every effect name; names and places that even LARGEST typical amplitudes do not show.
+    """Return the smallest visible amplitude of every effect name; names and places that even LARGEST typical amplitudes do not show.
 
     sigma: noise in units of u. Of several shapes the median one counts (of equal ones the order of the list decides, not rounding), of several
     parameters the best seen.

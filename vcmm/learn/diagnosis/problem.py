@@ -43,29 +43,29 @@ class Problem:
 
     @property
     def drawn_here(self) -> Array:
-        """(m, r): what is uncertain in this recording alone, see `known_here`."""
+        """Uncertainty of this recording alone (m, r), see `known_here`."""
         return known_here(self.recording, self.machine)
 
     def whitener(self, u: Array | None = None, rho: float = 0.0) -> Whitener:
-        """The whitener, with noise weights and correlation of the audit where given."""
+        """Return the whitener, with noise weights and correlation of the audit where given."""
         return whitener(self.u if u is None else u, self.nuisance, self.calibration, self.before, rho)
 
     def columns(self, effect: Effect, names: Sequence[str]) -> Array:
-        """(m, k): change of the observation per canonical unit of each element of the parameters."""
+        """Return the change of the observation per canonical unit of each element of the parameters, (m, k)."""
         return np.concatenate([self.observer.of_parameter(effect, name) for name in names], axis=1)
 
     def with_statement(self, name: str, columns: Array) -> Problem:
-        """The same with one more covariance, columns (m, r) per unit normal, beside what the machine file states."""
+        """Return the problem with one more covariance, columns (m, r) per unit normal, beside the statements of the machine file."""
         stated = (*self.stated, (name, columns))
         return replace(self, stated=stated, calibration=_beside(self.m, stated))
 
     def without(self, statements: Collection[str]) -> Problem:
-        """The same without what is stated under some Input ids: the rows alone tell of these quantities then."""
+        """Return the problem without the statements under some Input ids: the rows alone determine these quantities then."""
         kept = tuple((name, columns) for name, columns in self.stated if name not in statements)
         return replace(self, stated=kept, calibration=_beside(self.m, kept))
 
     def of_rows(self, values: Array) -> Array:
-        """A column of the run (n,) as one value per observation (m,)."""
+        """Return a column of the run (n,) as one value per observation (m,)."""
         return np.asarray(values)[self.recording.row]
 
 
@@ -95,7 +95,7 @@ def _beside(m: int, stated: Sequence[tuple[str, Array]]) -> Array:
 
 
 def neighbours_of(recording: Recording) -> Ints:
-    """The preceding observation of each (m,); none where no column tells the time: the rows of a table are no series."""
+    """Return the preceding observation of each (m,); none where no column holds the time: the rows of a table are no series."""
     time = recording.run.columns.get("time_s")
     if time is None:
         return np.full(recording.m, -1, dtype=np.intp)
@@ -103,7 +103,7 @@ def neighbours_of(recording: Recording) -> Ints:
 
 
 def predecessors(row: Ints) -> Ints:
-    """For each observation the one before it in the same series: same place within its row, the row before; -1: none."""
+    """Return for each observation the one before it in the same series: same place within its row, the row before; -1: none."""
     row = np.asarray(row, dtype=np.intp)
     order = np.argsort(row, kind="stable")
     first = np.r_[True, np.diff(row[order]) > 0]
@@ -117,6 +117,6 @@ def predecessors(row: Ints) -> Ints:
 
 
 def generator(seed: int, name: str) -> np.random.Generator:
-    """Random numbers of one purpose: a pure function of (seed, name)."""
+    """Return the random numbers of one purpose: a pure function of (seed, name)."""
     digest = hashlib.blake2b(f"{int(seed)}\n{name}".encode(), digest_size=8).digest()
     return np.random.default_rng(int.from_bytes(digest, "little"))

@@ -1,4 +1,4 @@
-"""Continuous search of what an option was scanned over: time constants, periods, change points."""
+"""Continuous search of the scanned values of an option: time constants, periods, change points."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Refiner:
         return option
 
     def open_share(self, option: Option, r: Array, basis: Array) -> float:
-        """ln of the share of the searched range that the rows leave open, all scanned values together; at most 0."""
+        """Return ln of the share of the searched range that the rows leave open, all scanned values together; at most 0."""
         return sum(self._open(option, name, r, basis) for name in scanned_names(option))
 
     def _open(self, option: Option, name: str, r: Array, basis: Array) -> float:
@@ -53,7 +53,7 @@ class Refiner:
         return min(0.0, 0.5 * float(np.log(2.0 * np.pi / bend)) - float(np.log(2.0 * span)))
 
     def along(self, option: Option, name: str, r: Array, basis: Array) -> Option:
-        """The option at its best value of one scanned parameter."""
+        """Return the option at its best value of one scanned parameter."""
         assert option.effect is not None
         span = reach(option.effect, name, self.problem)
         best, best_value = option, self.evidence(option, r, basis)
@@ -74,7 +74,7 @@ class Refiner:
 
 
 def scanned_names(option: Option) -> list[str]:
-    """Names of the continuous non-linear parameters of an option; the periods of an axis that turns are no continuum."""
+    """Return the names of the continuous non-linear parameters of an option; the periods of an axis that turns are no continuum."""
     if option.effect is None:
         return []
     return [
@@ -87,7 +87,7 @@ def scanned_names(option: Option) -> list[str]:
 
 
 def reach(effect: Effect, name: str, problem: Problem) -> float:
-    """Half width of the search: relative (ln) for most, 0.4 / travel in frequency for periods, seconds for a step."""
+    """Return half width of the search: relative (ln) for most, 0.4 / travel in frequency for periods, seconds for a step."""
     if name == "period":
         axis = getattr(effect, "axis", "")
         q = problem.run.position.get(axis)
@@ -105,7 +105,7 @@ def shift_value(centre: float, step: float, name: str) -> float:
 
 
 def at_value(option: Option, name: str, value: float, problem: Problem) -> Option | None:
-    """The same option with one scanned parameter changed."""
+    """Return the same option with one scanned parameter changed."""
     assert option.effect is not None
     made = rebuild_option(option, problem, with_parameter(option.effect, name, value))
     if made is None or made.columns.shape != option.columns.shape:

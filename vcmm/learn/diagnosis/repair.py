@@ -1,4 +1,4 @@
-"""The stored tables as they should have been, after a mistake was found in them."""
+"""Repair stored tables after a mistake was found in them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vcmm.physics.structure.abbe import AbbeCountedTwice
 
 
 def repair_machine(machine: Machine, mistake: Mistake | None) -> Machine:
-    """A copy of the machine whose tables predict what the recording holds. Raises UsageError where that has no table."""
+    """Return a copy of the machine whose tables agree with the recording. Raises UsageError where that has no table."""
     if mistake is None or mistake.effect == LOG:  # the log is to be corrected, not the machine
         return machine
     return replace(machine, effects=repaired_effects(machine.effects, mistake, _arm(machine, mistake)))
@@ -30,7 +30,7 @@ def _arm(machine: Machine, mistake: Mistake) -> Array | None:
 def repaired_effects(
     effects: Sequence[Effect], mistake: Mistake, arm: Array | None = None
 ) -> tuple[Effect, ...]:
-    """The same effects with the tables concerned corrected; arm (3,): measured_at of the axis, for an Abbe error."""
+    """Return the same effects with the tables concerned corrected; arm (3,): measured_at of the axis, for an Abbe error."""
     if mistake.effect == LOG:
         raise UsageError(f"{mistake.component}: the log is mistaken, no table")
     if mistake.effect == AbbeCountedTwice.name:
@@ -57,7 +57,7 @@ def _times(effect: Effect, factor: float) -> Effect:
 
 
 def _holding(effect: Effect, source: Effect) -> Effect:
-    """The numbers of another component: node by node where the counts agree, else by position."""
+    """Return the effect with the numbers of another component: node by node where the counts agree, else by position."""
     grid, other = _grid(effect), _grid(source)
     values = np.asarray(getattr(source, "values"), dtype=float)  # noqa: B009 - tables and splines have it
     if len(values) != len(grid):
@@ -73,7 +73,7 @@ def _grid(effect: Effect) -> Array:
 
 
 def _without_abbe(effects: Sequence[Effect], mistake: Mistake, arm: Array | None) -> tuple[Effect, ...]:
-    """Translations of the axis with the Abbe error taken off (or put on): minus or plus rotation x arm at their nodes."""
+    """Return translations of the axis with the Abbe error subtracted (or added): minus or plus rotation x arm at their nodes."""
     if arm is None:
         raise UsageError(f"axis {mistake.component} has no measured_at; its Abbe error has no arm")
     abbe = AbbeCountedTwice.from_tables(mistake.component, effects, [float(v) for v in arm])

@@ -1,4 +1,4 @@
-"""Mistakes of the log: a stretch of readings that stands there twice, at other rows.
+"""Mistakes of the log: a stretch of readings that occurs twice, at other rows.
 
 Successive readings that equal earlier ones to the last digit, row after row, were copied. How many it takes depends on the display: two
 readings are equal by chance with the probability q that any two of the recording are, two steps from one to the next likewise; a drift that
@@ -26,7 +26,7 @@ STRETCH = "stretch_repeated"
 
 @dataclass(frozen=True, eq=False)
 class RepeatedStretch:
-    """where: which lines repeat which; copied (m,): observations of the later stretch; expected: such stretches by chance."""
+    """A repeated stretch. where: which lines repeat which; copied (m,): observations of the later stretch; expected: such stretches by chance."""
 
     where: str
     copied: Mask
@@ -34,7 +34,7 @@ class RepeatedStretch:
 
 
 def repeated_stretch(recording: Recording) -> RepeatedStretch | None:
-    """The longest stretch of readings that stands there twice; None where chance makes one as long."""
+    """Return the longest stretch of readings that occurs twice; None where chance makes one as long."""
     found = [_in_series(recording, s) for s in series_of(recording) if len(s) >= FEWEST]
     sure = [f for f in found if f is not None and f.expected < 1.0 - CHANCE]
     return min(sure, key=lambda f: f.expected) if sure else None
@@ -66,7 +66,7 @@ def _in_series(recording: Recording, series: Ints) -> RepeatedStretch | None:
 
 
 def _equal_share(values: Array) -> float:
-    """Probability that two of some values are equal; of values that all differ, less than one pair."""
+    """Return the probability that two of some values are equal; of values that all differ, less than one pair."""
     count = np.unique(values, return_counts=True)[1].astype(float)
     n = len(values)
     pairs = n * (n - 1) / 2
@@ -74,7 +74,7 @@ def _equal_share(values: Array) -> float:
 
 
 def _longest(value: Array, least: int) -> tuple[int, int, int] | None:
-    """(first, second, length) of the longest pair of equal stretches of at least `least`, which do not overlap."""
+    """Return (first, second, length) of the longest pair of equal stretches of at least `least`, which do not overlap."""
     code = np.unique(value, return_inverse=True)[1]
     windows = np.lib.stride_tricks.sliding_window_view(code, least)
     kind = np.unique(windows, axis=0, return_inverse=True)[1].ravel()
@@ -99,6 +99,6 @@ def _longest(value: Array, least: int) -> tuple[int, int, int] | None:
 
 
 def _same_places(recording: Recording, one: Ints, other: Ints) -> bool:
-    """Do both stretches lie at the same places, of axes that move at all?"""
+    """Return whether both stretches lie at the same places, of axes that move at all."""
     moving = [q for q in recording.run.position.values() if np.ptp(q[recording.row]) > 0]
     return bool(moving) and all(np.array_equal(q[one], q[other]) for q in moving)

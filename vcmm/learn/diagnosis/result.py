@@ -50,7 +50,7 @@ UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """One thing that was left out. share of the excess energy; evidence in nats; fitted, inputs: for improve.improve_machine."""
+    """One missing effect. share of the excess energy; evidence in nats; fitted, inputs: for improve.improve_machine."""
 
     effect: str
     where: Mapping[str, str]
@@ -96,7 +96,7 @@ class Answer:
 
     @property
     def family_probability(self) -> float:
-        """Of all members of the family together."""
+        """Probability of all members of the family together."""
         return max(self.probability, self.kin.probability if self.kin else 0.0)
 
     @property
@@ -106,13 +106,13 @@ class Answer:
 
     @property
     def improbable(self) -> bool:
-        """Less probable than not, together with all that repeats it exactly, and its family is not secure."""
+        """Whether it is less probable than not, together with all that repeats it exactly, and its family is not secure."""
         if self.stands:
             return False
         return max(self.probability, self.alias_probability) < EVEN_ODDS and self.family_probability < SECURE
 
     def times(self, share: float) -> Answer:
-        """The answer where only a share of its probability is left to it, and to what it cannot be told from."""
+        """Return the answer where only a share of its probability is left to it, and to what it cannot be told from."""
         return replace(
             self,
             probability=self.probability * share,
@@ -122,14 +122,14 @@ class Answer:
         )
 
     def against(self, odds: float) -> Answer:
-        """The answer beside one more hypothesis, which has these odds against it and everything it was compared with: of n hypotheses
+        """Return the answer beside one more hypothesis, which has these odds against it and everything it was compared with: of n hypotheses
         of the weights w a probability w1 / sum w becomes w1 / (sum w (1 + odds))."""
         return self.times(1.0 / (1.0 + odds))
 
     @property
     def undetermined(self) -> bool:
-        """May its size be anything: no size is known to better than half of itself, or next to nothing is explained by it and
-        the interval spans orders of magnitude? A calibration as a whole has no size of its own: rows held out judge its tables.
+        """Whether its size may be anything: no size is known to better than half of itself, or next to nothing is explained by it and
+        the interval spans orders of magnitude.
         """
         if is_stale(self.effect, self.where.get("component")):
             return False
@@ -141,7 +141,7 @@ class Answer:
 
     @property
     def doubtful(self) -> bool:
-        """A candidate and not a finding."""
+        """Whether it is a candidate and not a finding."""
         return self.improbable or self.undetermined or bool(self.withheld or self.beyond)
 
     @property
@@ -168,7 +168,7 @@ class Unknown:
 @dataclass(frozen=True)
 class Fit:
     """rms (mm or rad) of all rows as they are, the nuisance refitted: with the machine as it was, and with the machine that
-    is written; candidates: with everything that was thought of. noise: scatter that was found. held_out: folds.
+    is written; candidates: with all considered terms. noise: estimated scatter. held_out: folds.
     """
 
     before: float
@@ -180,7 +180,7 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis(Readable):
-    """What `diagnose_recording` found; see contract section 5 for the meaning of every part."""
+    """Result of `diagnose_recording`; see contract section 5 for the meaning of every part."""
 
     verdict: str
     answer: tuple[Answer, ...]
@@ -217,7 +217,7 @@ class Diagnosis(Readable):
         return f"<Diagnosis: {self.verdict}{of}>"
 
     def plot(self, ax: Any = None) -> Axes:
-        """Names found and candidates, with their probability."""
+        """Plot names found and candidates, with their probability."""
         drawn: Axes = draw(self, ax)
         return drawn
 
@@ -233,7 +233,7 @@ class Diagnosis(Readable):
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
-    """The body of vcmm.diagnosis/1 (contract section 5); numbers that are not finite become None."""
+    """Return the body of vcmm.diagnosis/1 (contract section 5); numbers that are not finite become None."""
     micro = 1e6 if d.angle else UM
     body = {
         "schema": "vcmm.diagnosis/1",
@@ -267,8 +267,8 @@ def failed_json(failed: Sequence[Failure]) -> list[dict[str, str]]:
 
 
 def _search_extent(d: Diagnosis) -> dict[str, Any]:
-    """In how many observations names were searched, of how many that were fitted, of how many that were recorded, and how many
-    times larger than with all of these an effect must be for that.
+    """Return in how many observations names were searched, of how many that were fitted, of how many that were recorded, and the factor by
+    which an effect must be larger than with all of them to be found.
     """
     searched, of = d.searched
     recorded = d.recorded or of
@@ -281,7 +281,7 @@ def _search_extent(d: Diagnosis) -> dict[str, Any]:
 
 
 def in_urad(body: dict[str, Any]) -> dict[str, Any]:
-    """The same with the unit said: beside every ..._um of the contract, which holds urad here, the key ..._urad."""
+    """Return the document with the unit stated: beside every ..._um of the contract, which holds urad here, the key ..._urad."""
 
     def told(value: Any) -> Any:
         if isinstance(value, list):
@@ -320,7 +320,7 @@ def _answer(a: Answer) -> dict[str, Any]:
 
 
 def _members(a: Answer) -> list[dict[str, Any]]:
-    """Names of the family that are open, the most probable first; the answer among them."""
+    """Return the names of the family that are open, the most probable first; the answer among them."""
     if a.kin is None:
         return [{"effect": a.effect, "where": dict(a.where), "probability": a.probability}]
     return [{"effect": m.effect, "where": dict(m.where), "probability": m.probability} for m in a.kin.members]
@@ -345,7 +345,7 @@ def _unknown(x: Unknown, micro: float) -> dict[str, Any]:
 
 
 def _shape(s: Shape, micro: float) -> dict[str, Any]:
-    """The curve over one covariate, or the map over two: [i][j] at the i-th value of the first and the j-th of the second."""
+    """Return the curve over one covariate, or the map over two: [i][j] at the i-th value of the first and the j-th of the second."""
     grid = {"over": list(s.names), s.names[0]: s.x.tolist()}
     if s.y is not None:
         grid[s.names[1]] = s.y.tolist()

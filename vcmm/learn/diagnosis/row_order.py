@@ -1,8 +1,8 @@
-"""One order of the rows, whatever the order of the file: by time, else by what the rows hold.
+"""One order of the rows, independent of the order of the file: by time, else by the contents of the rows.
 
-A diagnosis draws simulated recordings row by row and looks at neighbours; with an order of its own its answer does not depend on
-how a table was sorted. Neighbours in time are known where a column tells the time, and only there: rows of a table that
-somebody sorted by place are no series.
+A diagnosis draws simulated recordings row by row and compares neighbours; with an order of its own its answer does not depend on
+how a table was sorted. Neighbours in time are known only where a column holds the time: rows of a table
+sorted by place are no series.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from vcmm.task.response.recording import Ints, Recording
 
 
 def in_order(recording: Recording, machine: Machine) -> Recording:
-    """The same recording, rows by time (else by position, columns and labels), the observations of a row by direction."""
+    """Return the same recording, rows by time (else by position, columns and labels), the observations of a row by direction."""
     recording = replace(recording, run=_run_with_counts(recording, machine))
     run = recording.run
     rows, row, other, first = _order(recording)
@@ -29,7 +29,7 @@ def in_order(recording: Recording, machine: Machine) -> Recording:
 
 
 def as_in_the_file(recording: Recording, machine: Machine, values: Array) -> Array:
-    """Values (m,) of `in_order(recording, machine)`, such as residuals, in the order of the recording itself."""
+    """Return the values (m,) of `in_order(recording, machine)`, such as residuals, in the order of the recording itself."""
     out = np.empty_like(values)
     out[_order(replace(recording, run=_run_with_counts(recording, machine)))[3]] = values
     return out
@@ -46,7 +46,7 @@ def _order(recording: Recording) -> tuple[Ints, Ints, Ints, Ints]:
 
 
 def _run_with_counts(recording: Recording, machine: Machine) -> Run:
-    """The run with the lengths that an instrument counted from the first row of the file."""
+    """Return the run with the lengths that an instrument counted from the first row of the file."""
     if recording.kind != "displacement":
         return recording.run
     run = Observer(recording, machine).run

@@ -1,7 +1,7 @@
-"""Is a recording fit to be diagnosed? Copies, dead or saturated sensors, impossible numbers, gaps, signs, belonging.
+"""Check that a recording is fit to be diagnosed: copies, dead or saturated sensors, impossible numbers, gaps, signs, belonging.
 
-What makes single rows no observations (copies of another row, a sensor at its stop) leaves these rows out, in words and
-with their lines; what makes the whole recording rubbish is refused. `doubtful` lowers what may be claimed.
+Rows that are no observations (copies of another row, a sensor at its stop) are left out, with a remark and
+their lines; a recording that is rubbish as a whole is refused. `doubtful` lowers what may be claimed.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from vcmm.task.response.observe import noise_u
 from vcmm.task.response.recording import ALL_ROWS, SOURCE_LABEL, Ints, Recording
 
 Mask = npt.NDArray[np.bool_]
-FEWEST = 10  # observations below which nothing is said about a sensor
+FEWEST = 10  # fewest observations for a statement about a sensor
 LARGEST_SHARE = 0.3  # of the observations that may be left out; more is no recording
 CHANCE = 1e-4  # of a run of equal readings, or of readings at the stop, in a healthy sensor
 SPREAD = 0.3  # K that another sensor must vary before a constant one is called dead
 SENSORS = ("temp_", "pressure_", "humidity_")  # columns of sensors, which may be dead
-READINGS = 10  # different readings of that other sensor: a coarse display that stands still proves nothing
+READINGS = 10  # different readings of that other sensor: a coarse display that does not change proves nothing
 GAP = 20.0  # times the usual distance in time
 GAP_SHARE = 0.05  # of the whole time
 FAHRENHEIT = (59.0, 95.0)  # 15 to 35 degC
@@ -46,7 +46,7 @@ LIMITS: tuple[tuple[Callable[[str], bool], float, float, str], ...] = (
 
 @dataclass(frozen=True, eq=False)
 class SanityCheck:
-    """The recording without the rows that are no observations; what to tell; whether the claim must be lowered."""
+    """The recording without the rows that are no observations; remarks; whether the claim must be lowered."""
 
     recording: Recording
     warnings: tuple[str, ...]
@@ -87,7 +87,7 @@ def _only_copies(recording: Recording, copied: Callable[[Recording], tuple[Mask,
 
 
 def usual_u(recording: Recording, machine: Machine) -> float:
-    """Stated noise of one observation, mm; 0 where none is known (which is refused later, by name)."""
+    """Return the stated noise of one observation, mm; 0 where none is known (which is refused later, by name)."""
     try:
         return float(np.median(noise_u(recording, machine)))
     except ModelLimit:
@@ -103,7 +103,7 @@ def _not_dead(recording: Recording) -> None:
 
 
 def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
-    """Observations that repeat an earlier one in every number: copied rows, which would count as further evidence.
+    """Return observations that repeat an earlier one in every number: copied rows, which would count as further evidence.
 
     Without time stamps repeats of one place may agree to the last digit of a coarse display: two of them do so with
     probability q / (2 sqrt(pi) s), q its step, s the scatter of repeats (u, mm, where none differ). Where a place was reached in
@@ -127,7 +127,7 @@ def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
 
 
 def _in_a_row(copy: Mask) -> bool:
-    """Do some rows that repeat others follow one another? Copying copies stretches; single ones are repeats of a place."""
+    """Return whether some rows that repeat others follow one another. Copying copies stretches; single ones are repeats of a place."""
     return bool((copy[2:] & copy[1:-1] & copy[:-2]).any())
 
 
@@ -139,7 +139,7 @@ def _has_own_times(recording: Recording, kept: Mask) -> bool:
 
 
 def _by_chance(value: Array, rows: Array, u: float) -> bool:
-    """May the equal readings of rows that agree in all else be those of a coarse display?"""
+    """Return whether the equal readings of rows that agree in all else may be those of a coarse display."""
     from scipy.special import pdtrc
 
     _, place, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
@@ -170,7 +170,7 @@ def _within(value: Array, place: Ints, reach: float) -> int:
 
 
 def display_step(value: Array) -> float:
-    """The largest decimal step of which all values (m,) are multiples, mm or rad; 0 for none above 1e-9."""
+    """Return the largest decimal step of which all values (m,) are multiples, mm or rad; 0 for none above 1e-9."""
     steps = (m * 10.0**k for k in range(0, -10, -1) for m in (1.0, 0.5, 0.2))
     return next((s for s in steps if np.abs(value / s - np.round(value / s)).max() < 1e-3), 0.0)
 
@@ -186,7 +186,7 @@ def _of_rows(recording: Recording) -> list[Array]:
 
 
 def series_of(recording: Recording) -> list[Ints]:
-    """Observations of one series each, in order: d, or dx, dy and dz apart."""
+    """Return observations of one series each, in order: d, or dx, dy and dz apart."""
     order = np.argsort(recording.row, kind="stable")
     first = np.r_[True, np.diff(recording.row[order]) > 0]
     starts = np.maximum.accumulate(np.where(first, np.arange(recording.m), 0))
@@ -209,11 +209,11 @@ def frozen(recording: Recording) -> tuple[Mask, str]:
         if longest >= 5 and len(value) * equal ** (longest - 1) < CHANCE:
             for k in np.flatnonzero(len(value) * equal ** (length - 1.0) < CHANCE):
                 out[series[starts[k] : starts[k] + length[k]]] = True
-    return out, "the reading stands still, although rows differ: the sensor hung"
+    return out, "the reading does not change, although rows differ: the sensor was stuck"
 
 
 def saturated_rows(recording: Recording) -> tuple[Mask, str]:
-    """Readings that pile up at their largest or smallest value: the end of the measuring range."""
+    """Return readings that pile up at their largest or smallest value: the end of the measuring range."""
     out = np.zeros(recording.m, dtype=bool)
     for series in series_of(recording):
         value = recording.value[series]
@@ -228,7 +228,7 @@ def saturated_rows(recording: Recording) -> tuple[Mask, str]:
 
 
 def impossible(recording: Recording) -> tuple[Mask, str]:
-    """Rows with a condition that no workshop has; a column that is so everywhere is refused."""
+    """Return rows with a condition that no workshop has; a column that is so everywhere is refused."""
     out, names = np.zeros(recording.m, dtype=bool), []
     for name, values in recording.run.columns.items():
         for fits, low, high, usual in LIMITS:
@@ -247,7 +247,7 @@ def impossible(recording: Recording) -> tuple[Mask, str]:
 
 
 def without_dead_columns(recording: Recording) -> tuple[Recording, list[str]]:
-    """The recording without columns that hold one impossible number nearly everywhere, and the words for it.
+    """Return the recording without columns that hold one impossible number nearly everywhere, and the words for it.
 
     To leave out the rows would leave nothing; what needs the column is not testable.
     """
@@ -289,7 +289,7 @@ def _no_impossible_log(recording: Recording) -> None:
 
 
 def quiet_sensors(recording: Recording) -> list[str]:
-    """Temperatures that stand still while another moves, and those that look like degF."""
+    """Return temperatures that are constant while another one changes, and those that look like degF."""
     out, run = [], recording.run
     names = _thermometers(recording)
     spread = {c: float(np.ptp(run.columns[c][recording.row])) for c in names}
@@ -309,7 +309,7 @@ def quiet_sensors(recording: Recording) -> list[str]:
 
 
 def dead_sensors(recording: Recording) -> tuple[str, ...]:
-    """Thermometers that show one number all the time while another one moves."""
+    """Return thermometers that show one number all the time while another one changes."""
     seen = {c: recording.run.columns[c][recording.row] for c in _thermometers(recording)}
     if not any(_moves(v) for v in seen.values()):
         return ()
@@ -322,7 +322,7 @@ def _thermometers(recording: Recording) -> list[str]:
 
 
 def missing_labels(recording: Recording) -> list[str]:
-    """Nuisances per value of a label column that the recording does not have."""
+    """Return nuisances per value of a label column that the recording does not have."""
     wanted = recording.nuisance.items()
     out = [(w, b) for w, b in wanted if b not in (*ALL_ROWS, *recording.run.labels)]
     return [f'{w} = "{b}": there is no column {b}, so one {w} is fitted to all rows' for w, b in out]
@@ -333,13 +333,13 @@ def _moves(values: Array) -> bool:
 
 
 def _fahrenheit(middle: dict[str, float]) -> list[str]:
-    """Sensors whose median would be the temperature of a workshop in degF: all of them, or some among others in degC."""
+    """Return sensors whose median would be the temperature of a workshop in degF: all of them, or some among others in degC."""
     hot = [c for c, t in middle.items() if FAHRENHEIT[0] < t < FAHRENHEIT[1]]
     if not hot:
         return []
     first, names = middle[hot[0]], ", ".join(hot)
     if len(hot) == len(middle):
-        return [f"{names}: about {first:.0f}, which in a workshop is degF; degC is due"]
+        return [f"{names}: about {first:.0f}, which in a workshop is degF; expected degC"]
     usual = float(np.median([t for c, t in middle.items() if c not in hot]))
     alike = [c for c in hot if abs((middle[c] - 32.0) / 1.8 - usual) < NEAR_FAHRENHEIT]
     if not alike:
@@ -347,19 +347,19 @@ def _fahrenheit(middle: dict[str, float]) -> list[str]:
     first = middle[alike[0]]
     return [
         f"{', '.join(alike)}: about {first:.0f} where the others are at about {usual:.0f} degC; {first:.0f} degF are "
-        f"{(first - 32.0) / 1.8:.1f} degC, so this sensor looks like degF; degC is due (a motor or spindle may be that hot)"
+        f"{(first - 32.0) / 1.8:.1f} degC, so this sensor looks like degF; expected degC (a motor or spindle may be that hot)"
     ]
 
 
 def in_time(seconds: float) -> str:
-    """A time in the unit in which it has one to four digits before the point: 12 min, 40 s, 0.3 s."""
+    """Return a time in the unit in which it has one to four digits before the point: 12 min, 40 s, 0.3 s."""
     if seconds >= 5400.0:
         return f"{seconds / 3600.0:.3g} h"
     return f"{seconds / 60.0:.3g} min" if seconds >= 300.0 else f"{seconds:.3g} s"
 
 
 def gaps(recording: Recording) -> list[str]:
-    """Times without rows, far longer than usual."""
+    """Return times without rows, far longer than usual."""
     if "time_s" not in recording.run.columns or recording.m < 2 * FEWEST:
         return []
     time = recording.run.columns["time_s"][recording.row]
@@ -370,7 +370,7 @@ def gaps(recording: Recording) -> list[str]:
         order
     ]
     within = of[1:] == of[:-1]
-    whole = float(step[within].sum())  # several recordings lie apart by nobody knows how much
+    whole = float(step[within].sum())  # the time between several recordings is unknown
     long = np.flatnonzero((step > GAP * usual) & (step > GAP_SHARE * whole) & within)
     if usual <= 0 or not len(long):
         return []
@@ -385,7 +385,7 @@ def gaps(recording: Recording) -> list[str]:
 
 
 def without_gaps(before: Ints, time: Array | None) -> Ints:
-    """Predecessors (m,) of the observations, none across a gap in time: neighbours there are no neighbours."""
+    """Return predecessors (m,) of the observations, none across a gap in time: neighbours there are no neighbours."""
     if time is None:
         return before
     inner = before >= 0

@@ -37,7 +37,7 @@ WeightedChanges = list[tuple[dict[str, Any], float]]
 
 
 def trials(effect: Effect, run: Run) -> WeightedChanges:
-    """Keyword changes of an effect and their log weights (summing to 1): all scans times all shapes."""
+    """Return keyword changes of an effect and their log weights (summing to 1): all scans times all shapes."""
     if not effect.diagnosis.shows_in(effect, run):
         return []
     lists = [
@@ -62,7 +62,7 @@ def trials(effect: Effect, run: Run) -> WeightedChanges:
 
 
 def _shows(effect: Effect, run: Run, period: float, finest: float) -> bool:
-    """Do the rows show a harmonic of a trial period, the shortest of which is `finest`?"""
+    """Return whether the rows show a harmonic of a trial period, the shortest of which is `finest`."""
     q = coordinate(effect, run)
     if q is not None and turns_round(effect):
         return any(abs(p / period - 1.0) < 1e-6 for p in whole_fractions([period], q))
@@ -70,7 +70,7 @@ def _shows(effect: Effect, run: Run, period: float, finest: float) -> bool:
 
 
 def _shapes(effect: Effect, spec: Field[Any], run: Run) -> WeightedChanges:
-    """Discrete trial values; of waves over an angle only those that its values can show, which may be none."""
+    """Return discrete trial values; of waves over an angle only those that its values can show, which may be none."""
     own = effect.diagnosis.trials(effect, spec.name)
     if own is not None:
         return own
@@ -88,14 +88,14 @@ def _is_unresolved(spec: Field[Any], waves: int, run: Run) -> bool:
 
 
 def refused_changes(kind: type[Effect], run: Run) -> list[dict[str, Any]]:
-    """Keyword changes of the shapes of an effect that `_shapes` leaves out: lobes that the directions do not resolve."""
+    """Return keyword changes of the shapes of an effect that `_shapes` leaves out: lobes that the directions do not resolve."""
     return [
         {f.name: k} for f in fields(kind) for k in f.metadata.get("tries", ()) if _is_unresolved(f, k, run)
     ]
 
 
 def is_change(spec: Field[Any]) -> bool:
-    """A point in time after which something is different."""
+    """Return whether a parameter is a point in time after which something is different."""
     return spec.name in ("t1", "time", "start")
 
 
@@ -123,12 +123,12 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> WeightedChanges:
 
 
 def turns_round(effect: Effect) -> bool:
-    """Is it an error of an axis that turns? Its periods are whole fractions of a turn, and none between them."""
+    """Return whether it is an error of an axis that turns. Its periods are whole fractions of a turn, and none between them."""
     return is_rotary(str(getattr(effect, "axis", "")))
 
 
 def _may_be(period: float, effect: Effect, spec: Field[Any], q: Array | None) -> bool:
-    """Has the physics such a period, or does one of its usual ones look so at these places (n,)?
+    """Return whether the physics has such a period, or one of its usual ones looks so at these places (n,).
 
     On a lattice of step h a lead p is seen at |n/h - 1/p|: within half a line of the spectrum it is the lead that counts.
     """
@@ -144,7 +144,7 @@ def _even(name: str, values: Sequence[float]) -> WeightedChanges:
 
 
 def _weigh(name: str, values: Sequence[Any]) -> WeightedChanges:
-    """The first value carries half of the weight; no values, no change."""
+    """Return the weights: the first value carries half of the weight; no values, no change."""
     if not len(values):
         return [({}, 0.0)]
     if len(values) == 1:
@@ -154,12 +154,12 @@ def _weigh(name: str, values: Sequence[Any]) -> WeightedChanges:
 
 
 def _zeros(spec: Field[Any]) -> list[Array]:
-    """The lengths that an array parameter is tried with."""
+    """Return the lengths that an array parameter is tried with."""
     return [np.zeros(k) for k in spec.metadata.get("lengths", ())]
 
 
 def fill_gaps(values: Sequence[float]) -> list[float]:
-    """Positive values with one geometric mean between neighbours that lie more than a factor 2 apart; zeros stay."""
+    """Return positive values with one geometric mean between neighbours that lie more than a factor 2 apart; zeros stay."""
     out = sorted(v for v in values if v <= 0)
     positive = sorted(v for v in values if v > 0)
     for low, high in itertools.pairwise(positive):
@@ -170,7 +170,7 @@ def fill_gaps(values: Sequence[float]) -> list[float]:
 
 
 def change_points(run: Run) -> list[float]:
-    """Times (s) between rows with EACH_SIDE rows on either side, at most MOST_STEPS of them."""
+    """Return times (s) between rows with EACH_SIDE rows on either side, at most MOST_STEPS of them."""
     if "time_s" not in run.columns:
         return []
     time = np.sort(run.column("time_s"))
@@ -183,14 +183,14 @@ def change_points(run: Run) -> list[float]:
 
 
 def _coordinate(effect: Effect, run: Run) -> Array | None:
-    """The axis position over which a cyclic error is periodic; None where only listed periods make sense (raw scales)."""
+    """Return the axis position over which a cyclic error is periodic; None where only listed periods make sense (raw scales)."""
     axis = getattr(effect, "axis", "")
     too_fine = effect.diagnosis.follows_raw_scale  # for a spectrum of places
     return None if too_fine or axis not in run.position else run.position[axis]
 
 
 def spectral_lines(q: Array | None) -> list[float]:
-    """Periods (units of q) at half the resolution of the travel: frequencies 1.5/L, 2/L ... up to the sampling limit."""
+    """Return periods (units of q) at half the resolution of the travel: frequencies 1.5/L, 2/L ... up to the sampling limit."""
     if q is None:
         return []
     places = np.unique(np.round(q, DIGITS))

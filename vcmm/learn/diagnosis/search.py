@@ -1,11 +1,11 @@
-"""One search: everything that depends on the noise preparation, the null, and what mistakes and effects explain.
+"""One search: everything that depends on the noise preparation, the null, and the explanations by mistakes and effects.
 
-What the rows owe that were pulled in: outliers are paid for before answers are compared.
+Rows that were pulled in owe evidence: outliers are paid for before answers are compared.
 
 Rows beyond `clip` robust standard deviations of a fit are pulled in, so that a few bad readings do not bend it. Done about a fit
 that lacks a name this hides the name: a bed that is hot before the first readings are over shows in a dozen rows alone, and
 about a frame with two lags all of them are outliers. Done about a fit that takes every row as it is, it may make one: two bad
-readings before the end are a step. What is pulled in costs c^2 / 2 nats however far it stood out, so the evidence about such
+readings before the end are a step. A pulled-in row costs c^2 / 2 nats however far it lay, so the evidence about such
 rows compares different rows. Here every row counts as it is, by the t law of HEAVY degrees of freedom (the heaviest that is
 thought of, in which an outlier costs the logarithm of its size), with the scale of the noise at its best:
 
@@ -13,8 +13,8 @@ thought of, in which an outlier costs the logarithm of its size), with the scale
 
 h - 2 in place of h, as s is the standard deviation (Lange, Little & Taylor, J. Am. Stat. Assoc. 84 (1989) 881).
 
-One reading that stands out alone, where a name says much of it and little of the others (the first, of a lag of half a minute), is
-a bad reading or that name, and no row tells which: how far it stands out is no evidence. So a name that is found only because
+One outlying reading, where a name explains much of it and little of the others (the first, of a lag of half a minute), is
+a bad reading or that name, and no row decides which: its distance is no evidence. So a name that is found only because
 rows are taken as they are has to be worth it without the one row that speaks most for it.
 """
 
@@ -56,7 +56,7 @@ HALVINGS = 60  # of it
 
 
 def heavy_loss(r: Array, dof: int) -> float:
-    """Nats, up to a constant of the recording, that white residuals r (m,) cost at the best scale of the noise.
+    """Return the nats, up to a constant of the recording, that white residuals r (m,) cost at the best scale of the noise.
 
     Rows that are all zero, which no scale describes, cost -inf.
     """
@@ -64,7 +64,7 @@ def heavy_loss(r: Array, dof: int) -> float:
 
 
 def heavy_losses(r: Array, dof: int) -> Array:
-    """The same of every row (m,), not all of them zero.
+    """Return the same of every row (m,), not all of them zero.
 
     At the best scale the mean of (h + 1) x^2 / (h - 2 + x^2) is one, x = r / s: it falls with s, so it is halved.
     """
@@ -79,12 +79,12 @@ def heavy_losses(r: Array, dof: int) -> Array:
 
 
 def _pull(x: Array) -> float:
-    """How much rows of squared size x (m,), in squared scales, widen the scale: one where it is at its best."""
+    """Return how much rows of squared size x (m,), in squared scales, widen the scale: one where it is at its best."""
     return float(np.mean((HEAVY + 1) * x / (HEAVY - 2 + x)))
 
 
 def worth_of_all_rows(state: Selection, setting: Setting) -> float:
-    """Nats of all terms together, each having paid the threshold, with every row as it is; up to a constant of the recording."""
+    """Return the nats of all terms together, each having paid the threshold, with every row as it is; up to a constant of the recording."""
     dof = setting.found.dof
     if state.fit is None:
         return -heavy_loss(setting.raw, dof)
@@ -93,7 +93,7 @@ def worth_of_all_rows(state: Selection, setting: Setting) -> float:
 
 
 def one_row_speaks(state: Selection, setting: Setting, plain: Selection) -> float:
-    """Nats of the row that speaks most for an answer and against a plain one, every row as it is."""
+    """Return the nats of the row that supports an answer most and contradicts a plain one, every row as it is."""
     dof = setting.found.dof
     rests = [_left(s, setting) for s in (plain, state)]
     if not all(r.any() for r in rests):
@@ -103,19 +103,19 @@ def one_row_speaks(state: Selection, setting: Setting, plain: Selection) -> floa
 
 
 def _left(state: Selection, setting: Setting) -> Array:
-    """White rows (m,) less the terms, nothing pulled in."""
+    """Return white rows (m,) less the terms, without limits on outliers."""
     if state.fit is None:
         return setting.raw
     return np.asarray(setting.raw - np.concatenate([t.white for t in state.terms], axis=1) @ state.fit.mean)
 
 
 def pulled_cost(state: Selection, setting: Setting) -> float:
-    """Nats by which the rows that were pulled in cost more as they are, at the scale of the noise that the others show."""
+    """Return the nats by which the rows that were pulled in cost more as they are, at the scale of the noise that the others show."""
     return _debt(_left(state, setting), state.rest, setting.found.dof, setting.clip)
 
 
 def heavy_tail_allowance(setting: Setting) -> float:
-    """What noise of heavy tails owes, the t law of HEAVY degrees of freedom: all but 1 % of recordings owe less."""
+    """Return the cost of noise of heavy tails, the t law of HEAVY degrees of freedom: all but 1 % of recordings owe less."""
     dof, clip = setting.found.dof, setting.clip
     sample = draws(Noise(HEAVY), setting.white, 0, "what heavy tails owe", RECORDINGS)
     near = clip_residuals(sample, setting.white, clip)
@@ -123,7 +123,7 @@ def heavy_tail_allowance(setting: Setting) -> float:
 
 
 def _debt(r: Array, near: Array, dof: int, clip: float) -> float:
-    """clip (|r| / sigma - clip) summed over what lies beyond: r (m,) as it is, near (m,) pulled in, which tells sigma."""
+    """Return clip (|r| / sigma - clip) summed over the rows beyond: r (m,) as it is, near (m,) pulled in, which gives sigma."""
     sigma = max(float(np.sqrt(near @ near / dof)), NOTHING)
     return float(np.sum(clip * np.maximum(np.abs(r) / sigma - clip, 0.0))) if np.isfinite(clip) else 0.0
 
@@ -158,7 +158,7 @@ def build_stage(
     nulls: int,
     screen: Stage | None = None,
 ) -> Stage:
-    """Whitener, dictionaries and thresholds under the noise that the audit found.
+    """Return whitener, dictionaries and thresholds under the noise that the audit found.
 
     What the largest of so many candidates reaches by chance hardly depends on the number of rows: a long recording takes the
     thresholds of its screen.
@@ -193,19 +193,20 @@ def _largest(given: Scorer, sample: Array) -> Array:
 
 
 def setting_of(problem: Problem, stage: Stage) -> Setting:
-    """What the selection works with."""
+    """Return the setting of the selection."""
     return setting_under(problem, stage, stage.white)
 
 
 def setting_under(problem: Problem, stage: Stage, white: Whitener) -> Setting:
-    """The same with another whitener, that of another calibration."""
+    """Return the same with another whitener, that of another calibration."""
     raw = white.apply(problem.residual)
     return Setting(stage.found, white, raw, stage.noise.noise.clip, stage.threshold, Refiner(problem, white))
 
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """What the search settled on. problem: repaired; stage: with options at the best values of the competitors; tied: ids of terms that a mistake of the table may stand for."""
+    """Result of the search. problem: repaired; stage: with options at the best values of the competitors; tied: ids of terms that a
+    mistake of the table may explain."""
 
     selection: Selection
     mistake: Mistake | None
@@ -215,9 +216,9 @@ class SearchResult:
 
 
 def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> SearchResult:
-    """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more.
+    """Search mistakes of the table first, then effects. A mistake is kept only while no free effect explains clearly more.
 
-    earlier: what was found under another preparation of the noise.
+    earlier: findings under another preparation of the noise.
     """
     plain, found = search_names(setting_of(problem, stage), earlier)
     stage = replace(stage, found=found)
@@ -246,14 +247,14 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
 
 
 def further(with_it: Sequence[Term], plain: Sequence[Term]) -> int:
-    """How many names an answer with a mistake has more than one without: each pays the threshold, and a mistake is a name. Where
+    """Return how many names an answer with a mistake has more than one without: each pays the threshold, and a mistake is a name. Where
     nothing is named without it, the best name is what it is compared with.
     """
     return 1 + len(with_it) - max(len(plain), 1)
 
 
 def search_names(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
-    """The names, and the dictionary in which they were found.
+    """Return the names, and the dictionary in which they were found.
 
     Where rows were pulled in, the answer depends on what they were pulled in about: what a search finds that takes every row
     as it is, nothing, or, where they owe more than heavy tails of the noise excuse, no row at all. Then the answers are worth
@@ -268,7 +269,7 @@ def search_names(setting: Setting, earlier: Selection | None) -> tuple[Selection
 def settle_names(
     near: Selection, own: Setting, setting: Setting, earlier: Selection | None
 ) -> tuple[Selection, Dictionary]:
-    """Names found with rows pulled in about a first search, own: or, where these rows owe for it, others (see `named`)."""
+    """Return the names found with rows pulled in about a first search, own: or, where these rows owe for it, others (see `named`)."""
     debt = pulled_cost(near, own)
     if max(debt, pulled_cost(joint((), setting), setting)) <= setting.threshold:
         return near, own.found
@@ -293,7 +294,7 @@ def _one_row_alone(state: Selection, setting: Setting, plain: Selection, own: Se
 
 
 def _of_every_row(setting: Setting, earlier: Selection | None) -> list[tuple[Selection, Setting]]:
-    """Names with every row as it is, and what another preparation found asked again."""
+    """Yield names with every row as it is, and the findings of another preparation, tested again."""
     wider, found = _at_best_values(replace(setting, clip=np.inf))
     own = replace(setting, found=wider, start=setting.raw)
     again = [fitted_again(s.terms, own) for s in found]
@@ -304,7 +305,7 @@ def _of_every_row(setting: Setting, earlier: Selection | None) -> list[tuple[Sel
 
 
 def _at_best_values(setting: Setting) -> tuple[Dictionary, list[Selection]]:
-    """The dictionary with all competitors at their best lags, distances and periods; the names found with it and without.
+    """Return the dictionary with all competitors at their best lags, distances and periods; the names found with it and without.
 
     A curve of many numbers that explains most at first hides the simple names that together explain more: where one is named,
     the search is also made among names of at most FEW numbers. What is worth no more by SIMPLER nats says the same otherwise.
@@ -330,7 +331,7 @@ def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:
 
 
 def _free(plain: Selection, stage: Stage) -> tuple[float, tuple[str, ...]]:
-    """Nats of the best explanation without a mistake, and its name where it is no term: a calibration that is stale by
+    """Return the nats of the best explanation without a mistake, and its name where it is no term: a calibration that is stale by
     an amount too small to be named is still an alternative to a mistake.
     """
     if plain.terms or not stage.found.families:
@@ -341,7 +342,7 @@ def _free(plain: Selection, stage: Stage) -> tuple[float, tuple[str, ...]]:
 
 
 def _evidence(selection: Selection) -> float:
-    """Nats of all chosen terms together, priors included."""
+    """Return the nats of all chosen terms together, priors included."""
     if selection.fit is None:
         return 0.0
     return selection.fit.log_evidence + sum(t.family.log_prior + t.option.log_prior for t in selection.terms)

@@ -44,7 +44,7 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """terms, joint posterior of all their columns, residual y (prepared, white) and what the terms leave of it.
+    """terms, joint posterior of all their columns, residual y (prepared, white) and its remainder after the terms.
 
     factor: of the covariance of `fit` over that of clean rows of known scale.
     """
@@ -56,7 +56,7 @@ class Selection:
     factor: float = 1.0
 
     def signal(self, i: int) -> Array:
-        """White signal (m,) of term i at the fitted coefficients."""
+        """Return the white signal (m,) of term i at the fitted coefficients."""
         assert self.fit is not None
         return self.terms[i].white @ self.fit.mean[self.span(i)]
 
@@ -65,7 +65,7 @@ class Selection:
         return slice(at, at + self.terms[i].white.shape[1])
 
     def delta(self, i: int) -> float:
-        """Size of term i in units of the noise."""
+        """Return the size of term i in units of the noise."""
         assert self.fit is not None
         return float(np.linalg.norm(self.signal(i))) / self.fit.sigma
 
@@ -89,7 +89,7 @@ class Setting:
 
 
 def joint(terms: Sequence[Term], setting: Setting) -> Selection:
-    """Refit of all terms together; outliers are clipped about the fit, twice. Clipping costs a factor 1 / (share of the
+    """Refit all terms together; outliers are clipped about the fit, twice. Clipping costs a factor 1 / (share of the
     rows that it leaves alone)^2 of the covariance (Huber, Robust Statistics (1981), 7.6).
     """
     y = clip_residuals(setting.raw, setting.white, setting.clip) if setting.start is None else setting.start
@@ -119,7 +119,7 @@ def _spread(fit: Posterior, dof: int, width: Array) -> float:
 
 
 def fitted_again(terms: Sequence[Term], setting: Setting, rounds: int = 2) -> Selection:
-    """The same names under a setting of their own: scanned values and prior widths found again, one term given the others."""
+    """Refit the same names under a setting of their own: scanned values and prior widths found again, one term given the others."""
     now = joint([replace(t, white=setting.white.apply(t.option.columns)) for t in terms], setting)
     for _ in range(rounds):
         for i in range(len(terms)):
@@ -130,7 +130,7 @@ def fitted_again(terms: Sequence[Term], setting: Setting, rounds: int = 2) -> Se
 
 
 def _adjust_term(term: Term, others: Sequence[Term], y: Array, setting: Setting) -> Term:
-    """A term at its best scanned values and prior width, others projected out."""
+    """Return a term at its best scanned values and prior width, others projected out."""
     basis = basis_of(others, len(y))
     r = without_span(y, basis)
     option = setting.refine(term.option, r, basis)
@@ -143,18 +143,18 @@ def _adjust_term(term: Term, others: Sequence[Term], y: Array, setting: Setting)
 
 
 def among(state: Selection, setting: Setting) -> Selection:
-    """The same terms as families of another dictionary of the same names."""
+    """Return the same terms as families of another dictionary of the same names."""
     known = {f.id: f for f in setting.found.families}
     return fitted_again([replace(t, family=known[t.family.id]) for t in state.terms], setting)
 
 
 def mismatch(selection: Selection) -> float:
-    """Nats that template errors of the chosen terms may bring to any other candidate."""
+    """Return the nats that template errors of the chosen terms may bring to any other candidate."""
     return sum(0.5 * (MISMATCH * selection.delta(i)) ** 2 for i in range(len(selection.terms)))
 
 
 def clean_outliers(setting: Setting) -> Setting:
-    """The setting with outliers pulled in about what a search finds that takes every row as it is; where that finds nothing,
+    """Return the setting with outliers pulled in about the result of a search that takes every row as it is; where that finds nothing,
     about nothing.
     """
     first = select(replace(setting, start=setting.raw))
@@ -162,13 +162,13 @@ def clean_outliers(setting: Setting) -> Setting:
 
 
 def select(setting: Setting) -> Selection:
-    """The terms that the recording calls for."""
+    """Return the terms that the recording supports."""
     return _simpler_shapes(best_subset(_forward(joint((), setting), setting), setting), setting)
 
 
 def _simpler_shapes(state: Selection, setting: Setting) -> Selection:
-    """A name with a lag, distance or period in a shape of fewer numbers, where that is worth more beside the others: found alone
-    it took what they explain.
+    """Return a name with a lag, distance or period in a shape of fewer numbers, where that is worth more beside the others: found alone
+    it took their share.
     """
     for i in range(len(state.terms)):
         term, others = state.terms[i], state.terms[:i] + state.terms[i + 1 :]
@@ -190,17 +190,18 @@ def _simpler_shapes(state: Selection, setting: Setting) -> Selection:
 
 
 def _nothing_free(family: Family) -> bool:
-    """One number, and no lag, moment or period to be chosen: a curve that bends where it likes takes any error of a template."""
+    """Return whether a family has one number, and no lag, moment or period to be chosen: a curve that bends freely absorbs any error of a
+    template."""
     return min(o.freedom for o in family.options) == 1
 
 
 def net_evidence(state: Selection, setting: Setting) -> float:
-    """Nats of all terms together, each having paid the threshold."""
+    """Return the nats of all terms together, each having paid the threshold."""
     return _value(state.terms, state.y, setting)
 
 
 def _forward(state: Selection, setting: Setting) -> Selection:
-    """Terms added and pruned until the threshold stops it."""
+    """Add and prune terms until the threshold stops it."""
     seen: set[tuple[str, ...]] = set()
     while len(state.terms) < MOST_TERMS and len(setting.found.families):
         new = _best_addition(state, setting)
@@ -215,7 +216,7 @@ def _forward(state: Selection, setting: Setting) -> Selection:
 
 
 def _closed(state: Selection, setting: Setting) -> Selection | None:
-    """`state` with the few names of one number that leave the stated noise and nothing beyond; None where none do."""
+    """Return `state` with the few names of one number that leave the stated noise and nothing beyond; None where none do."""
     if not state.terms or _is_noise(state, setting):
         return None
     for _ in range(min(CLOSING, MOST_TERMS - len(state.terms))):
@@ -229,7 +230,7 @@ def _closed(state: Selection, setting: Setting) -> Selection | None:
 
 
 def _is_noise(state: Selection, setting: Setting) -> bool:
-    """Is what the terms leave within the 99 % point of the stated noise? Of dof squares the mean varies by sqrt(2 / dof)."""
+    """Return whether the residual of the terms is within the 99 % point of the stated noise. Of dof squares the mean varies by sqrt(2 / dof)."""
     dof = setting.found.dof
     return float(state.rest @ state.rest) / dof <= 1.0 + DEVIATIONS * float(np.sqrt(2.0 / dof))
 
@@ -240,7 +241,7 @@ def _best_addition(
     allowed: Callable[[Family], bool] | None = None,
     allowance: float | None = None,
 ) -> Term | None:
-    """The name of highest evidence above the threshold and the allowance for templates (by default the mismatch)."""
+    """Return the name of highest evidence above the threshold and the allowance for templates (by default the mismatch)."""
     options, scores = _competing(state.terms, state, setting)
     for i, family in enumerate(setting.found.families):
         if allowed is not None and not allowed(family):
@@ -253,7 +254,7 @@ def _best_addition(
 
 
 def _competing(given: Sequence[Term], state: Selection, setting: Setting) -> tuple[Array, Array]:
-    """Nats of all options and of all families beside some terms; -inf for these themselves, and for names with too many numbers."""
+    """Return the nats of all options and of all families beside some terms; -inf for these themselves, and for names with too many numbers."""
     options = conditional(given, state, setting)
     scores = family_scores(setting.found, options)
     taken = {t.family.id for t in given}
@@ -264,18 +265,18 @@ def _competing(given: Sequence[Term], state: Selection, setting: Setting) -> tup
 
 
 def numbers(family: Family) -> int:
-    """Numbers of the simplest shape of a name."""
+    """Return the numbers of the simplest shape of a name."""
     return min(o.columns.shape[1] for o in family.options)
 
 
 def conditional(given: Sequence[Term], state: Selection, setting: Setting) -> Array:
-    """ln BF (options,) of everything, given some terms."""
+    """Return ln BF (options,) of everything, given some terms."""
     chosen = np.concatenate([t.white for t in given], axis=1) if given else None
     return scorer(setting.found, chosen).options(state.y[:, None])[:, 0]
 
 
 def family_scores(found: Dictionary, options: Array) -> Array:
-    """Nats (families,), priors included, from those of the options."""
+    """Return the nats (families,), priors included, from those of the options."""
     return np.asarray(np.logaddexp.reduceat(options + found.weight, found.first) + found.prior)
 
 
@@ -286,7 +287,7 @@ def best_option(found: Dictionary, options: Array, family: int) -> int:
 
 
 def _term(family: int, options: Array, given: Sequence[Term], state: Selection, setting: Setting) -> Term:
-    """A term with its scans refined and its prior width chosen, given others; with one lag where a second does not pay.
+    """Return a term with its scans refined and its prior width chosen, given others; with one lag where a second does not pay.
 
     A second lag is a second template over the same sensor: like a second name it must pay what the error of the first may
     bring, else it takes what another sensor's lag explains.
@@ -311,19 +312,19 @@ def _at_option(found: Dictionary, family: int, option: int) -> Term:
 
 
 def _has_scan(option: Option) -> bool:
-    """Is the shape one of a lag, a distance or a period?"""
+    """Return whether the shape is one of a lag, a distance or a period."""
     return option.effect is not None and any(f.metadata["scan"] for f in parameter_fields(option.effect))
 
 
 def basis_of(given: Sequence[Term], m: int) -> Array:
-    """Orthonormal basis of the white columns of some terms (m, p)."""
+    """Return the orthonormal basis of the white columns of some terms (m, p)."""
     from vcmm.learn.diagnosis.evidence import orthonormal
 
     return orthonormal(np.concatenate([np.zeros((m, 0)), *(t.white for t in given)], axis=1))
 
 
 def _simplest(best: int, scores: Array, options: Array, state: Selection, setting: Setting) -> int:
-    """Of nested answers the one with fewest free numbers, scanned ones among them, that the data cannot refuse."""
+    """Return, of nested answers, the one with fewest free numbers, scanned ones among them, that the data cannot refuse."""
     found = setting.found
     option = [best_option(found, options, j) for j in range(len(scores))]
     freedom = np.array([found.options[k].freedom for k in option])
@@ -344,7 +345,7 @@ def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
 
 
 def _prune(state: Selection, setting: Setting) -> Selection:
-    """Backward elimination and swaps until nothing changes: an early wrong pick does not survive."""
+    """Eliminate terms backwards and swap them until nothing changes: an early wrong pick does not survive."""
     for _ in range(2 * MOST_TERMS):
         change = _one_change(state, setting)
         if change is None:
@@ -369,7 +370,7 @@ def _one_change(state: Selection, setting: Setting) -> tuple[Term, ...] | None:
 
 
 def best_subset(state: Selection, setting: Setting) -> Selection:
-    """Among all subsets of the chosen terms the one of highest joint evidence, each term paying the threshold."""
+    """Return, among all subsets of the chosen terms, the one of highest joint evidence, each term paying the threshold."""
     if len(state.terms) < 2:
         return state
     best, best_value = state.terms, -np.inf

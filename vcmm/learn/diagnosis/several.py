@@ -1,17 +1,17 @@
-"""Several recordings of one machine: what is common is named from all rows together, what is one's own from its own.
+"""Diagnose several recordings of one machine: common effects are named from all rows together, those of one recording from its own.
 
 1. each recording is diagnosed by itself
 2. every name found is measured again in all of them, as a multiple of its size; where these contradict one another (chi-square,
    the errors of templates forgiven) the name is no property of the machine: each recording loses its own share of it
-3. what is left is joined and diagnosed as one; a name that is found now and contradicts itself goes the same way
+3. the residuals are joined and diagnosed as one; a name that is found now and contradicts itself goes the same way
 
 A name with a lag, period or moment is never taken away so: found in one recording its shape may be wrong for the others, and
-then its sizes contradict one another although the physics is one. It is found from all rows, and its sizes are told.
+then its sizes contradict one another although the physics is one. It is found from all rows, and its sizes are reported.
 
 One recording given twice in one call is no second witness: every interval would come out too narrow by sqrt(2).
 
-Two recordings are the same where all rows of the smaller stand in the other: same places, same readings to the last digit, in
-whatever order. Repeats that a coarse display shows alike are no copies: two readings of one place agree with probability
+Two recordings are the same where all rows of the smaller are in the other: same places, same readings to the last digit, in
+any order. Repeats that a coarse display shows alike are no copies: two readings of one place agree with probability
 q / (2 sqrt(pi) s), q the step of the display, s the scatter; copies are rows that would all agree by chance in less than CHANCE.
 """
 
@@ -58,7 +58,7 @@ def refuse_copies(recordings: Sequence[Recording], machine: Machine) -> None:
 
 
 def _rows(recording: Recording) -> set[bytes]:
-    """Every observation: reading, direction, where the machine stood and with what offset."""
+    """Return every observation: reading, direction, position of the machine and offset."""
     run = recording.run
     parts = [recording.value[:, None], recording.direction, run.offset[recording.row]]
     parts += [run.position[a][recording.row][:, None] for a in sorted(run.position)]
@@ -67,7 +67,7 @@ def _rows(recording: Recording) -> set[bytes]:
 
 
 def _surely(recording: Recording, machine: Machine) -> bool:
-    """Would its readings not all repeat by chance?"""
+    """Return whether its readings would not all repeat by chance."""
     u, step = usual_u(recording, machine), display_step(recording.value)
     chance = min(step / (2.0 * np.sqrt(np.pi) * u), 1.0) if u > 0 else 1.0
     return bool(recording.m * np.log(max(chance, NOTHING)) < np.log(CHANCE))
@@ -103,7 +103,7 @@ class SharedAnswer:
 
 @dataclass(frozen=True, eq=False)
 class Several:
-    """together: the diagnosis of all rows, less what is each one's own; shared: the names of it with their sizes in each, and
+    """together: the diagnosis of all rows, less the effects of single recordings; shared: its names with their sizes in each, and
     those that are each one's own; alone: the diagnosis of each by itself; left_out: column -> recordings that lack it.
     """
 
@@ -174,7 +174,7 @@ def diagnose_several(
 
 
 def _all_read(recording: Recording) -> Recording:
-    """The rows of which every sensor has a reading: what one recording alone may do without, another may need."""
+    """Return the rows at which every sensor has a reading: another recording may need a sensor that one alone does not."""
     read = rows_read(recording)
     lost = recording.m - read.m
     said = f"{lost} observations in which a sensor has no reading are set aside"
@@ -184,7 +184,7 @@ def _all_read(recording: Recording) -> Recording:
 def transfers(
     recordings: Sequence[Recording], alone: Sequence[Diagnosis], machine: Machine
 ) -> tuple[Transfer, ...]:
-    """What the machine file written from each recording leaves of every other one, and what the machine left as it was."""
+    """Return the residuals of every other recording under the machine file written from each, and under the machine before."""
     before = [rms_left([r], machine) for r in recordings]
     out = []
     for source, found in zip(recordings, alone):
@@ -200,14 +200,14 @@ def transfers(
 
 
 def has_scan(a: Answer) -> bool:
-    """Has the name a parameter that acts non-linearly: a lag, a period, a moment?"""
+    """Return whether the name has a parameter that acts non-linearly: a lag, a period, a moment."""
     return a.fitted is not None and any(
         len(f.metadata["scan"]) > 1 or is_change(f) for f in parameter_fields(a.fitted)
     )
 
 
 def unique_answers(found: Sequence[Answer]) -> list[Answer]:
-    """Of every name and place the answer of highest evidence."""
+    """Return, of every name and place, the answer of highest evidence."""
     best: dict[tuple[str, tuple[tuple[str, str], ...]], Answer] = {}
     for a in sorted(found, key=lambda a: -a.evidence):
         best.setdefault((a.effect, tuple(a.where.items())), a)
@@ -217,7 +217,7 @@ def unique_answers(found: Sequence[Answer]) -> list[Answer]:
 def measure_shared_names(
     found: Sequence[Answer], problem: Problem, part: Ints, names: Sequence[str]
 ) -> tuple[SharedAnswer, ...]:
-    """The names that have a crisp number, with their sizes in every recording alone; part (m,): number of the recording."""
+    """Return the names that have a crisp number, with their sizes in every recording alone; part (m,): number of the recording."""
     named = [a for a in found if a.fitted is not None]
     if not named:
         return ()
@@ -229,7 +229,7 @@ def measure_shared_names(
 
 
 def agreement(sizes: Sequence[Size]) -> float:
-    """p of the chi-square of sizes about their weighted mean; 1 for fewer than two.
+    """Return p of the chi-square of sizes about their weighted mean; 1 for fewer than two.
 
     No template is exact: MISMATCH of each size is forgiven.
     """
@@ -245,7 +245,7 @@ def agreement(sizes: Sequence[Size]) -> float:
 
 
 def _sizes(templates: Array, problem: Problem, rows: Mask, name: str) -> list[Size]:
-    """Least squares of all templates (m, k) together in the rows of one recording: a factor for each."""
+    """Fit all templates (m, k) together in the rows of one recording by least squares: return a factor for each."""
     apart = np.full(int(rows.sum()), -1, dtype=np.intp)
     white = whitener(problem.u[rows], problem.nuisance[rows], problem.calibration[rows], apart, 0.0)
     x, y = white.apply(templates[rows]), white.apply(problem.residual[rows])
@@ -262,14 +262,14 @@ def _sizes(templates: Array, problem: Problem, rows: Mask, name: str) -> list[Si
 
 
 def template(a: Answer, problem: Problem) -> Array:
-    """What the common size of a name does to the observations (m,)."""
+    """Return the effect of the common size of a name on the observations (m,)."""
     assert a.fitted is not None
     effect = departure(a.fitted, problem.machine)
     return problem.observer.through(effect, effect.error_motion(problem.run))
 
 
 def without(problem: Problem, part: Ints, own: Sequence[SharedAnswer]) -> Recording:
-    """The recording less, in the rows of each, its own share of names that are not common."""
+    """Return the recording less, in the rows of each, its own share of names that are not common."""
     value = problem.recording.value
     for shared in own:
         times = np.array([s.times or 0.0 for s in shared.sizes])
@@ -278,7 +278,7 @@ def without(problem: Problem, part: Ints, own: Sequence[SharedAnswer]) -> Record
 
 
 def several_json(found: Several) -> dict[str, Any]:
-    """What the document of several recordings has beside that of one: `shared` and `recordings`."""
+    """Return the keys of several recordings beside those of one: `shared` and `recordings`."""
     return {
         "shared": [
             {

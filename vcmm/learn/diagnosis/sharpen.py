@@ -1,21 +1,21 @@
-"""Time constants, distances and periods of all competitors at their best, before names are compared.
+"""Sharpen time constants, distances and periods of all competitors before names are compared.
 
 A coarse grid of trial values decides nothing between two names that both need a value off the grid: with a strong signal the
 half step that is missing costs tens of nats. So after a first search the names that explain most, given nothing and given all
 chosen terms but one, get an option at their own best values, every shape of them (one lag or two); then the search runs again.
 
-Such an option weighs as the cell of the grid that it stands in, times the share of the cell that the rows leave open:
+Such an option weighs as its cell of the grid, times the share of the cell that the rows leave open:
 sqrt(2 pi) s / width, s from the curvature of the evidence (Laplace's approximation of the mean over the cell).
 
 Of a wave the highest lines of the spectrum are searched and not the highest alone: half a step off its best, the true line may
-stand below a side lobe that the grid happens to hit. Lines that no trial period stands on come from the continuous spectrum.
+stand below a side lobe that the grid happens to hit. Lines without a trial period come from the continuous spectrum.
 
-Waves whose period stands on no list: the spectrum of what is left, at every frequency that the rows can tell from a lower one.
+Waves with a period on no list: the spectrum of the residual, at every frequency that the rows can tell from a lower one.
 
     P(f) = v' M^-1 v,  v = sum_k z_k (cos, sin)(2 pi f q_k),  M = sum_k (D_k / u_k)^2 (cos, sin)' (cos, sin)(2 pi f q_k)
 
-z: the white residual pulled back to the rows (Whitener.adjoint) times D, what a unit motion of the axis does to the observation; q: the
-places, however uneven. P is the sum of squares that a sine and a cosine take away (Lomb, Astrophys. Space Sci. 39 (1976) 447; Scargle,
+z: the white residual pulled back to the rows (Whitener.adjoint) times D, the effect of a unit motion of the axis on the observation; q: the
+places, even or not. P is the sum of squares that a sine and a cosine take away (Lomb, Astrophys. Space Sci. 39 (1976) 447; Scargle,
 Astrophys. J. 263 (1982) 835), worth -dof / 2 ln(1 - P / sum of squares) nats. It is made by one FFT of the rows in bins an eighth of the
 shortest wave wide, of v and, at 2 f, of M; from a wave that is twice as fine as the finest usual one, or from what rows on a lattice can tell.
 
@@ -53,7 +53,7 @@ from vcmm.learn.diagnosis.select import (
 )
 
 FINER = 2.0  # times finer than the finest usual period: what is looked at
-GRID = 0.5  # of 1 / range: a trial period that is closer stands on the line already
+GRID = 0.5  # of 1 / range: a trial period that is closer is on the line already
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Spectrum:
     cs: Array
 
     def nats(self, r: Array) -> Array:
-        """Nats (k,) of a wave of each frequency in a white residual r (m,)."""
+        """Return the nats (k,) of a wave of each frequency in a white residual r (m,)."""
         z = self.white.adjoint(r) * self.factor
         turned = np.fft.rfft(np.bincount(self.bins, z, minlength=self.points))[self.kept]
         c, s = turned.real, -turned.imag
@@ -82,7 +82,7 @@ class Spectrum:
 
     @cached_property
     def price(self) -> float:
-        """ln of the number of independent lines, by simulation."""
+        """Ln of the number of independent lines, by simulation."""
         rng = np.random.default_rng(0)
         low = self.lowest()
         highest, mean = [], []
@@ -95,7 +95,7 @@ class Spectrum:
         return max(float(np.mean(highest)) + further - float(np.euler_gamma), 0.0)
 
     def lowest(self) -> Spectrum:
-        """The lowest ENOUGH frequencies, in bins that are wider by as much; all where they are no more."""
+        """Return the lowest ENOUGH frequencies, in bins that are wider by as much; all where they are no more."""
         wider = 1 << max(int(np.log2(len(self.frequency) / ENOUGH)), 0)
         if wider == 1:
             return self
@@ -110,7 +110,7 @@ class Spectrum:
 def lines_of(
     template: Option, r: Array, basis: Array, refine: Refiner, floor: float, known: Sequence[float], most: int
 ) -> list[tuple[Option, float]]:
-    """The highest lines that no trial period stands on, as options, and ln of their share of all lines.
+    """Return the highest lines that no trial period covers, as options, and ln of their share of all lines.
 
     r (m,): white residual outside `basis`; floor: nats that a line must have beyond its price; known: trial periods, as how many lie
     within the range of the places.
@@ -138,7 +138,7 @@ def lines_of(
 
 
 def _spectrum_of(template: Option, refine: Refiner) -> Spectrum | None:
-    """Made once for all answers that are compared under one preparation of the noise."""
+    """Return the spectrum, made once for all answers that are compared under one preparation of the noise."""
     effect = template.effect
     if effect is None:
         return None
@@ -148,7 +148,7 @@ def _spectrum_of(template: Option, refine: Refiner) -> Spectrum | None:
 
 
 def spectrum_of(effect: Effect, problem: Problem, white: Whitener) -> Spectrum | None:
-    """The frequencies of one wave on the rows of a problem; None where it has none to be searched."""
+    """Return the frequencies of one wave on the rows of a problem; None where it has none to be searched."""
     q = coordinate(effect, problem.run)
     if q is None or turns_round(effect) or (problem.recording.other >= 0).any():
         return None
@@ -177,7 +177,7 @@ def spectrum_of(effect: Effect, problem: Problem, white: Whitener) -> Spectrum |
 
 
 def _factor(effect: Effect, problem: Problem, at: Array) -> Array:
-    """What a unit motion of the axis does to the observation (m,): D of D sin and D cos; at (m,): the places."""
+    """Return the effect of a unit motion of the axis on the observation (m,): D of D sin and D cos; at (m,): the places."""
     sine, cosine = problem.columns(effect, ["sine", "cosine"]).T
     phase = 2.0 * np.pi * int(getattr(effect, "harmonic", 1)) / float(getattr(effect, "period"))  # noqa: B009
     return np.asarray(sine * np.sin(phase * at) + cosine * np.cos(phase * at))
@@ -191,7 +191,7 @@ Sharp = tuple[int, Option, float]  # family, option at its best, ln weight withi
 
 
 def sharpen(setting: Setting, state: Selection) -> Setting:
-    """The setting with further options; the same one where no competitor has a value to be searched."""
+    """Return the setting with further options; the same one where no competitor has a value to be searched."""
     if not setting.found.families:
         return setting
     new: dict[tuple[int, str, tuple[float, ...]], Sharp] = {}
@@ -224,7 +224,7 @@ def _of_competitors(given: Sequence[Term], setting: Setting, state: Selection) -
 
 
 def _off_the_list(j: int, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
-    """The highest lines of the spectrum that no trial period of a family stands on, at their best values."""
+    """Return the highest lines of the spectrum that no trial period of a family covers, at their best values."""
     own = [setting.found.options[k] for k in setting.found.of_family(j)]
     wave = next((o for o in own if _is_wave(o)), None)
     if wave is None:
@@ -237,7 +237,7 @@ def _off_the_list(j: int, r: Array, basis: Array, setting: Setting) -> list[Shar
 
 
 def _is_wave(option: Option) -> bool:
-    """A sine and a cosine of one period that is to be searched, once per period."""
+    """Return whether an option is a sine and a cosine of one period that is to be searched, once per period."""
     effect = option.effect
     single = effect is not None and {"sine", "cosine"} <= {f.name for f in parameter_fields(effect)}
     return single and "period" in scanned_names(option) and int(getattr(effect, "harmonic", 1)) == 1
@@ -248,7 +248,7 @@ def _has_scans(found: Dictionary, j: int) -> bool:
 
 
 def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
-    """The best options of every shape of a family, at their best values: one, or of a spectrum the highest lines."""
+    """Return the best options of every shape of a family, at their best values: one, or of a spectrum the highest lines."""
     found = setting.found
     shapes: dict[str, list[int]] = {}
     for k in sorted(found.of_family(j), key=lambda k: -float(options[k])):
@@ -262,7 +262,7 @@ def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting)
 
 
 def _lines(own: Sequence[int], setting: Setting) -> list[int]:
-    """Of options in the order of their evidence the first, and of waves the first on LINES different lines."""
+    """Return, of options in the order of their evidence, the first, and of waves the first on LINES different lines."""
     kept: list[int] = []
     for k in own:
         wave = _frequency(setting.found.options[k], setting)
@@ -277,7 +277,7 @@ def _lines(own: Sequence[int], setting: Setting) -> list[int]:
 
 
 def _frequency(option: Option, setting: Setting) -> float | None:
-    """Periods within the range of the places; None where the option has none to be searched."""
+    """Return the periods within the range of the places; None where the option has none to be searched."""
     if option.effect is None or "period" not in scanned_names(option):
         return None
     q = coordinate(option.effect, setting.refine.problem.run)
@@ -286,7 +286,7 @@ def _frequency(option: Option, setting: Setting) -> float | None:
 
 
 def _extend_dictionary(setting: Setting, new: Sequence[Sharp]) -> Dictionary:
-    """The dictionary with further options, each beside the others of its family."""
+    """Return the dictionary with further options, each beside the others of its family."""
     found = setting.found
     options: list[Option] = []
     columns: list[Array] = []

@@ -1,6 +1,6 @@
-"""Pulls: does what the machine file states of itself agree with the rows?
+"""Pulls: test whether the statements of the machine file agree with the rows.
 
-    r = K z + e,  z ~ N(0, 1),  e ~ N(0, sigma^2)      K: what one standard uncertainty of every Input does to the rows
+    r = K z + e,  z ~ N(0, 1),  e ~ N(0, sigma^2)      K: effect of one standard uncertainty of every Input on the rows
     pull = z of the rows (one number), the estimate after the rows less the statement, in units of the stated u
 
 An Input of many numbers (a table with its correlation) has one pull too: z' C^-1 z, C its covariance by the statement,
@@ -31,7 +31,7 @@ class Pull:
 
 
 def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho: float) -> tuple[Pull, ...]:
-    """Pulls of all Inputs that the rows show, the largest first. rest (m,): residual, mm or rad, after what was found.
+    """Return the pulls of all Inputs that the rows show, the largest first. rest (m,): residual, mm or rad, after the findings.
 
     sigma: noise over u (m,); rho: correlation of neighbours.
     """
@@ -51,7 +51,7 @@ def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho
 
 
 def _pull(name: str, z: Array, told: Array) -> Pull:
-    """One Input: z (k,) of the rows, and the covariance of such estimates where the statement is true."""
+    """Return the pull of one Input: z (k,) of the rows, and the covariance of such estimates where the statement is true."""
     size, vector = np.linalg.eigh(told)
     seen = size > MOSTLY
     k = int(seen.sum())
@@ -62,20 +62,21 @@ def _pull(name: str, z: Array, told: Array) -> Pull:
 
 
 def _as_normal(square: float, dof: int) -> float:
-    """A chi-square on the scale of the standard normal law."""
+    """Return a chi-square on the scale of the standard normal law."""
     spread = 2.0 / (9.0 * dof)
     return float((np.cbrt(square / dof) - (1.0 - spread)) / np.sqrt(spread))
 
 
 def farthest(asked: int) -> float:
-    """What the largest of `asked` pulls exceeds as rarely as one pull exceeds 3 where every statement is true: 3.6 of 8, 3.8 of 21."""
+    """Return the value that the largest of `asked` pulls exceeds as rarely as one pull exceeds 3 where every statement is true: 3.6 of 8,
+    3.8 of 21."""
     from scipy.special import ndtr, ndtri
 
     return float(-ndtri(ndtr(-FAR) / max(asked, 1)))
 
 
 def contradiction(pull: float, asked: int) -> float:
-    """Probability that a statement with this pull does not hold, the largest of `asked` pulls, equal odds before.
+    """Return the probability that a statement with this pull does not hold, the largest of `asked` pulls, equal odds before.
 
     1 / (1 - e p ln p) with p the two-sided probability of chance: the most that p can say against a statement (Sellke,
     Bayarri & Berger, Am. Stat. 55 (2001) 62).

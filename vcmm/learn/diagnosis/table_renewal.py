@@ -1,9 +1,9 @@
-"""A calibration that is stale as a whole: the stored tables anew, as far as the rows tell.
+"""Renew the stored tables of a calibration that is stale as a whole, as far as the rows determine them.
 
     theta = stored + F z,   z ~ N(0, s^2),   F F' the stated covariance of the tables,   s from the evidence
 
-The posterior of z given the rows (linear Gaussian, nuisance free, the other Inputs at what they state) moves the tables and says how
-well they are known then; where no row looks, s^2 times the stated covariance stays. It is handed over where it predicts rows that
+The posterior of z given the rows (linear Gaussian, nuisance free, the other Inputs at what they state) moves the tables and gives their
+uncertainty; where there are no rows, s^2 times the stated covariance stays. It is handed over where it predicts rows that
 were not fitted: every second row from the others, both ways. Rasmussen & Williams, Gaussian Processes (2006), 2.2 and 5.4.
 """
 
@@ -49,13 +49,13 @@ class RenewedTables:
 
     @property
     def holds(self) -> bool:
-        """Does it predict rows that were not fitted better than the stored tables do, in both halves and beyond chance?"""
+        """Whether it predicts rows that were not fitted better than the stored tables do, in both halves and beyond chance."""
         gains = [h.gain for h in self.held_out]
         better = all(h.rms_after < h.rms_before and h.gain > 0 for h in self.held_out)
         return len(gains) == len(HALVES) and better and sum(gains) > STRONG
 
     def of(self, error: str) -> Ints:
-        """Numbers (j,) of `change` that belong to one error."""
+        """Return the numbers (j,) of `change` that belong to one error."""
         return np.flatnonzero([e == error for e in self.errors])
 
 
@@ -71,7 +71,7 @@ class _TableInput:
 
 
 def renew_tables(problem: Problem, stage: Stage, selection: Selection, stale: int) -> RenewedTables | None:
-    """The tables anew, from what the other terms of a selection leave; stale: number of the term that says they are stale. None where
+    """Return the renewed tables, from the residual of the other terms of a selection; stale: number of the term of the stale calibration. None where
     no Input acts on a table over one axis, or rows are too few.
     """
     blocks = [b for one in problem.machine.inputs if (b := _block(problem, one)) is not None]
@@ -101,20 +101,20 @@ def renew_tables(problem: Problem, stage: Stage, selection: Selection, stale: in
 
 
 def _best(x: Array, y: Array, dof: int) -> tuple[float, Posterior]:
-    """The width of highest evidence, and the posterior there."""
+    """Return the width of highest evidence, and the posterior there."""
     fits = [(float(s), posterior(x, y, dof, np.full(x.shape[1], s))) for s in WIDER]
     return max(fits, key=lambda pair: pair[1].log_evidence)
 
 
 def _pulled_in(x: Array, y: Array, fit: Posterior, stage: Stage) -> Array:
-    """Outliers pulled towards the fit, as everywhere."""
+    """Return outliers pulled towards the fit."""
     signal = x @ fit.mean
     limit = stage.noise.noise.clip * fit.sigma
     return np.asarray(signal + np.clip(y - signal, -limit, limit))
 
 
 def _halves(problem: Problem, stage: Stage) -> list[Fold]:
-    """Every second run row, and the others."""
+    """Return every second run row, and the others."""
     even = problem.recording.row % 2 == 0
     if min(even.sum(), (~even).sum()) < FEWEST:
         return []
@@ -122,7 +122,7 @@ def _halves(problem: Problem, stage: Stage) -> list[Fold]:
 
 
 def _block(problem: Problem, one: Input) -> _TableInput | None:
-    """An Input that is drawn once for all rows and acts on numbers of stored tables; None for another."""
+    """Return an Input with one draw for all rows that acts on numbers of stored tables; None for another."""
     if one.members or one.is_channel or one.redraw != "machine":
         return None
     effects, columns = problem.observer.of_input(one)
@@ -147,7 +147,7 @@ def _block(problem: Problem, one: Input) -> _TableInput | None:
 
 
 def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | None:
-    """Names and nodes of the numbers of one error; None for a table over several axes."""
+    """Return the names and nodes of the numbers of one error; None for a table over several axes."""
     nodes = effect.nodes if isinstance(effect, CalibrationModes) else own_nodes(effect)
     if error[:1] != "E":
         return (error,), np.full(1, np.nan)
@@ -176,7 +176,7 @@ def _numbers(
 
 
 def with_tables(machine: Machine, new: RenewedTables) -> Machine:
-    """The machine with its tables anew, each error with an Input of its own covariance in place of what was stated."""
+    """Return the machine with its renewed tables, each error with an Input of its own covariance in place of the stated one."""
     effects, inputs, gone = [], [], set()
     for e in machine.effects:
         rows = new.of(e.where) if e.about.table_parameter else np.zeros(0, dtype=np.intp)

@@ -1,21 +1,21 @@
 """Long recordings: names are searched in some of the rows, chosen evenly, and fitted to all of them.
 
-Time and memory of a search grow with the rows, what it can find only with their root. So rows beyond LARGEST observations are
+Time and memory of a search grow with the rows, its power only with their root. So rows beyond LARGEST observations are
 thinned for the search: one row at random of each stretch of successive rows (random, so that no wave is as long as the
 step), of every pose, stylus and label and of every sense of the motion by itself. Rows that are few stay: of every label and
-sense, and of every doubling of the distance from a reversal, FEWEST rows where there are so many. Every row keeps what it knew of
+sense, and of every doubling of the distance from a reversal, FEWEST rows where there are so many. Every row keeps the data about
 its past (senses, distances, logs of temperatures), and rows further apart agree less: the correlation of neighbours that the
 search meets is theirs.
 
 The choice follows the order of the rows in time (see order) and nothing else: neither the order of the file, nor units, nor the
-words of labels. What is lost is said: an effect must be sqrt(all / searched) times as large to be found.
+words of labels. A note states the loss: an effect must be sqrt(all / searched) times as large to be found.
 
 Long recordings: which shapes of every candidate are worth comparing in all rows.
 
 Most columns of a search are trial values of one number: hundreds of periods, moments, zones. In some of the rows (see thinning)
 the whole catalogue is searched; of every candidate the KEPT shapes that explain most there, alone, beside everything that was found
-and beside all of it but one, go on to the search in all rows. No candidate is left out, and the look elsewhere stays paid for: what was
-dropped keeps its share of the prior.
+and beside all of it but one, go on to the search in all rows. No candidate is left out, and the look elsewhere stays paid for: dropped
+shapes keep their share of the prior.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ LARGEST = 10_000  # observations of any search
 
 
 def thin_problem(problem: Problem, largest: int) -> Problem:
-    """The problem with no more than about `largest` of its observations; the same one where it has no more.
+    """Return the problem with no more than about `largest` of its observations; the same one where it has no more.
 
     Nuisance parameters need rows too: ten for each, however many that are.
     """
@@ -56,7 +56,7 @@ def thin_problem(problem: Problem, largest: int) -> Problem:
 
 
 def choose_rows(run: Run, share: float) -> Mask:
-    """Which rows (n,) of a run, in their order, make up about that share of it."""
+    """Return which rows (n,) of a run, in their order, make up about that share of it."""
     factors = list(_factors(run))
     group = np.zeros(run.n, dtype=np.intp)
     for codes in factors:
@@ -71,7 +71,7 @@ def choose_rows(run: Run, share: float) -> Mask:
 
 
 def _factors(run: Run) -> Iterator[Ints]:
-    """Codes (n,) of every label, and of the sense of every axis."""
+    """Yield the codes (n,) of every label, and of the sense of every axis."""
     for name in sorted(run.labels):
         yield by_first_row(encode_labels(run.labels[name])[1])
     for name in sorted(c for c in run.columns if c.startswith("sense_")):
@@ -79,7 +79,7 @@ def _factors(run: Run) -> Iterator[Ints]:
 
 
 def _distances(run: Run) -> Iterator[Ints]:
-    """Codes (n,) of the distance from the last reversal of every axis: how often it doubles up to the longest."""
+    """Yield the codes (n,) of the distance from the last reversal of every axis: how often it doubles up to the longest."""
     for name in sorted(c for c in run.columns if c.startswith("since_reversal_")):
         way = run.columns[name]
         halves = np.log2(max(float(way.max()), NOTHING) / np.maximum(way, NOTHING))
@@ -87,7 +87,7 @@ def _distances(run: Run) -> Iterator[Ints]:
 
 
 def by_first_row(codes: Ints) -> Ints:
-    """Codes (n,) counted in the order in which they first appear, so that names of labels do not matter."""
+    """Return the codes (n,) counted in the order in which they first appear, so that names of labels do not matter."""
     _, first, number = np.unique(codes, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.intp)
     rank[np.argsort(first)] = np.arange(len(first))
@@ -95,14 +95,14 @@ def by_first_row(codes: Ints) -> Ints:
 
 
 def stretches(n: int, count: int) -> Ints:
-    """One number at random of each of `count` stretches of 0 ... n - 1, as equal as they can be."""
+    """Return one number at random of each of `count` stretches of 0 ... n - 1, as equal as they can be."""
     edges = np.linspace(0, n, count + 1).astype(np.intp)
     draw: Array = generator(0, "rows that are searched").random(count)
     return np.asarray(edges[:-1] + (draw * np.diff(edges)).astype(np.intp), dtype=np.intp)
 
 
 def _topped_up(out: Mask, codes: Ints, share: float) -> None:
-    """Sets further rows so that every code has FEWEST of its rows, or all; unless that would be as many rows again."""
+    """Set further rows so that every code has FEWEST of its rows, or all; unless that would be as many rows again."""
     if FEWEST * (codes.max() + 1) > share * len(codes):
         return
     have, of = np.bincount(codes[out], minlength=codes.max() + 1), np.bincount(codes)
@@ -112,7 +112,7 @@ def _topped_up(out: Mask, codes: Ints, share: float) -> None:
 
 
 def of_rows(recording: Recording, kept: Mask) -> Recording:
-    """The observations at some of the run rows, the others gone; second ends stay."""
+    """Return the observations at some of the run rows, the others gone; second ends stay."""
     some = recording.take(kept[recording.row])
     needed = kept.copy()
     needed[some.other[some.other >= 0]] = True
@@ -125,15 +125,15 @@ def of_rows(recording: Recording, kept: Mask) -> Recording:
 
 
 def loss(searched: int, of: int) -> float:
-    """How many times larger an effect must be to be found in some of the observations as in all, for white noise."""
+    """Return how many times larger an effect must be to be found in some of the observations as in all, for white noise."""
     return float(np.sqrt(of / searched))
 
 
 def thinning_text(searched: int, of: int, sizes_too: bool) -> str:
-    """What is lost, in words."""
+    """Return a sentence on the information that is lost."""
     sizes = (
-        "sizes with their intervals are of these rows too, for a field without a name stands beside the names; rms of what is"
-        " written is of all rows"
+        "sizes and intervals are computed from the same rows, because a field without a name is fitted with the names; rms of"
+        " the written result is of all rows"
         if sizes_too
         else "sizes, intervals, held-out rows and rms are of all rows"
     )
@@ -147,7 +147,7 @@ SHAPES_KEPT = 5  # shapes of one candidate
 
 
 def screen_families(chosen: SearchResult, whole: Problem) -> tuple[Family, ...]:
-    """The candidates of a search with columns for the observations of `whole`, each with its best shapes only."""
+    """Return the candidates of a search with columns for the observations of `whole`, each with its best shapes only."""
     found, selection = chosen.stage.found, chosen.selection
     given = [_white(terms, selection) for terms in contexts(selection.terms)]
     scores = [scorer(found, x).options(selection.y[:, None])[:, 0] for x in given]
@@ -157,7 +157,7 @@ def screen_families(chosen: SearchResult, whole: Problem) -> tuple[Family, ...]:
 
 
 def contexts(terms: Sequence[Term]) -> list[Sequence[Term]]:
-    """Nothing, all terms, and all of several terms but one."""
+    """Return nothing, all terms, and all of several terms but one."""
     but_one = [[t for t in terms if t is not one] for one in terms] if len(terms) > 1 else []
     return [[], *([terms] if terms else []), *but_one]
 
@@ -165,7 +165,7 @@ def contexts(terms: Sequence[Term]) -> list[Sequence[Term]]:
 def screened_shapes(
     families: Iterable[Family], chosen: SearchResult, whole: Problem, white: Whitener
 ) -> tuple[Family, ...]:
-    """Shapes without physics over the observations of `whole`, family by family, each with its best only."""
+    """Return the shapes without physics over the observations of `whole`, family by family, each with its best only."""
     y = white.apply(whole.residual)
     columns = _seen_terms(chosen.selection, whole, white)
     return tuple(_best_shapes(families, y, [None, columns], white))
@@ -181,7 +181,7 @@ def _best_shapes(
 
 
 def kept_of(found: Dictionary, i: int, scores: Sequence[Array]) -> Family:
-    """Family i with its best options by any of the scores (options,); its prior is less by what was dropped."""
+    """Return the family i with its best options by any of the scores (options,); its prior is less by what was dropped."""
     own = np.array(found.of_family(i))
     weight = found.weight[own]
     first = [own[np.argsort(-(s[own] + weight), kind="stable")[:SHAPES_KEPT]] for s in scores]
@@ -202,7 +202,7 @@ def _white(terms: Sequence[Term], selection: Selection) -> Array | None:
 
 
 def _seen_terms(selection: Selection, whole: Problem, white: Whitener) -> Array | None:
-    """White columns (m, k) of the terms in all rows; None where there are none."""
+    """Return the white columns (m, k) of the terms in all rows; None where there are none."""
     made = [rebuild_option(t.option, whole) for t in selection.terms]
     columns = [white.apply(o.columns) for o in made if o is not None]
     return np.concatenate(columns, axis=1) if columns else None

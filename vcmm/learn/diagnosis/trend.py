@@ -1,4 +1,4 @@
-"""How a number went in time, recording by recording: steady, in proportion to time, at once, or otherwise; there always, or from when on.
+"""Describe a number in time, recording by recording: steady, in proportion to time, a step, or otherwise; present always, or since a date.
 
 Weighted least squares with the stated standard uncertainties. A line gains chi-square over a constant with one degree of freedom, a
 step with one for each place where it may be (the smallest chance times the number of places, after Bonferroni). Where what remains is
@@ -37,7 +37,7 @@ class Trend:
 
 @dataclass(frozen=True)
 class _Gain:
-    """What a description gains over a constant. tries: places that it was chosen from; more: parameters beside the constant."""
+    """Gain of a description over a constant. tries: places that it was chosen from; more: parameters beside the constant."""
 
     chi2: float
     trend: Trend
@@ -46,7 +46,7 @@ class _Gain:
 
 
 def trend(times: Sequence[float | None], seen: Sequence[tuple[float, float] | None]) -> Trend:
-    """Of the values with standard uncertainties, None where the number was not found, in the order of time.
+    """Return the trend of values with standard uncertainties, None where the number was not found, in the order of time.
 
     times: of every recording, in any unit; where one is not known only a step is looked for, since order is all that is known.
     """
@@ -72,7 +72,7 @@ def trend(times: Sequence[float | None], seen: Sequence[tuple[float, float] | No
 
 
 def presence(seen: Sequence[tuple[float, float] | None]) -> tuple[str, int | None, int | None]:
-    """Whether a number was found always, from when on, or up to when: between which two recordings (their numbers) that lies."""
+    """Return whether a number was found always, since when, or until when: between which two recordings (their numbers) that lies."""
     there = [s is not None for s in seen]
     turns = [i for i in range(len(there) - 1) if there[i] != there[i + 1]]
     if not turns:
@@ -83,13 +83,13 @@ def presence(seen: Sequence[tuple[float, float] | None]) -> tuple[str, int | Non
 
 
 def _chi2(values: Array, u: Array) -> float:
-    """About the weighted mean."""
+    """Return the chi-square about the weighted mean."""
     mean = np.average(values, weights=u**-2)
     return float((((values - mean) / u) ** 2).sum())
 
 
 def _steps(at: Sequence[int], values: Array, u: Array) -> list[_Gain]:
-    """The best place of a step."""
+    """Return the best place of a step."""
     total, out = _chi2(values, u), []
     for k in range(1, len(values)):
         parts = [(values[:k], u[:k]), (values[k:], u[k:])]
@@ -111,14 +111,14 @@ def _line(times: Array, at: Sequence[int], values: Array, u: Array) -> _Gain:
 
 
 def _beyond(chi2: float, free: int) -> float:
-    """Chance of a chi-square as large or larger."""
+    """Return the chance of a chi-square as large or larger."""
     from scipy.special import gammaincc
 
     return float(gammaincc(free / 2, chi2 / 2))
 
 
 def _two_sided_chance(square: float, free: int | None) -> float:
-    """Chance of a squared deviation as large or larger: normal, or Student's with so many degrees of freedom."""
+    """Return the chance of a squared deviation as large or larger: normal, or Student's with so many degrees of freedom."""
     if free is None:
         return math.erfc(math.sqrt(max(square, 0.0) / 2))
     from scipy.special import betainc

@@ -1,4 +1,4 @@
-"""Positions in inches, and times in minutes: units that no header contradicts, seen from what belongs together.
+"""Detect positions in inches, and times in minutes: units that no header contradicts, from quantities that belong together.
 
 A small artefact on a large machine also covers a small part of the travels. So positions are suspected only where a
 second thing disagrees by 25.4: the points of the part, or digits that are round in mm and not as they stand.
@@ -16,13 +16,13 @@ from vcmm.core.run import Array
 from vcmm.task.response.recording import Recording
 
 INCH = 25.4
-NEAR = 0.05  # of the factor that the points of the part give; the tip stands off them by its radius
+NEAR = 0.05  # of the factor that the points of the part give; the tip is its radius away from them
 DIGITS = 5  # after the point, mm: what coordinate lists hold
 FASTEST = 1000.0  # mm/s, 60 m/min in every second row: beyond what feed axes do on a measured path
 
 
 def inches(recording: Recording, machine: Machine) -> list[str]:
-    """One sentence where positions look like inches, one where the times look like minutes."""
+    """Return one sentence where positions look like inches, one where the times look like minutes."""
     return [*_positions(recording, machine), *_times(recording)]
 
 
@@ -39,12 +39,12 @@ def _positions(recording: Recording, machine: Machine) -> list[str]:
         for a, q in lines.items()
     )
     return [
-        f"the positions cover only {shown}, and {because}: they look like inches; mm are due (1 inch is {INCH} mm)"
+        f"the positions cover only {shown}, and {because}: they look like inches; expected mm (1 inch is {INCH} mm)"
     ]
 
 
 def _of_part(recording: Recording) -> str:
-    """Distances between the points of the part against those between the positions, per placement and stylus."""
+    """Return the distances between the points of the part against those between the positions, per placement and stylus."""
     run = recording.run
     names = [f"part_{c}_mm" for c in "xyz"]
     if not set(names) <= set(run.columns) or not set("XYZ") <= set(run.position):
@@ -63,7 +63,7 @@ def _of_part(recording: Recording) -> str:
 
 
 def _of_digits(lines: dict[str, Array]) -> str:
-    """Numbers with a few digits in mm, which were divided by 25.4."""
+    """Return the numbers with a few digits in mm, which were divided by 25.4."""
 
     def round_share(values: Array) -> float:
         return float(np.mean(np.abs(values - np.round(values, DIGITS)) < 1e-8))
@@ -75,7 +75,7 @@ def _of_digits(lines: dict[str, Array]) -> str:
 
 
 def _times(recording: Recording) -> list[str]:
-    """A path that is faster than any axis."""
+    """Return a sentence about a path that is faster than any axis."""
     names = [f"speed_{a}_mm_s" for a in "XYZ" if f"speed_{a}_mm_s" in recording.run.columns]
     if recording.kind not in ("path", "displacement") or not names:
         return []
@@ -94,12 +94,12 @@ ENOUGH = 20  # rows that can tell
 
 
 def sign_warnings(recording: Recording) -> list[str]:
-    """One sentence per contradiction."""
+    """Return one sentence per contradiction."""
     return [*_approach(recording), *_senses(recording), *_speeds(recording)]
 
 
 def _approach(recording: Recording) -> list[str]:
-    """A touch moves against the outward normal: v . n is negative."""
+    """Check that a touch moves against the outward normal: v . n is negative."""
     run = recording.run
     names = [f"speed_{a}_mm_s" for a in "XYZ"]
     if recording.kind != "probe" or not set(names) <= set(run.columns):
@@ -129,7 +129,7 @@ def _is_scan(recording: Recording) -> npt.NDArray[np.bool_]:
 
 
 def _senses(recording: Recording) -> list[str]:
-    """The sense of an axis is the sign of its speed."""
+    """Check that the sense of an axis is the sign of its speed."""
     out = []
     for axis in recording.run.position:
         sense, speed = _column(recording, f"sense_{axis}"), _speed(recording, axis)
@@ -146,7 +146,7 @@ def _senses(recording: Recording) -> list[str]:
 
 
 def _speeds(recording: Recording) -> list[str]:
-    """Along a trace the speed is the change of the position with time."""
+    """Check that along a trace the speed is the change of the position with time."""
     time, out = _column(recording, "time_s"), []
     if time is None or recording.kind not in ("path", "angle"):
         return []

@@ -1,8 +1,8 @@
-"""Rows in which a sensor has no reading: lost to the effects of that sensor, and left to all others.
+"""Rows in which a sensor has no reading: unusable for the effects of that sensor, and used for all others.
 
-What a sensor drives is unknown where it was not read, so names that depend on it are asked in the rows that it read. Where none of
-them is found there, and the machine holds none, these rows hold nothing of it: all rows are asked again, without the sensor.
-Where one is found its share of the other rows is unknown, and they are set aside. Either is told.
+Effects of a sensor are unknown where it was not read, so names that depend on it are tested in the rows that it read. Where none of
+them is found there, and the machine holds none, these rows hold nothing of it: all rows are used again, without the sensor.
+Where one is found its share of the other rows is unknown, and they are set aside. A note reports either case.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vcmm.task.response.recording import Recording
 
 
 def rows_read(recording: Recording) -> Recording:
-    """The observations at which every sensor has a reading."""
+    """Return the observations at which every sensor has a reading."""
     if not recording.unread:
         return recording
     aside = np.any([rows for _, rows in recording.unread], axis=0)
@@ -26,7 +26,7 @@ def rows_read(recording: Recording) -> Recording:
 
 
 def without_sensors(recording: Recording, names: Iterable[str]) -> Recording:
-    """All observations, without some of the columns that have no reading in some rows, and without their logs."""
+    """Return all observations, without some of the columns that have no reading in some rows, and without their logs."""
     gone = set(names)
     run = recording.run
     readings = {f"reading_{n.removeprefix('temp_')}" for n in gone}
@@ -37,7 +37,7 @@ def without_sensors(recording: Recording, names: Iterable[str]) -> Recording:
 
 
 def for_effects(recording: Recording, effects: Iterable[Effect]) -> Recording:
-    """All observations that the effects leave: rows set aside where one of them needs a sensor that was not read there, other
+    """Return all observations that the effects leave: rows set aside where one of them needs a sensor that was not read there, other
     sensors with gaps left out.
     """
     needed = sensors_of(recording, effects)
@@ -45,7 +45,7 @@ def for_effects(recording: Recording, effects: Iterable[Effect]) -> Recording:
 
 
 def sensors_of(recording: Recording, effects: Iterable[Effect]) -> tuple[str, ...]:
-    """Of the columns with rows without a reading those that some of the effects need."""
+    """Return, of the columns with rows without a reading, those that some of the effects need."""
     every = tuple(effects)
     return tuple(n for n, _ in recording.unread if any(_needs(e, n) for e in every))
 

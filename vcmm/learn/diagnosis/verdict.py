@@ -1,8 +1,8 @@
-"""The verdict, and in words why it is not "explained".
+"""The verdict, and the reasons why it is not "explained".
 
-A name explains a recording only if what it leaves is the scatter that was stated. Two things in the noise speak against
+A name explains a recording only if its residual is the stated scatter. Two properties of the noise contradict
 that however well the name fits: a scatter several times what was stated (the audit had to inflate the noise, so the test
-of what is left is blunt), and neighbours so alike that the rest is a movement and no scatter (an AR(1) filter whitens a
+of the residual is blunt), and neighbours so similar that the rest is a movement and no scatter (an AR(1) filter whitens a
 slow shape as readily as noise).
 """
 
@@ -27,7 +27,7 @@ from vcmm.learn.diagnosis.result import Answer, Unknown
 def reasons(
     named: bool, rest: Unknown | None, refused: bool, excess: str, noise: Audit, left: float
 ) -> tuple[str, ...]:
-    """Why the names are not the whole story; empty where they are.
+    """Return why the names are not the whole story; empty where they are.
 
     left: noise after over noise stated; refused: a name did not hold; excess: the finding about the scatter, or "".
     """
@@ -55,7 +55,7 @@ def reasons(
 
 
 def beyond(noise: Audit, left: float, forgiven: float = 0.0) -> str:
-    """The scatter is not the stated one, whatever was found about its tails and correlation; "" where it may be.
+    """Return why the scatter is not the stated one, for any tails and correlation; "" where it may be.
 
     left: the same by rms, which outliers raise and a filter for correlation blurs; forgiven: what the errors of strong
     templates may add, as (scale over stated)^2.
@@ -71,7 +71,7 @@ def beyond(noise: Audit, left: float, forgiven: float = 0.0) -> str:
 
 
 def curves(answers: Sequence[Answer]) -> tuple[str, ...]:
-    """Components that two free curves share: together they are a shape, and neither says why it is so."""
+    """Return the components that two free curves share: together they are a shape, and neither says why it is so."""
     places = [a.where.get("component", "") for a in answers if is_free_curve(a.effect)]
     shared = dict.fromkeys(p for p in places if places.count(p) > 1)
     return tuple(
@@ -81,13 +81,13 @@ def curves(answers: Sequence[Answer]) -> tuple[str, ...]:
 
 
 def describe_probability(probability: float) -> str:
-    """A probability in words: below one in a thousand no template is known well enough for digits."""
+    """Return a probability in words: below one in a thousand no template is known well enough for digits."""
     return f"{probability:.2g}" if probability >= LEAST_TOLD else f"below {LEAST_TOLD:g}"
 
 
 def doubts(answers: Sequence[Answer]) -> tuple[str, ...]:
-    """Why answers are no findings and not written: names less probable than not, sizes that may be anything, rows that they
-    predict worse than nothing does.
+    """Return why answers are no findings and not written: names less probable than not, sizes that may be anything, rows that they
+    predict worse than no terms do.
     """
     out = []
     for a in answers:
@@ -109,7 +109,7 @@ def doubts(answers: Sequence[Answer]) -> tuple[str, ...]:
 
 
 def clear_places(places: Sequence[Place], named: bool) -> tuple[tuple[Place, ...], tuple[str, ...]]:
-    """Where nothing has a name: the places that are surer than the false alarms allow, and what they speak against."""
+    """Return, where nothing has a name, the places that are surer than the false alarms allow, and what they contradict."""
     if named:
         return tuple(places), ()
     sure = tuple(p for p in places if p.p <= FALSE_ALARM)
@@ -117,7 +117,7 @@ def clear_places(places: Sequence[Place], named: bool) -> tuple[tuple[Place, ...
 
 
 def verdict(named: bool, against: tuple[str, ...]) -> str:
-    """One of VERDICTS; `against`: the reasons why the names are not the whole story."""
+    """Return one of VERDICTS; `against`: the reasons why the names are not the whole story."""
     if not against:
         return "explained" if named else "nothing missing"
     return "partly explained" if named else "unexplained"

@@ -1,11 +1,10 @@
-"""Recordings of millions of rows: the diagnosis takes MOST of their observations and says so.
+"""Recordings of millions of rows: the diagnosis takes MOST of their observations, with a note.
 
-What a diagnosis can tell grows with the root of the rows, what it needs grows with the rows. So of more than MOST observations some are
+The information of a diagnosis grows with the root of the rows, its cost with the rows. So of more than MOST observations some are
 taken before anything else: one at random of each stretch of successive rows, by the rule of vcmm.learn.diagnosis.thinning (every label and
-sense by itself, rows near a reversal and rare labels in full), by the clock and not by the file. All that follows, the rows held
-out, intervals and rms too, is of these rows: rows that were not taken are not fitted, and what is wrong in them does no harm.
-
-Every row keeps what the whole recording told of its past (senses, distances, temperatures at its time). Logs of temperatures of
+sense by itself, rows near a reversal and rare labels in full), by the clock and not by the file. All that follows, held-out rows,
+intervals and rms too, is computed from the taken rows: rows that were not taken are not fitted, and errors in them do no harm.
+Every row keeps the data of the whole recording about its past (senses, distances, temperatures at its time). Logs of temperatures of
 more than ENTRIES are means of ENTRIES stretches: at a day of 10^7 rows one every 4 s, where the quickest lag looked for is a minute.
 """
 
@@ -26,7 +25,7 @@ ENTRIES = 20_000  # of a log
 
 
 def few_enough(recording: Recording, most: int = MOST) -> Recording:
-    """The recording with about `most` of its observations, or as it is where it has no more."""
+    """Return the recording with about `most` of its observations, or as it is where it has no more."""
     if recording.m <= most:
         return recording
     run = recording.run
@@ -43,7 +42,7 @@ def few_enough(recording: Recording, most: int = MOST) -> Recording:
 
 
 def few_together(recordings: Sequence[Recording], most: int = MOST) -> Sequence[Recording]:
-    """Recordings that together have about `most` observations, each the same share of its own."""
+    """Return the recordings that together have about `most` observations, each the same share of its own."""
     whole = sum(r.m for r in recordings)
     if whole <= most:
         return recordings
@@ -51,7 +50,7 @@ def few_together(recordings: Sequence[Recording], most: int = MOST) -> Sequence[
 
 
 def _choose_rows(recording: Recording, share: float) -> Mask:
-    """Which run rows (n,) are taken: about that share of those that were observed, evenly in time."""
+    """Return which run rows (n,) are taken: about that share of those that were observed, evenly in time."""
     run = recording.run
     observed = np.zeros(run.n, dtype=bool)
     observed[recording.row] = True
@@ -64,7 +63,7 @@ def _choose_rows(recording: Recording, share: float) -> Mask:
 
 
 def average_log(log: Series, entries: int = ENTRIES) -> Series:
-    """The log, or means of time and value over `entries` stretches of it: linear courses stay as they are."""
+    """Return the log, or means of time and value over `entries` stretches of it: linear courses stay as they are."""
     n = len(log.time)
     if n <= entries:
         return log
@@ -74,7 +73,7 @@ def average_log(log: Series, entries: int = ENTRIES) -> Series:
 
 
 def thinning_notes(recording: Recording) -> tuple[str, ...]:
-    """What was taken and what that loses, in words; nothing where all rows are there."""
+    """Return a note on the rows taken and the loss, in words; nothing where all rows are there."""
     of = recording.chosen_from
     if not of:
         return ()

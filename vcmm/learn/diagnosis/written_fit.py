@@ -24,7 +24,7 @@ from vcmm.task.response.recording import Recording
 
 
 def handed_over(d: Diagnosis, machine: Machine) -> Machine:
-    """The machine with what is written into its file: a corrected table, and the answers that are found."""
+    """Return the machine with the changes that are written into its file: a corrected table, and the answers that are found."""
     with suppress(UsageError, KeyError):  # a mistake that no table can hold
         machine = repair_machine(machine, d.mistake)
     new = anew(d.answer)
@@ -39,13 +39,13 @@ def written(d: Diagnosis) -> bool:
 
 
 def rms_left(recordings: Sequence[Recording], machine: Machine) -> float:
-    """rms of all rows that a machine leaves, mm or rad."""
+    """Return the rms of all rows under a machine, mm or rad."""
     left = [left_by(r, machine).residual for r in recordings]
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
 def with_written_fit(d: Diagnosis, recordings: Sequence[Recording], machine: Machine) -> Diagnosis:
-    """The diagnosis with rms before and after of the rows of recordings; nothing is written that makes them worse."""
+    """Return the diagnosis with rms before and after of the rows of recordings; nothing is written that makes them worse."""
     before = rms_left(recordings, machine)
     after = rms_left(recordings, handed_over(d, machine))
     if after > before and (answers_to_write(d.answer) or anew(d.answer)):

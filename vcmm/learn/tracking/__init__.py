@@ -1,1 +1,1 @@
-"""A machine followed in time: recordings one after another to what is known of it at a date, and what changed."""
+"""A machine followed in time: from recordings one after another to its state at a date, and its changes."""

@@ -1,4 +1,4 @@
-"""Is a recording as it was predicted? The innovation test, with one false-alarm rate for all recordings that will ever come.
+"""Test whether a recording agrees with its prediction: the innovation test, with one false-alarm rate for all recordings that will ever come.
 
 The innovation is tested as a whole (chi-square) and along every jump by itself; the smallest chance times the number of tests
 (Bonferroni) is the chance of the recording. Recording k may spend
@@ -26,14 +26,14 @@ SUM = 2.109742801  # of 1 / (n ln^2 n), n = 2, 3 ...
 
 
 def level(number: int, alpha: float) -> float:
-    """Chance below which recording `number` (from 1) is an alarm."""
+    """Return the chance below which recording `number` (from 1) is an alarm."""
     return alpha / (SUM * (number + 1) * math.log(number + 1) ** 2)
 
 
 def chance_of(
     state: GaussianState, columns: Array, value: Array, jumps: Sequence[Jump]
 ) -> tuple[float, float]:
-    """(chance, rms of the innovation in units of its standard uncertainty) of readings with unit noise."""
+    """Return (chance, rms of the innovation in units of its standard uncertainty) of readings with unit noise."""
     if not len(value):
         return 1.0, 0.0
     seen = innovation(state, columns, value)

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 
 def chance_beyond(count: int, square: float) -> float:
-    """P(chi-square of `count` degrees of freedom > square)."""
+    """Return P(chi-square of `count` degrees of freedom > square)."""
     half, odd = square / 2.0, count % 2
     if half <= 0.0:
         return 1.0
@@ -25,7 +25,7 @@ def chance_beyond(count: int, square: float) -> float:
 
 @lru_cache(maxsize=256)
 def square_at(count: int, chance: float) -> float:
-    """The square that is exceeded with this chance: the smallest number of floating point with chance_beyond(count, square) <= chance."""
+    """Return the square that is exceeded with this chance: the smallest number of floating point with chance_beyond(count, square) <= chance."""
     low, high = 0.0, 1.0
     while chance_beyond(count, high) > chance:
         low, high = high, 2.0 * high

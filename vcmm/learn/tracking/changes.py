@@ -1,11 +1,11 @@
-"""Jumps: a collision, a new ball screw, a changed current. Which quantity jumped before a recording, with a probability.
+"""Jumps: a collision, a new ball screw, a changed current. Find which quantity jumped before a recording, with a probability.
 
     p(h | y) ~ p(h) N(y; H m, I + H (P + B_h B_h') H'),   B_h the shapes of the quantities that jump, times SIZES
 
 The hypotheses are each quantity alone, all of one axis, everything, and everything for a day or a few (a door left open, a bad set-up: it goes
 back with a time constant of a day); their prior is one change of a machine in a year (an
 assumption, RATE), shared out evenly. Posteriors of all that matter are joined to one Gaussian of the same mean and covariance (GPB1: Bar-Shalom,
-Li & Kirubarajan, Estimation with Applications (2001), 11.6). Hypotheses are asked only where the innovation is beyond ASK by chance.
+Li & Kirubarajan, Estimation with Applications (2001), 11.6). Hypotheses are tested only where the innovation is beyond ASK by chance.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Jump:
 
 @dataclass(frozen=True, eq=False)
 class Update:
-    """state: after the readings; log_likelihood of them; probability: of a change, and of each that matters by name."""
+    """Result of an update. state: after the readings; log_likelihood of them; probability: of a change, and of each that matters by name."""
 
     state: GaussianState
     log_likelihood: float
@@ -58,7 +58,7 @@ class Update:
 
 @lru_cache(maxsize=4)
 def jumps_of(tracked: TrackedMachine) -> tuple[Jump, ...]:
-    """All hypotheses: columns over the state; what passes jumps in p, which goes back, all else in b."""
+    """Return all hypotheses: columns over the state; what passes jumps in p, which goes back, all else in b."""
     axes = dict.fromkeys(q.axis for q in tracked.quantities if q.axis)
     sets = {q.id: [q.id] for q in tracked.quantities}
     for axis in axes:
@@ -78,19 +78,19 @@ def jumps_of(tracked: TrackedMachine) -> tuple[Jump, ...]:
 
 
 def _ones(tracked: TrackedMachine, numbers: npt.NDArray[np.intp]) -> Array:
-    """(n, k): one column for each number of the state."""
+    """Return one column for each number of the state, as (n, k)."""
     out = np.zeros((tracked.stated + BLOCKS * tracked.growth.shape[1], len(numbers)))
     out[numbers, np.arange(len(numbers))] = 1.0
     return out
 
 
 def prior_of_change(days: float) -> float:
-    """That at least one change came in so many days."""
+    """Return the probability that at least one change came in so many days."""
     return float(-np.expm1(-RATE * max(days, LEAST) / 365.25))
 
 
 def update(state: GaussianState, columns: Array, value: Array, jumps: Sequence[Jump], days: float) -> Update:
-    """The state after readings (unit noise) that came `days` after the last ones."""
+    """Return the state after readings (unit noise) that came `days` after the last ones."""
     seen = innovation(state, columns, value)
     p = prior_of_change(days) if jumps else 0.0
     quiet = np.log1p(-p) + seen.log_likelihood
@@ -108,7 +108,7 @@ def update(state: GaussianState, columns: Array, value: Array, jumps: Sequence[J
 
 
 def log_of_jumps(seen: Innovation, columns: Array, jumps: Sequence[Jump], prior: float) -> list[float]:
-    """ln (prior x likelihood) of every jump and size: the covariance grows by columns that are few (matrix determinant lemma)."""
+    """Return ln (prior x likelihood) of every jump and size: the covariance grows by columns that are few (matrix determinant lemma)."""
     white, base, out = seen.white, seen.log_likelihood, []
     for jump in jumps:
         shown = jump.columns[: columns.shape[1]]
@@ -124,7 +124,7 @@ def log_of_jumps(seen: Innovation, columns: Array, jumps: Sequence[Jump], prior:
 def _branch(
     state: GaussianState, seen: Innovation, columns: Array, value: Array, jumps: Sequence[Jump], number: int
 ) -> GaussianState:
-    """The posterior of one hypothesis; 0: no change."""
+    """Return the posterior of one hypothesis; 0: no change."""
     if number == 0:
         return condition(state, seen)
     jump, size = jumps[(number - 1) // len(SIZES)], SIZES[(number - 1) % len(SIZES)]
@@ -133,7 +133,7 @@ def _branch(
 
 
 def _join(parts: Sequence[GaussianState], weights: Array) -> GaussianState:
-    """One Gaussian of the mean and covariance of the mixture."""
+    """Return one Gaussian of the mean and covariance of the mixture."""
     if len(parts) == 1:
         return GaussianState(parts[0].mean, triangular(parts[0].factor))
     mean = sum((w * p.mean for w, p in zip(weights, parts)), np.zeros(len(parts[0].mean)))

@@ -1,9 +1,9 @@
-"""A recording as what it says of the followed numbers, and nothing else: a few rows with unit noise.
+"""Compress a recording to its information on the tracked numbers: a few rows with unit noise.
 
     value = C theta + N (nuisance) + K k (known here) + e,   cov e = diag(u^2)
 
-Whitened by u^2 + K K', the nuisance projected out, and then turned by the left singular vectors of the columns: what is left over is the
-scatter about the best fit, which says how large the noise was. A stated noise is raised where that scatter is larger by a
+Whitened by u^2 + K K', the nuisance projected out, and then turned by the left singular vectors of the columns: the remainder is the
+scatter about the best fit, which shows the size of the noise. A stated noise is raised where that scatter is larger by a
 share and beyond chance, by the rule of `vcmm calibrate`.
 """
 
@@ -81,7 +81,7 @@ def see_recording(tracked: TrackedMachine, recording: Recording, name: str, when
 
 
 def columns_of(tracked: TrackedMachine, problem: Problem) -> Array:
-    """(m, stated + g): change of every observation per unit of each number."""
+    """Return the change of every observation per unit of each number, (m, stated + g)."""
     rows = tracked.rows
     out = np.zeros((problem.m, tracked.factor.shape[0]))
     for q in tracked.quantities:
@@ -91,7 +91,7 @@ def columns_of(tracked: TrackedMachine, problem: Problem) -> Array:
 
 
 def _root(tracked: TrackedMachine, problem: Problem) -> Array:
-    """(m,) or lower (m, m): root of the covariance of the noise and of what is uncertain in this recording alone."""
+    """Return the root (m,) or lower (m, m) of the covariance of the noise and of the uncertainty of this recording alone."""
     own = [columns for name, columns in problem.stated if name not in tracked.used]
     if not own:
         return problem.u
@@ -108,7 +108,7 @@ def _divide(root: Array, columns: Array) -> Array:
 
 
 def _pull_in(y: Array, left: Array, rest: int) -> tuple[Array, int]:
-    """Readings far from the best fit are pulled to CLIP scatters (three rounds); how many."""
+    """Pull readings far from the best fit to CLIP scatters (three rounds); return them and their number."""
     if rest < 10:
         return y, 0
     out, far = y, np.zeros(len(y), dtype=bool)
@@ -132,5 +132,5 @@ def _noise(square: float, rest: int) -> float:
 
 
 def turn_columns(seen: SeenRecording, ways: Array) -> SeenRecording:
-    """The same with columns @ ways: fewer numbers, where the others are not seen."""
+    """Return the same with columns @ ways: fewer numbers, where the others are not seen."""
     return replace(seen, columns=seen.columns @ ways)

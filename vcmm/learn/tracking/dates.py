@@ -10,7 +10,7 @@ DAY = 86400.0  # s
 
 
 def moment(date: str) -> float:
-    """Days since 1970-01-01, by the clock of the shop. Raises UsageError for what is no date."""
+    """Return days since 1970-01-01, by the clock of the shop. Raises UsageError for a text that is no date."""
     try:
         found = datetime.fromisoformat(date)
     except ValueError:
@@ -19,5 +19,5 @@ def moment(date: str) -> float:
 
 
 def date_of(when: float) -> str:
-    """The day, ISO 8601."""
+    """Return the day, ISO 8601."""
     return (datetime(1970, 1, 1) + timedelta(days=when)).date().isoformat()

@@ -1,4 +1,5 @@
-"""Parts that were measured or cut between the last check that was as predicted and the alarm, and how far their characteristics may be shifted.
+"""Parts that were measured or cut between the last check that agreed with its prediction and the alarm, and the possible shift of their
+characteristics.
 
     shift = g (m1 - m0),   u^2 = g (P0 + P1) g'
 
@@ -59,7 +60,7 @@ class DoubtfulParts:
 def doubtful_parts(
     followed: FollowedMachine, parts: Sequence[DatedPart], gains: Sequence[CharacteristicGain]
 ) -> tuple[DoubtfulParts, ...]:
-    """Of every alarm, in the order of the dates; parts of the day of the alarm itself are doubtful too."""
+    """Return the doubtful parts of every alarm, in the order of the dates; parts of the day of the alarm itself are doubtful too."""
     states, out = course(followed), []
     for i, check in enumerate(followed.checks):
         if not check.alarm:

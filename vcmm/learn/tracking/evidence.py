@@ -1,4 +1,4 @@
-"""The likelihood of every recording as the ones before predict it, for many rates at once.
+"""Compute the likelihood of every recording given the ones before it, for many rates at once.
 
 The state is integrated out by a filter (Schweppe, IEEE Trans. Inf. Theory 11 (1965) 61) that goes by covariances: fast, and exact enough for a
 ratio of likelihoods; the state that is kept goes by factors (vcmm.learn.tracking.kalman).
@@ -53,13 +53,13 @@ class _Layout:
 
     @cached_property
     def gram(self) -> Array:
-        """(jumps, n, n): by what a jump of usual size widens the covariance."""
+        """Widening (jumps, n, n) of the covariance by a jump of usual size."""
         parts = [self.ways[:, self.of == j] for j in range(int(self.of.max()) + 1)]
         return np.array([p @ p.T for p in parts])
 
     @property
     def w(self) -> int:
-        """Where w begins."""
+        """Index at which w begins."""
         return self.stated + self.g + 2 * len(self.season) + len(self.trend)
 
     @property
@@ -71,7 +71,7 @@ class _Layout:
         return bool(self.swing2.any())
 
     def columns(self, one: SeenRecording, days: float) -> Array:
-        """(r, n): what readings of a day see of the whole state."""
+        """Return the columns (r, n) of readings of a day on the whole state."""
         grown, turn = one.columns[:, self.stated :], 2.0 * np.pi * days / YEAR
         season, swing = grown[:, self.season], grown if self.swings else grown[:, :0]
         return np.concatenate(
@@ -101,7 +101,7 @@ def _layout_of(motions: Sequence[WanderingMotion], jumps: Sequence[Jump]) -> _La
 def log_likelihoods(
     recordings: Sequence[SeenRecording], motions: Sequence[WanderingMotion], jumps: Sequence[Jump]
 ) -> Array:
-    """(m,): of every motion ln of the likelihood of all recordings, each given those before."""
+    """Return, of every motion, ln of the likelihood of all recordings, each given those before, (m,)."""
     layout = _layout_of(motions, jumps)
     mean, covariance = _start(layout, motions)
     total, first, before = np.zeros(len(motions)), None, 0.0
@@ -136,7 +136,7 @@ def log_likelihoods(
 
 
 def _start(layout: _Layout, motions: Sequence[WanderingMotion]) -> tuple[Array, Array]:
-    """Means (m, n) and covariances (m, n, n) before the first recording; with w where a rate swings, without p."""
+    """Return the means (m, n) and covariances (m, n, n) before the first recording; with w where a rate swings, without p."""
     m, g = layout.walk2.shape
     season = np.array([x.season for x in motions])[:, layout.season] ** 2
     trend = np.array([x.trend for x in motions])[:, layout.trend] ** 2
@@ -150,13 +150,13 @@ def _start(layout: _Layout, motions: Sequence[WanderingMotion]) -> tuple[Array, 
 
 
 def _diagonal(covariance: Array) -> Array:
-    """(m, n): a view."""
+    """Return a view, as (m, n)."""
     m, n, _ = covariance.shape
     return covariance.reshape(m, n * n)[:, :: n + 1]
 
 
 def _move(layout: _Layout, mean: Array, covariance: Array, days: float) -> tuple[Array, Array]:
-    """b, w and p so many days later, in place; p is left out again where what jumped in it has gone back."""
+    """Move b, w and p so many days later, in place; p is left out again where its jump has gone back."""
     s, g, w, p = layout.stated, layout.g, layout.w, layout.without_p
     _diagonal(covariance)[:, s : s + g] += layout.walk2 * (days / YEAR)
     if layout.swings:
@@ -171,7 +171,7 @@ def _move(layout: _Layout, mean: Array, covariance: Array, days: float) -> tuple
 
 
 def _shrink(mean: Array, covariance: Array, block: slice, left: Array) -> None:
-    """A block of the state times left (m or 1, g), in place."""
+    """Multiply a block of the state by left (m or 1, g), in place."""
     mean[:, block] *= left
     covariance[:, block] *= left[:, :, None]
     covariance[:, :, block] *= left[:, None, :]
@@ -196,7 +196,7 @@ class _Seen:
 
 
 def _see(mean: Array, covariance: Array, columns: Array, value: Array) -> _Seen:
-    """columns (r, all of the state): those of p are left out where it is not carried."""
+    """Return the innovations of columns (r, all of the state): those of p are left out where it is not carried."""
     own = columns[:, : mean.shape[1]]
     cross = own @ covariance
     lower = np.asarray(np.linalg.cholesky(cross @ own.T + np.eye(len(value))), dtype=np.float64)
@@ -207,14 +207,14 @@ def _see(mean: Array, covariance: Array, columns: Array, value: Array) -> _Seen:
 
 
 def _condition(mean: Array, covariance: Array, seen: _Seen) -> None:
-    """Means and covariances given the readings, in place."""
+    """Condition means and covariances on the readings, in place."""
     turned = seen.half.transpose(0, 2, 1)
     mean += (turned @ seen.white[:, :, None])[:, :, 0]
     covariance -= turned @ seen.half
 
 
 def _log_of_jumps(layout: _Layout, seen: _Seen, asked: Numbers, columns: Array, prior: float) -> Array:
-    """(a, jumps x sizes): ln (prior x likelihood), by N(white; 0, I + size^2 A A'), A = lower^-1 H B."""
+    """Return (a, jumps x sizes): ln (prior x likelihood), by N(white; 0, I + size^2 A A'), A = lower^-1 H B."""
     white = seen.white[asked]
     moved = np.linalg.solve(seen.lower[asked], (columns @ layout.ways)[None])
     count = int(layout.of.max()) + 1
@@ -231,7 +231,7 @@ def _log_of_jumps(layout: _Layout, seen: _Seen, asked: Numbers, columns: Array, 
 def _join(
     layout: _Layout, before: tuple[Array, Array], columns: Array, value: Array, logs: Array
 ) -> tuple[tuple[Array, Array], Array]:
-    """Means and covariances of the mixtures of all hypotheses that matter, with p, and ln of the likelihoods."""
+    """Return the means and covariances of the mixtures of all hypotheses that matter, with p, and ln of the likelihoods."""
     full = len(layout.ways)
     mean, covariance = (np.pad(x, [(0, 0)] + [(0, full - x.shape[1])] * (x.ndim - 1)) for x in before)
     top = logs.max(axis=1, keepdims=True)
@@ -253,7 +253,7 @@ def _join(
 
 
 def _put(mean: Array, covariance: Array, asked: Numbers, joined: tuple[Array, Array]) -> tuple[Array, Array]:
-    """The joined states in their places; all are widened by p where one of them has it now."""
+    """Return the joined states in their places; all are widened by p where one of them has it now."""
     n, full = mean.shape[1], joined[0].shape[1]
     if n < full and np.any(_diagonal(joined[1])[:, n:]):
         mean = np.pad(mean, [(0, 0), (0, full - n)])

@@ -1,7 +1,7 @@
 """One recording after another: predict, test, update, and now and then learn the rates anew.
 
-What one recording adds is a function of what was known before it and of itself, so that it does not matter whether recordings come at once or one
-by one. Rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... recordings, from all of them; the state is then worked out anew with these rates.
+The addition of one recording is a function of the state before it and of itself, so that it does not matter whether recordings come at once or one
+by one. Rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... recordings, from all of them; the state is then computed anew with the new rates.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from vcmm.learn.tracking.rates import GroupRates, WanderingMotion, first_rates, 
 
 @dataclass(frozen=True)
 class FollowedCheck:
-    """What a recording said when it came. chance, level: of the innovation test; alarm: chance < level.
+    """Result of a recording when it came. chance, level: of the innovation test; alarm: chance < level.
 
-    predicted, unchanged: rms of what it differs by from the prediction and from the machine file as it stood at the start, both in
+    predicted, unchanged: rms of its differences from the prediction and from the machine file at the start, both in
     units of the noise. spread: rms of the innovation over its standard uncertainty (near 1 where bands are honest). change:
     probability that something jumped before it; suspects: by name. answer: what `diagnose` said of an alarm.
     """
@@ -54,7 +54,7 @@ class FollowedCheck:
 
 @dataclass(frozen=True, eq=False)
 class FollowedMachine:
-    """Recordings so far, what each said, the state at the last of them, and the rates."""
+    """Recordings so far, the results of each, the state at the last of them, and the rates."""
 
     tracked: TrackedMachine
     alpha: float
@@ -78,17 +78,17 @@ class FollowedMachine:
         return self.seen[-1].when if self.seen else None
 
     def at(self, when: float) -> GaussianState:
-        """The state on a day not before the last recording."""
+        """Return the state on a day not before the last recording."""
         return self.motion.step(self.state, 0.0 if self.last is None else when - self.last)
 
     def theta(self, state: GaussianState) -> tuple[Array, Array]:
-        """Departure (K,) of all numbers from the machine file, and a factor (K, c) of its covariance."""
+        """Return the departure (K,) of all numbers from the machine file, and a factor (K, c) of its covariance."""
         ways = self.ways
         return ways @ state.mean, ways @ state.factor
 
     @cached_property
     def ways(self) -> Array:
-        """(K, n): all numbers per number of the state."""
+        """Matrix (K, n) from the state to all numbers."""
         growth = self.tracked.growth
         return np.concatenate(
             [self.tracked.factor, growth, growth, growth, 0.0 * growth, 0.0 * growth, growth], axis=1
@@ -96,14 +96,14 @@ class FollowedMachine:
 
 
 def start_following(tracked: TrackedMachine, alpha: float) -> FollowedMachine:
-    """Before any recording."""
+    """Start before any recording."""
     rates = first_rates(tracked)
     motion = motion_of(tracked.group_of_mode, tracked.stated, rates)
     return FollowedMachine(tracked, alpha, rates, first_state(motion))
 
 
 def follow_one(before: FollowedMachine, seen: SeenRecording, date: str) -> FollowedMachine:
-    """The state after one more recording; its FollowedCheck is the last of `checks`."""
+    """Return the state after one more recording; its FollowedCheck is the last of `checks`."""
     jumps = jumps_of(before.tracked)
     columns = columns_for(seen, before.tracked.stated)
     state = before.at(seen.when)
@@ -139,7 +139,7 @@ def _rms(values: Array) -> float:
 
 
 def again(followed: FollowedMachine, jumps: Sequence[Jump]) -> FollowedMachine:
-    """The state worked out from the start with the present rates; what the checks said when they came stays."""
+    """Compute the state anew from the start with the present rates; the results of the checks at their time stay."""
     motion, stated = followed.motion, followed.tracked.stated
     state, before = first_state(motion), None
     for one in followed.seen:
@@ -150,7 +150,7 @@ def again(followed: FollowedMachine, jumps: Sequence[Jump]) -> FollowedMachine:
 
 
 def course(followed: FollowedMachine) -> list[GaussianState]:
-    """The state after every recording, with the present rates."""
+    """Return the state after every recording, with the present rates."""
     out, motion, stated, before = [], followed.motion, followed.tracked.stated, None
     state, jumps = first_state(motion), jumps_of(followed.tracked)
     for one in followed.seen:

@@ -40,7 +40,7 @@ class Innovation:
 
     @cached_property
     def white(self) -> Array:
-        """(r,): the innovation in units of its own standard uncertainties, independent."""
+        """The innovation (r,) in units of its own standard uncertainties, independent."""
         return solve_lower(self.lower, self.value)
 
     @property
@@ -51,14 +51,14 @@ class Innovation:
 
 
 def solve_lower(lower: Array, columns: Array) -> Array:
-    """lower^-1 columns, lower (r, r) triangular. The general solver: LAPACK's triangular one wakes its threads for matrices of ten rows."""
+    """Solve lower^-1 columns, lower (r, r) triangular. The general solver: LAPACK's triangular one wakes its threads for matrices of ten rows."""
     if not len(lower):
         return columns
     return np.asarray(np.linalg.solve(lower, columns), dtype=np.float64)
 
 
 def triangular(factor: Array) -> Array:
-    """A factor of the same covariance with as many columns as rows that are not zero, at most."""
+    """Return a factor of the same covariance with as many columns as rows that are not zero, at most."""
     rows = np.flatnonzero(factor.any(axis=1))
     if factor.shape[1] <= len(rows):
         return factor
@@ -68,7 +68,7 @@ def triangular(factor: Array) -> Array:
 
 
 def advance(state: GaussianState, variance: Array) -> GaussianState:
-    """variance (n,): what comes in anew."""
+    """Advance the state. variance (n,): variance added."""
     grown = np.flatnonzero(variance > 0)
     if not len(grown):
         return state
@@ -78,14 +78,14 @@ def advance(state: GaussianState, variance: Array) -> GaussianState:
 
 
 def innovation(state: GaussianState, columns: Array, value: Array) -> Innovation:
-    """columns (r, n), value (r,) with unit noise."""
+    """Return the innovation of columns (r, n), value (r,) with unit noise."""
     spread = columns @ state.factor
     lower = np.asarray(np.linalg.cholesky(spread @ spread.T + np.eye(len(value))), dtype=np.float64)
     return Innovation(value - columns @ state.mean, spread, lower)
 
 
 def condition(state: GaussianState, seen: Innovation) -> GaussianState:
-    """The state given the readings."""
+    """Condition the state on the readings."""
     gain = state.factor @ seen.spread.T
     half = solve_lower(seen.lower, gain.T)  # L^-1 (S F')'
     mean = state.mean + half.T @ seen.white

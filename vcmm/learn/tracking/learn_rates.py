@@ -1,9 +1,9 @@
-"""Rates by their evidence: the likelihood of every recording as the ones before predict it, times the prior of the rates.
+"""Learn rates by their evidence: the likelihood of every recording given the ones before it, times the prior of the rates.
 
 The state is integrated out by a filter (vcmm.learn.tracking.evidence), for all levels of a rate at once. Walk, trend and
-season of every group are drawn in turn from their posteriors over all levels that are still probable, the other rates as they were drawn last
-(Gibbs sampler: Geman and Geman, IEEE Trans. PAMI 6 (1984) 721); the root of the mean of these posteriors' squares over SWEEPS rounds is
-used. A swing and its time constant are searched along their grids. What no recording sees is left out first: all numbers
+season of every group are sampled in turn from their posteriors over all levels that are still probable, the other rates at their last sample
+(Gibbs sampler: Geman and Geman, IEEE Trans. PAMI 6 (1984) 721); the root of the mean of the posteriors' squares over SWEEPS rounds is
+used. A swing and its time constant are searched along their grids. Numbers that no recording sees are left out first: all numbers
 of a group have one prior, so that a group may be turned to the few combinations that are seen, without any change of the evidence.
 """
 
@@ -38,7 +38,7 @@ NEGLIGIBLE = 5.0  # nats below the best: no longer asked
 
 @dataclass(frozen=True, eq=False)
 class SeenNumbers:
-    """The state without what no recording sees: seen recordings, jumps, groups (g',) and number of coefficients z."""
+    """The state without numbers that no recording sees: seen recordings, jumps, groups (g',) and number of coefficients z."""
 
     recordings: tuple[SeenRecording, ...]
     jumps: tuple[Jump, ...]
@@ -47,19 +47,19 @@ class SeenNumbers:
 
 
 def is_due(count: int) -> bool:
-    """Whether rates are learnt after so many recordings: 3, 4, 6, 8, 12, 16, 24 ..."""
+    """Return whether rates are learnt after so many recordings: 3, 4, 6, 8, 12, 16, 24 ..."""
     while count % 2 == 0 and count > 4:
         count //= 2
     return count in (FIRST, 4)
 
 
 def columns_for(seen: SeenRecording, stated: int) -> Array:
-    """(r, n) of a recording that was seen."""
+    """Return the columns (r, n) of a recording that was seen."""
     return of_whole_state(seen.columns, stated)
 
 
 def of_whole_state(columns: Array, stated: int) -> Array:
-    """(r, stated + g) -> (r, n): b, w, s and p show alike; c and v do not show."""
+    """Map (r, stated + g) -> (r, n): b, w, s and p show alike; c and v do not show."""
     grown = columns[:, stated:]
     none = np.zeros((len(grown), 2 * grown.shape[1]))
     return np.concatenate([columns, grown, grown, none, grown], axis=1)
@@ -68,7 +68,7 @@ def of_whole_state(columns: Array, stated: int) -> Array:
 def seen_numbers(
     tracked: TrackedMachine, recordings: Sequence[SeenRecording], jumps: Sequence[Jump]
 ) -> SeenNumbers:
-    """What is left of the state when every group is turned to what is seen of it."""
+    """Return the remaining state when every group is turned to its visible combinations."""
     stated, groups = tracked.stated, tracked.group_of_mode
     gram = np.sum([r.columns.T @ r.columns for r in recordings], axis=0)
     parts = [np.arange(stated)] + [stated + np.flatnonzero(groups == k) for k in range(len(tracked.groups))]
@@ -91,7 +91,7 @@ def seen_numbers(
 
 
 def _turn(columns: Array, grown: Array, count: int) -> Array:
-    """(n', k): the columns of a jump, block by block, for the turned numbers."""
+    """Return (n', k): the columns of a jump, block by block, for the turned numbers."""
     blocks = [grown.T @ part for part in np.split(columns, BLOCKS)]
     return np.concatenate([np.zeros((count, columns.shape[1])), *blocks])
 
@@ -111,7 +111,7 @@ class Evidence:
         self.known: dict[Rates, float] = {}
 
     def of(self, many: Sequence[Rates]) -> list[float]:
-        """Of each of many rates."""
+        """Return the evidence of each of many rates."""
         asked = [r for r in dict.fromkeys(many) if r not in self.known]
         if asked:
             motions = [motion_of(self.seen.groups, self.seen.stated, r) for r in asked]
@@ -127,7 +127,7 @@ def learn_rates(
     jumps: Sequence[Jump],
     start: Rates,
 ) -> Rates:
-    """The rates after all recordings, from those that were used until now.
+    """Return the rates after all recordings, from those that were used until now.
 
     Random numbers are a function of the number of recordings alone.
     """
@@ -151,7 +151,7 @@ def learn_rates(
 
 
 def _conditional(evidence: Evidence, rates: Rates, k: int, name: str) -> tuple[Array, Array]:
-    """(ln of the posterior, level) of every level of one rate that is still probable, all others as they are."""
+    """Return (ln of the posterior, level) of every level of one rate that is still probable, all others as they are."""
     grid = np.array(GRIDS[name])
     logs = log_priors(name) + evidence.of([_with(rates, k, name, float(level)) for level in grid])
     start = nearest_level(name, getattr(rates[k], name))
@@ -168,13 +168,13 @@ def _conditional(evidence: Evidence, rates: Rates, k: int, name: str) -> tuple[A
 
 
 def _with(rates: Rates, k: int, name: str, rate: float) -> Rates:
-    """Rates with one of them replaced."""
+    """Return the rates with one of them replaced."""
     asked: dict[str, Any] = {name: rate}
     return (*rates[:k], replace(rates[k], **asked), *rates[k + 1 :])
 
 
 def _best_swing(evidence: Evidence, rates: Rates, k: int) -> Rates:
-    """Steps along the swing and its time constant until none is better."""
+    """Search steps along the swing and its time constant until none is better."""
     (value,) = evidence.of([rates])
     steps = [(*rates[:k], r, *rates[k + 1 :]) for r in rates[k].neighbours()]
     while steps:

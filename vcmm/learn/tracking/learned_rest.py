@@ -1,6 +1,6 @@
-"""What is missing and has no name, learned from recordings in the order of their dates, and only where it foretells the later ones.
+"""Learn missing effects without a name from recordings in the order of their dates, and only where they predict the later ones.
 
-    residual = A v + N (nuisance) + e,   v ~ N(0, s^2 K),   cov e = what the machine file states for these rows, and their noise
+    residual = A v + N (nuisance) + e,   v ~ N(0, s^2 K),   cov e = the covariance by the machine file for these rows, and their noise
 
 A: response of a learned residual of one component to its values (vcmm.physics.catalogue.learned_residual). Whitened and without nuisance, L = sum A'A and b =
 sum A'y give the evidence against "nothing is missing" in closed form (Rasmussen & Williams, Gaussian Processes (2006), 2.3):
@@ -38,9 +38,10 @@ VARIES = 0.5  # of a column, in its unit, over all recordings: below it nothing 
 
 @dataclass(frozen=True, eq=False)
 class LearnedRest:
-    """effect: with its values; covariance (k, k) of them; gains in nats on the earlier and, foretold, on the later recordings.
+    """effect: with its values; covariance (k, k) of them; gains in nats on the earlier and, predicted, on the later recordings.
 
-    before, after: rms over the noise of what the later recordings differ by, without the term and foretold by the earlier ones. rows (k,): information on each value, rows of
+    before, after: rms over the noise of the residuals of the later recordings, without the term and predicted by the earlier ones. rows
+    (k,): information on each value, rows of
     one standard noise. passed: whether it may be written.
     """
 
@@ -60,15 +61,15 @@ class LearnedRest:
 
     @property
     def sentence(self) -> str:
-        """In words, with the figures of the gate."""
+        """The result in words, with the figures of the gate."""
         odds = f"e^{self.foretold:.0f} times as probable with it"
-        said = f"{len(self.later)} later recordings are {odds}; rms over their noise {self.before:.2f} without it, {self.after:.2f} foretold by the earlier {len(self.earlier)}"
+        said = f"{len(self.later)} later recordings are {odds}; rms over their noise {self.before:.2f} without it, {self.after:.2f} predicted from the earlier {len(self.earlier)}"
         if self.passed:
             return f"{self.effect.id}: {said}"
-        return f"nothing that foretells later recordings was found (best: {self.effect.id}: {said}; {GATE:g} times is due), so nothing is written"
+        return f"nothing that predicts later recordings was found (best: {self.effect.id}: {said}; expected at least {GATE:g} times as probable), so nothing is written"
 
     def to_dict(self) -> dict[str, Any]:
-        """As in vcmm.track/1: canonical units (mm or rad)."""
+        """Return the document as in vcmm.track/1: canonical units (mm or rad)."""
         effect = vars(self.effect)
         return {
             "passed": self.passed, "said": self.sentence, "input": f"{self.effect.id}.values", "component": effect["component"],
@@ -94,10 +95,11 @@ class _Rows:
 
 
 def learn_rest(machine: Machine, recordings: Sequence[tuple[str, Recording]]) -> LearnedRest:
-    """The learned residual of the highest gain. recordings: (name, recording) by date. Raises UsageError for fewer than FEWEST, or where none can be placed."""
+    """Return the learned residual of the highest gain. recordings: (name, recording) by date. Raises UsageError for fewer than FEWEST, or
+    where none can be placed."""
     if len(recordings) < FEWEST:
         raise UsageError(
-            f"a learned residual is held against later recordings: {FEWEST} recordings or more are due, here are {len(recordings)}"
+            f"a learned residual is tested on later recordings: expected {FEWEST} or more recordings, found {len(recordings)}"
         )
     rows = [_rows(r, machine) for _, r in recordings]
     half = (len(rows) + 1) // 2
@@ -171,7 +173,7 @@ def _divide(root: Array, columns: Array) -> Array:
 
 
 def _candidates(machine: Machine, rows: list[_Rows]) -> list[Effect]:
-    """Every component error of every linear axis that moves, alone and over every column that all recordings have and that varies."""
+    """Return every component error of every linear axis that moves, alone and over every column that all recordings have and that varies."""
     kind: Any = _kind()
     out: list[Effect] = []
     runs = [r.problem.run for r in rows]
@@ -201,7 +203,7 @@ def _candidates(machine: Machine, rows: list[_Rows]) -> list[Effect]:
 
 
 def _kind() -> type[Effect]:
-    """The effect whose values have a prior of their own. Raises UsageError where its file was taken away."""
+    """Return the effect whose values have a prior of their own. Raises UsageError where its file was taken away."""
     known = next((k for k in ALL if hasattr(k, "prior_shape")), None)
     if known is None:
         raise UsageError("no effect of this installation can be learned")
@@ -209,7 +211,7 @@ def _kind() -> type[Effect]:
 
 
 def _sums(effect: Effect, rows: Sequence[_Rows]) -> tuple[Array, Array]:
-    """L and b of the head of this file."""
+    """Return L and b of the docstring of this module."""
     k = np.size(vars(effect)["values"])
     information, b = np.zeros((k, k)), np.zeros(k)
     for one in rows:
@@ -220,7 +222,8 @@ def _sums(effect: Effect, rows: Sequence[_Rows]) -> tuple[Array, Array]:
 
 
 def _prior_root(effect: Effect, size: float) -> Array:
-    """A root of s^2 K without what a convention takes away at each level: the mean, and of a straightness the line, which is squareness."""
+    """Return a root of s^2 K without the part that a convention removes at each level: the mean, and of a straightness the line, which is
+    squareness."""
     shape = effect.prior_shape()  # type: ignore[attr-defined]
     nodes, where = np.asarray(vars(effect)["nodes"], dtype=float), effect.where
     gone = [np.ones(len(nodes))] + ([nodes] if where[1] in "XYZ" and where[1] != where[2] else [])
@@ -231,7 +234,7 @@ def _prior_root(effect: Effect, size: float) -> Array:
 
 
 def _gain(effect: Effect, size: float, information: Array, b: Array) -> float:
-    """ln of the evidence over that of no term: with v = R z, z standard normal, I + R' L R."""
+    """Return ln of the evidence over that of no term: with v = R z, z standard normal, I + R' L R."""
     root = _prior_root(effect, size)
     inner = np.eye(len(b)) + root.T @ information @ root
     lower = np.linalg.cholesky(inner)
@@ -240,7 +243,7 @@ def _gain(effect: Effect, size: float, information: Array, b: Array) -> float:
 
 
 def _posterior(effect: Effect, size: float, information: Array, b: Array) -> tuple[Array, Array]:
-    """Mean (k,) and covariance (k, k) of the values."""
+    """Return the mean (k,) and covariance (k, k) of the values."""
     root = _prior_root(effect, size)
     inner = np.eye(len(b)) + root.T @ information @ root
     mean = root @ np.linalg.solve(inner, root.T @ b)

@@ -1,7 +1,7 @@
-"""The machine as it is known on a day: values, what the recordings leave of their uncertainty, and what time has added since.
+"""The state of a machine on a day: values, their uncertainty after the recordings, and the addition by time since.
 
     theta(day) = theta of the file + F z + G (b + w)
-    covariance = what the errors at the last check leave of it  +  what time has brought since
+    covariance = remainder of the errors at the last check  +  addition by time since
 
 The first is the part of the covariance of that day that goes with the errors of the day of the last check (regression on them); the second is the rest: walks
 and swings since, and what the recordings leave open of trends and seasons. The two parts are independent: the first is one Input of all numbers, the second another with the cause "time since calibration", so that
@@ -39,17 +39,17 @@ class DatedMachine:
 
     @property
     def u(self) -> Array:
-        """(K,) standard uncertainties on the day."""
+        """Standard uncertainties on the day (K,)."""
         return np.sqrt((self.state**2).sum(axis=1) + (self.since**2).sum(axis=1))
 
     @property
     def uncertain(self) -> tuple[TrackedQuantity, ...]:
-        """Those of which something is not known."""
+        """Quantities that are not exactly known."""
         rows, u = self.followed.tracked.rows, self.u
         return tuple(q for q in self.followed.tracked.quantities if (u[rows[q.id]] > 0).any())
 
     def joint(self, factor: Array) -> JointCovariance:
-        """The covariance factor @ factor.T of the uncertain quantities as a file has it."""
+        """Return the covariance factor @ factor.T of the uncertain quantities as a file has it."""
         rows = self.followed.tracked.rows
         numbers = np.concatenate([np.arange(rows[q.id].start, rows[q.id].stop) for q in self.uncertain])
         names = tuple(q.id for q in self.uncertain for _ in range(q.size))
@@ -59,12 +59,12 @@ class DatedMachine:
 
 
 def is_single(quantity: TrackedQuantity) -> bool:
-    """One number, and no array of one."""
+    """Return whether a quantity is one number, and no array of one."""
     return np.ndim(getattr(quantity.effect, quantity.parameter)) == 0
 
 
 def machine_on(followed: FollowedMachine, when: float) -> DatedMachine:
-    """On a day not before the last recording; `when` in days."""
+    """Return the machine on a day not before the last recording; `when` in days."""
     days = 0.0 if followed.last is None else when - followed.last
     motion, ways, now = followed.motion, followed.ways, followed.state
     carried = ways @ motion.carry(now.factor, days)
@@ -77,14 +77,14 @@ def machine_on(followed: FollowedMachine, when: float) -> DatedMachine:
 
 
 def _row_space(factor: Array) -> Array:
-    """(r, c): orthonormal rows, the directions of the draws on which numbers of usual size depend."""
+    """Return orthonormal rows (r, c), the directions of the draws on which numbers of usual size depend."""
     scale = np.maximum(np.sqrt((factor**2).sum(axis=1, keepdims=True)), 1e-300)
     _, size, rows = np.linalg.svd(factor / scale, full_matrices=False)
     return np.asarray(rows[size > KNOWN * max(float(size[0]) if len(size) else 0.0, 1e-300)])
 
 
 def effects_on(dated: DatedMachine) -> tuple[Effect, ...]:
-    """The machine's effects with their numbers of the day, without the modes of an earlier covariance."""
+    """Return the machine's effects with their numbers of the day, without the modes of an earlier covariance."""
     rows = dated.followed.tracked.rows
     new: dict[str, Effect] = {}
     for q in dated.followed.tracked.quantities:
@@ -97,7 +97,7 @@ def effects_on(dated: DatedMachine) -> tuple[Effect, ...]:
 
 
 def as_machine(dated: DatedMachine) -> Machine:
-    """What `load_machine` reads of the files, to rounding; before any recording the machine file itself."""
+    """Return the result of `load_machine` on the files, to rounding; before any recording the machine file itself."""
     tracked = dated.followed.tracked
     if not dated.followed.seen:
         return tracked.machine

@@ -1,8 +1,8 @@
-"""Which check next, and when: the plan that keeps every limit at the least cost that is found.
+"""Plan the next checks: the plan that keeps every limit at the least cost that is found.
 
-A check is worth nothing before it is needed: it is done on the last day on which all limits still hold (later is never worse, for what it
-sees is then fresher). All orders of checks are searched, the cheaper per day first, WIDE of them at a time (beam search), so that a
-plan is shown to keep the limits and to cost what is said; that none is cheaper is not shown. What a check will read does not matter: the
+A check is worth nothing before it is needed: it is done on the last day on which all limits still hold (later is never worse, for its
+information is then more recent). All orders of checks are searched, the cheaper per day first, WIDE of them at a time (beam search), so that a
+plan is shown to keep the limits at its stated cost; that none is cheaper is not shown. The future readings of a check do not matter: the
 covariance of a linear Gaussian state does not depend on the readings (Kalman 1960). Jumps are no part of the plan.
 """
 
@@ -38,7 +38,7 @@ class ShopCheck:
 
 @dataclass(frozen=True)
 class NextCheck:
-    """A check done on its day: until then limits hold; U_after of every limit; holds: days from then until the next is due (None: a year)."""
+    """A check done on its day: until then limits hold; U_after of every limit; holds: days from then until the next is needed (None: a year)."""
 
     check: ShopCheck
     day: int
@@ -67,7 +67,7 @@ class _Plans:
     def ahead(self) -> tuple[tuple[Array, Array, Array], ...]:
         """Of every limit how its characteristic on each day depends on the state of today, (LONGEST + 1, k) @ (k, n), and (LONGEST + 1,) the variance that comes in.
 
-        k is small: what stays, trend, season and swings are few ways in which a gain goes on in time.
+        k is small: constant, trend, season and swings are few ways in which a gain develops in time.
         """
         carried = [self.motion.carry(np.eye(self.motion.size), d) for d in range(LONGEST + 1)]
         fresh = np.array([self.motion.fresh(d) for d in range(LONGEST + 1)])
@@ -79,23 +79,23 @@ class _Plans:
         return tuple(out)
 
     def after(self, covariance: Array, days: int) -> Array:
-        """The covariance so many days later."""
+        """Return the covariance so many days later."""
         return self.motion.later(covariance, days)
 
     def checked(self, covariance: Array, name: str) -> Array:
-        """The covariance after a check, in Joseph's form."""
+        """Return the covariance after a check, in Joseph's form."""
         h = self.columns[name]
         gain = np.linalg.solve(h @ covariance @ h.T + np.eye(len(h)), h @ covariance).T
         left = np.eye(len(covariance)) - gain @ h
         return np.asarray(left @ covariance @ left.T + gain @ gain.T)
 
     def expanded(self, covariance: Array) -> Array:
-        """U of every limit."""
+        """Return U of every limit."""
         square = [x.rest**2 + float(x.gain @ covariance @ x.gain) for x in self.limits]
         return K * np.sqrt(np.array(square))
 
     def holds(self, covariance: Array) -> int:
-        """Days for which all limits hold without a break: 0 where they hold today only, -1 where not even today; LONGEST at most."""
+        """Return the days for which all limits hold without a break: 0 where they hold today only, -1 where not even today; LONGEST at most."""
         good = np.ones(LONGEST + 1, dtype=bool)
         for x, (days, ways, fresh) in zip(self.limits, self.ahead):
             square = x.rest**2 + fresh + ((days @ (ways @ covariance @ ways.T)) * days).sum(axis=1)
@@ -110,7 +110,7 @@ def plan_checks(
     limits: tuple[TaskLimit, ...],
     days: int,
 ) -> tuple[tuple[NextCheck, ...], CheckPlan]:
-    """Every check by itself as the next one, the cheapest per day first, and the plan of so many days from `start`.
+    """Return every check by itself as the next one, the cheapest per day first, and the plan of so many days from `start`.
 
     Raises UsageError for a check like a recording that was not followed.
     """
@@ -131,7 +131,7 @@ def _columns(followed: FollowedMachine, check: ShopCheck) -> Array:
 
 
 def _each(plans: _Plans, covariance: Array, day: int, checks: Sequence[ShopCheck]) -> tuple[NextCheck, ...]:
-    """Each check on the last day that still holds; those that hold longest for their cost first."""
+    """Return each check on the last day that still holds; those that hold longest for their cost first."""
     then = plans.after(covariance, day)
     found = [_do_check(plans, plans.checked(then, c.name), c, day) for c in checks]
     return tuple(sorted(found, key=lambda n: n.check.cost / max(_days(n), 1e-9)))
@@ -156,7 +156,7 @@ class _Way:
 
 
 def _search(plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days: int) -> CheckPlan:
-    """The cheapest way through the days that the beam finds; where none holds, what there is with kept = False."""
+    """Return the cheapest plan through the days that the beam finds; where none holds, the best one with kept = False."""
     ways, best, last = [_Way(0, covariance, 0.0, ())], None, None
     for _ in range(MOST):
         following = []
@@ -190,7 +190,7 @@ def _search(plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days:
 def _cheapest_fixed_interval(
     plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days: int
 ) -> tuple[str, int, float] | None:
-    """The cheapest single check at a fixed interval, the first today, that keeps all limits; None where none does."""
+    """Return the cheapest single check at a fixed interval, the first today, that keeps all limits; None where none does."""
     found = []
     for check in checks:
         for interval in range(min(days, LONGEST), 0, -1):

@@ -1,4 +1,4 @@
-"""What is followed: every linear parameter of the machine's effects, what its file says of it, and how it may wander.
+"""Tracked quantities: every linear parameter of the machine's effects, its knowledge in the file, and its possible changes.
 
     theta(t) = theta of the file + F z + G (b(t) + w(t))
 
@@ -52,7 +52,7 @@ class TrackedQuantity:
 
     @property
     def value(self) -> Array:
-        """(k,) of the machine file."""
+        """Values of the machine file (k,)."""
         return np.ravel(np.asarray(getattr(self.effect, self.parameter), dtype=float))
 
     @property
@@ -69,7 +69,7 @@ class TrackedQuantity:
 class TrackedMachine:
     """The machine, its quantities, and factor (K, r) of the covariance that the file states of all their numbers.
 
-    at_once: ids of Inputs that no reading of this kind changes (temperatures, what is drawn anew, laws for all effects of a name).
+    at_once: ids of Inputs that no reading of this kind changes (temperatures, Inputs that are sampled anew, laws for all effects of a name).
     """
 
     machine: Machine
@@ -80,19 +80,19 @@ class TrackedMachine:
 
     @cached_property
     def rows(self) -> dict[str, slice]:
-        """Where the numbers of each quantity stand among all K."""
+        """Slice of the numbers of each quantity among all K."""
         ends = np.cumsum([0, *(q.size for q in self.quantities)])
         return {q.id: slice(int(a), int(b)) for q, a, b in zip(self.quantities, ends, ends[1:])}
 
     @cached_property
     def modes(self) -> dict[str, slice]:
-        """Where the shapes of each quantity stand among all g."""
+        """Slice of the shapes of each quantity among all g."""
         ends = np.cumsum([0, *(q.shape.shape[1] for q in self.quantities)])
         return {q.id: slice(int(a), int(b)) for q, a, b in zip(self.quantities, ends, ends[1:])}
 
     @cached_property
     def growth(self) -> Array:
-        """(K, g): G of the head of this file."""
+        """Matrix G of the docstring of this module (K, g)."""
         rows, modes = self.rows, self.modes
         out = np.zeros((self.factor.shape[0], sum(q.shape.shape[1] for q in self.quantities)))
         for q in self.quantities:
@@ -110,13 +110,13 @@ class TrackedMachine:
 
     @cached_property
     def group_of_mode(self) -> Array:
-        """(g,): number of the group of each shape."""
+        """Number of the group of each shape (g,)."""
         known = {name: i for i, name in enumerate(self.groups)}
         return np.array([known[g] for q in self.quantities for g in q.shape_groups], dtype=np.intp)
 
 
 def tracked_machine(machine: Machine) -> TrackedMachine:
-    """What of a machine is followed. Raises UsageError where it has no error that can be."""
+    """Return the tracked quantities of a machine. Raises UsageError where it has no error that can be."""
     for_all = {i.parameter + i.effect for i in machine.inputs if i.where == EVERY and not i.is_channel}
     found = []
     for effect in machine.effects:
@@ -144,7 +144,7 @@ def tracked_machine(machine: Machine) -> TrackedMachine:
 
 
 def _numbers_of(effect: Effect) -> list[str]:
-    """Parameters in which the effect is linear, which it uses at its place and nobody has chosen."""
+    """Return the parameters in which the effect is linear, which it uses at its place and which were not chosen by hand."""
     first = effect.where[:1]
     return [
         f.name
@@ -168,7 +168,7 @@ def _quantity(effect: Effect, name: str) -> TrackedQuantity:
 
 
 def _smooth(effect: Effect, letters: str) -> Array:
-    """(k, modes) of unit root mean square over the nodes of a table or spline."""
+    """Return (k, modes) of unit root mean square over the nodes of a table or spline."""
     grids = getattr(effect, "grids", None) or (np.asarray(own_nodes(effect), dtype=float),)
     arguments = getattr(effect, "arguments", None) or (letters[2],)
     mesh = np.stack([m.ravel() for m in np.meshgrid(*grids, indexing="ij")], axis=1)
@@ -200,7 +200,7 @@ def _smooth(effect: Effect, letters: str) -> Array:
 
 
 def _block(tracked: TrackedMachine, one: Input) -> Array | None:
-    """(K, r): departure of all numbers per draw of unit variance of an Input; None where it moves none of them alone."""
+    """Return the departure of all numbers per draw of unit variance of an Input, as (K, r); None where it moves none of them alone."""
     if one.is_channel or one.redraw != "machine" or one.effect == Scatter.name:
         return None
     if one.effect == CalibrationModes.name:
@@ -230,7 +230,7 @@ def _place_of(tracked: TrackedMachine, one: Input) -> slice | None:
 
 
 def _of_modes(tracked: TrackedMachine) -> Array | None:
-    """The joint covariance of an error table: every error by its loadings."""
+    """Return the joint covariance of an error table: every error by its loadings."""
     out = None
     for effect in tracked.machine.effects:
         if not isinstance(effect, CalibrationModes):
@@ -252,7 +252,7 @@ def _of_modes(tracked: TrackedMachine) -> Array | None:
 
 
 def _shorten(block: Array) -> Array:
-    """The same covariance by the columns that hold more than rounding."""
+    """Return the same covariance by the columns that hold more than rounding."""
     scale = np.maximum(np.sqrt((block**2).sum(axis=1)), 1e-300)
     ways, size, _ = np.linalg.svd(block / scale[:, None], full_matrices=False)
     kept = size**2 > SMALL * size[0] ** 2
@@ -260,7 +260,7 @@ def _shorten(block: Array) -> Array:
 
 
 def group_numbers(tracked: TrackedMachine, names: Sequence[str]) -> Array:
-    """(g,) bool: the shapes of quantities of these ids."""
+    """Return whether each shape belongs to a quantity with a given id (g,) bool."""
     out = np.zeros(tracked.growth.shape[1], dtype=bool)
     for name in names:
         out[tracked.modes[name]] = True

@@ -1,4 +1,4 @@
-"""How fast numbers wander: rates per group, and how the state goes on in time.
+"""Rates of the random change of numbers per group, and the step of the state in time.
 
     b(t + d) = b(t) + v d / year + N(0, walk^2 d / year)                 random walk with a trend; v ~ N(0, trend^2), constant
     w(t + d) = e^(-d / tau) w(t) + N(0, swing^2 (1 - e^(-2 d / tau)))    Ornstein-Uhlenbeck: mean-reverting, stationary
@@ -39,7 +39,7 @@ PASSES = 1.0  # days: time constant of what passes
 
 
 def log_priors(name: str) -> Array:
-    """Of every level of a grid, nats: of a walk ln of exp(-((log2 - CENTRE) / SPREAD)^2 / 2), none as 2^-7; of the others half at zero."""
+    """Return nats of every level of a grid: of a walk ln of exp(-((log2 - CENTRE) / SPREAD)^2 / 2), none as 2^-7; of the others half at zero."""
     grid = np.array(GRIDS[name])
     steps = np.log2(np.where(grid > 0, grid, 2.0**-7))
     logs = -0.5 * ((steps - CENTRE) / SPREAD) ** 2
@@ -50,7 +50,7 @@ def log_priors(name: str) -> Array:
 
 
 def root_mean_square(logs: Array, levels: Array) -> float:
-    """Over levels with probabilities exp(logs): a Gaussian of the variance of the mixture."""
+    """Return the root mean square over levels with probabilities exp(logs): a Gaussian of the variance of the mixture."""
     weights = np.exp(logs - np.max(logs))
     return float(np.sqrt(weights @ levels**2 / weights.sum()))
 
@@ -61,7 +61,7 @@ def _of_prior(name: str) -> float:
 
 @dataclass(frozen=True)
 class GroupRates:
-    """Of one group: walk and trend in a year, season: root mean squares over their probabilities; swing, tau: numbers on SWINGS and TAUS."""
+    """Rates of one group: walk and trend in a year, season: root mean squares over their probabilities; swing, tau: numbers on SWINGS and TAUS."""
 
     walk: float
     trend: float
@@ -71,7 +71,7 @@ class GroupRates:
 
     @property
     def log_prior(self) -> float:
-        """Of the swing, nats, but for a constant."""
+        """Return the log probability of the swing in nats, but for a constant."""
         if not self.swing:
             return float(np.log(0.5))
         known = sum(np.exp(-0.5 * ((k - CENTRE) / SPREAD) ** 2) for k in range(-6, 3))
@@ -79,7 +79,7 @@ class GroupRates:
         return float(np.log(0.5 / (known * len(TAUS))) - 0.5 * ((step - CENTRE) / SPREAD) ** 2)
 
     def neighbours(self) -> list[GroupRates]:
-        """One step on the grids of the swing."""
+        """Return one step on the grids of the swing."""
         if not self.swing:
             return [replace(self, swing=SWINGS.index(0.25), tau=t) for t in range(len(TAUS))]
         out = [replace(self, swing=k) for k in (self.swing - 1, self.swing + 1) if k < len(SWINGS)]
@@ -87,7 +87,7 @@ class GroupRates:
 
     @property
     def words(self) -> str:
-        """constant, random walk, trend, season, mean-reverting, with their sizes."""
+        """Return constant, random walk, trend, season, mean-reverting, with their sizes, in words."""
         parts = [
             f"random walk of {self.walk:.3g} in a year" if self.walk else "",
             f"trend of {self.trend:.3g} in a year" if self.trend else "",
@@ -113,12 +113,12 @@ class WanderingMotion:
         return self.stated + BLOCKS * len(self.walk)
 
     def block(self, number: int) -> slice:
-        """Where b, w, s, c, v, p (0 to 5) stand."""
+        """Return the slice of the state that holds b, w, s, c, v or p (number 0 to 5)."""
         g = len(self.walk)
         return slice(self.stated + number * g, self.stated + (number + 1) * g)
 
     def carry(self, rows: Array, days: float) -> Array:
-        """(n, ...) -> what becomes of it in so many days, without what comes in anew."""
+        """Return the state (n, ...) after the given days, without its random increment."""
         b, w, s, c, v, p = (self.block(k) for k in range(BLOCKS))
         turn = 2.0 * np.pi * days / YEAR
         out = rows.copy()
@@ -130,28 +130,28 @@ class WanderingMotion:
         return out
 
     def fresh(self, days: float) -> Array:
-        """(n,) variance that comes in anew in so many days."""
+        """Return the variance (n,) of the random increment in the given days."""
         out = np.zeros(self.size)
         out[self.block(0)] = self.walk**2 * days / YEAR
         out[self.block(1)] = self.swing**2 * -np.expm1(-2.0 * days / self.tau)
         return out
 
     def step(self, state: GaussianState, days: float) -> GaussianState:
-        """The state `days` later. Zero days: the same state."""
+        """Return the state `days` later. Zero days: the same state."""
         if days <= 0:
             return state
         carried = GaussianState(self.carry(state.mean, days), self.carry(state.factor, days))
         return advance(carried, self.fresh(days))
 
     def later(self, covariance: Array, days: float) -> Array:
-        """The covariance `days` later."""
+        """Return the covariance `days` later."""
         out = self.carry(self.carry(covariance, days).T, days)
         out[np.diag_indices(self.size)] += self.fresh(days)
         return out
 
 
 def motion_of(groups: Array, stated: int, rates: tuple[GroupRates, ...]) -> WanderingMotion:
-    """groups (g,): number of the group of each shape; stated: coefficients z, which are constant."""
+    """Return the motion from the rates of the groups. groups (g,): number of the group of each shape; stated: coefficients z, which are constant."""
     walk, trend, season = (np.array([getattr(r, k) for r in rates])[groups] for k in GRIDS)
     swing = np.array([SWINGS[r.swing] for r in rates])[groups]
     tau = np.array([TAUS[r.tau] for r in rates])[groups]
@@ -159,7 +159,7 @@ def motion_of(groups: Array, stated: int, rates: tuple[GroupRates, ...]) -> Wand
 
 
 def first_state(motion: WanderingMotion) -> GaussianState:
-    """At the date of the machine file: z standard normal, b = -s, w stationary."""
+    """Return the state at the date of the machine file: z standard normal, b = -s, w stationary."""
     b, w, s, c, v, _ = (motion.block(k) for k in range(BLOCKS))
     root = np.zeros((motion.size, motion.size))
     root[np.arange(motion.stated), np.arange(motion.stated)] = 1.0
@@ -170,13 +170,13 @@ def first_state(motion: WanderingMotion) -> GaussianState:
 
 
 def first_rates(tracked: TrackedMachine) -> tuple[GroupRates, ...]:
-    """Before any recording: the root mean squares of the priors."""
+    """Return the rates before any recording: the root mean squares of the priors."""
     return tuple(
         GroupRates(_of_prior("walk"), _of_prior("trend"), _of_prior("season")) for _ in tracked.groups
     )
 
 
 def nearest_level(name: str, rate: float) -> int:
-    """The level of a grid next to a rate, where the search for what is probable begins."""
+    """Return the level of a grid next to a rate, the start of the search for the most probable level."""
     grid = np.array(GRIDS[name])
     return int(np.abs(np.log2(np.maximum(grid, 2.0**-8)) - np.log2(max(rate, 2.0**-8))).argmin())

@@ -1,4 +1,4 @@
-"""How a task sees the state of the machine: u of a characteristic on any day, from the covariance of the state alone.
+"""Effect of the state of the machine on a task: u of a characteristic on any day, from the covariance of the state alone.
 
     u^2(day) = u_rest^2 + g C(day) g'        g: change of the characteristic per number of the machine, C: their covariance
 
@@ -50,7 +50,7 @@ class CharacteristicGain:
 
 
 def gains_of(scenario: Scenario, dated: DatedMachine) -> tuple[CharacteristicGain, ...]:
-    """Of every characteristic that is linear in the machine; how far the indicated value moves. Raises UsageError where there is none."""
+    """Return the change of the indicated value of every characteristic that is linear in the machine. Raises UsageError where there is none."""
     model = build(replace(scenario, machine=_in_task(scenario, dated)).task())
     state = _gain(model, model.gradient(), dated)
     out = tuple(
@@ -66,7 +66,7 @@ def gains_of(scenario: Scenario, dated: DatedMachine) -> tuple[CharacteristicGai
 
 
 def limits_of(texts: Sequence[str], scenario: Scenario, dated: DatedMachine) -> tuple[TaskLimit, ...]:
-    """texts: "bore distance = 2 um". Raises UsageError for names, values and types that do not serve."""
+    """Return the limits of texts such as "bore distance = 2 um". Raises UsageError for unknown names, wrong values and unsuitable types."""
     model = build(replace(scenario, machine=_in_task(scenario, dated)).task())
     names, out = [c.name for c in model.characteristics], []
     gradient = model.gradient()
@@ -97,7 +97,7 @@ def limits_of(texts: Sequence[str], scenario: Scenario, dated: DatedMachine) -> 
 
 
 def _in_task(scenario: Scenario, dated: DatedMachine) -> Machine:
-    """The machine of the day with what part and room of the scenario bring. Raises UsageError where the task is one of another machine."""
+    """Return the machine of the day with the effects of part and room of the scenario. Raises UsageError where the task is for another machine."""
     own, given, now = dated.followed.tracked.machine, scenario.machine, as_machine(dated)
     if own.chain.structure != given.chain.structure or own.axes.keys() != given.axes.keys():
         raise UsageError(
@@ -115,7 +115,7 @@ def _in_task(scenario: Scenario, dated: DatedMachine) -> Machine:
 
 
 def _gain(model: LinearModel, gradient: Array, dated: DatedMachine) -> Array:
-    """(C, n): characteristics per number of the state."""
+    """Return the change of the characteristics per number of the state, as (C, n)."""
     whole = np.zeros((len(gradient), dated.followed.tracked.factor.shape[0]))
     own = next((f for f in model.influences if f.input.id.startswith(STATE)), None)
     if own is None:
@@ -127,7 +127,7 @@ def _gain(model: LinearModel, gradient: Array, dated: DatedMachine) -> Array:
 
 
 def _rest(model: LinearModel, gradient: Array) -> Array:
-    """(C,): u of everything but the state of the machine."""
+    """Return (C,): u of everything but the state of the machine."""
     square = np.zeros(len(gradient))
     for influence in model.influences:
         if influence.input.id in (STATE, f"{STATE} by {SINCE}"):

@@ -2,7 +2,7 @@
 
 Source: FAGOR, CNC 8055 Programming manual (M and EN models), "Canned cycles" (G81: Z is the reference plane, I the depth, K a dwell in hundredths
 of a second; G83: I the peck, J how many, back to 1 mm before the depth reached), G04, G11 to G13, G36, G39, G73; CNC 8025 GP, M for T1.1 and times
-in seconds. Pockets: `pockets`. What has no like here is told by its name and line, and left out: its moves are missing.
+in seconds. Pockets: `pockets`. Unsupported parts are noted by name and line, and left out: its moves are missing.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Words = list[tuple[str, str]]
 
 @dataclass(eq=False)
 class FagorLines:
-    """A text under way. told: line, what is left out, what is taken in its place."""
+    """A text under way. told: line, the omitted word, its replacement."""
 
     text: str
     told: list[tuple[int, str, str]] = field(default_factory=list)
@@ -60,18 +60,18 @@ class FagorLines:
         self.at_t = re.search(r"M\s*0?6(?!\d)", code) is None
 
     def translate(self) -> str:
-        """All lines."""
+        """Return the whole text in words of the G-code family."""
         lines = self.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         return "\n".join(self.block(k + 1, line) for k, line in enumerate(lines))
 
     def tell(self, line: int, what: str, value: str = HOLE) -> str:
-        """Kept once for each; the block becomes empty."""
+        """Keep one remark for each, and return the emptied block."""
         if all(what != w for _, w, _ in self.told):
             self.told.append((line, what, value))
         return ""
 
     def block(self, line: int, text: str) -> str:
-        """One line: % NAME, statements in brackets, words."""
+        """Translate one line: % NAME, statements in brackets, words."""
         if text.lstrip().startswith("%"):
             return "%"
         statement = _STATEMENT.search(text)
@@ -93,7 +93,7 @@ class FagorLines:
         return skip + " ".join(letter + number for letter, number in made)
 
     def words(self, line: int, words: Words) -> Words:
-        """The words of a block as the G-code family has them."""
+        """Return the words of a block as the G-code family has them."""
         if words and words[0][0] == "N":
             words = words[1:] if not words[0][1] else words
         if not all(number for _, number in words):  # wrong in itself: the reader says so
@@ -148,7 +148,7 @@ class FagorLines:
         return out
 
     def word(self, letter: str, number: str) -> Words:
-        """One word: T1.12 and T1 D12 name a tool and its offset; G41, G42 and G43 take that offset, and G43 in force the next one too."""
+        """Translate one word: T1.12 and T1 D12 name a tool and its offset; G41, G42 and G43 take that offset, and G43 in force the next one too."""
         code = number.lstrip("0")
         if letter == "T":
             tool, _, offset = number.partition(".")
@@ -174,7 +174,7 @@ class FagorLines:
         )
 
     def alone(self, line: int, code: str, out: Words, values: dict[str, str]) -> Words:
-        """Codes that have a block of their own: a dwell, mirrors, a turn of the pattern."""
+        """Translate codes that have a block of their own: a dwell, mirrors, a turn of the pattern."""
         number = [w for w in out if w[0] == "N"]
         if code == "4":
             if set(values) & set("XYZ"):
@@ -204,7 +204,7 @@ class FagorLines:
         ]
 
     def pocket(self, line: int, code: str, kept: Words, values: dict[str, str]) -> Words:
-        """G87 and G88 become G287 with the number of their words in Q."""
+        """Translate a pocket: G87 and G88 become G287 with the number of their words in Q."""
         if "I" not in values or (self.absolute and "Z" not in values):
             self.tell(line, f"G{code} of Fagor without Z and I")
             return []
@@ -215,7 +215,7 @@ class FagorLines:
         return [*made, ("R", values["Z"])] if "Z" in values else made
 
     def hole(self, line: int, out: Words, codes: set[str], values: dict[str, str]) -> Words:
-        """G81 to G89: Z is the reference plane (R), I the depth (Z). G83: J pecks of I each below Z."""
+        """Translate a hole: G81 to G89: Z is the reference plane (R), I the depth (Z). G83: J pecks of I each below Z."""
         repeat = [n for letter, n in out[1:] if letter == "N"]
         if repeat:
             self.tell(line, f"N{repeat[0]} behind a canned cycle of Fagor, repeats")

@@ -28,7 +28,7 @@ ROWS: dict[str, Cycle[str]] = {
 
 
 def mill(r: Recorder, hole: Hole, code: str, given: dict[str, float]) -> None:
-    """One pocket where the tool stands at the reference plane. given: the words of its block."""
+    """Mill one pocket at the position of the tool at the reference plane. given: the words of its block."""
     row = ROWS[code]
     v = row.read(given, in_units(r.unit, 1.0))
     cutter, who = CycleCutter(r), f"G{code} of Fagor"
@@ -64,7 +64,7 @@ def _depths(infeed: float, top: float, bottom: float) -> list[float]:
 
 
 def _rings(half: Sequence[float], off: float, step: float, clockwise: bool) -> Ring:
-    """Rings about the middle up to `off` from the wall; the last one alone where step is zero."""
+    """Return the rings about the middle up to `off` from the wall; the last one alone where step is zero."""
     if len(half) == 1:
         return circle(half[0] - off, step, clockwise)
     return rectangle((half[0] - off, half[1] - off), step, clockwise=clockwise)
@@ -73,7 +73,7 @@ def _rings(half: Sequence[float], off: float, step: float, clockwise: bool) -> R
 def _levels(
     cutter: CycleCutter, v: Values, rings: tuple[Ring, Ring], heights: tuple[float, Sequence[float]]
 ) -> None:
-    """All infeeds, from the middle."""
+    """Mill all infeeds, from the middle."""
     r, middle = cutter.recorder, cutter.here()
     plane, depths = heights
     feed = r.feed or 0.0

@@ -1,4 +1,4 @@
-"""Front-end for Fagor programs of mills: brought into the words of the G-code family, and read there."""
+"""Front-end for Fagor programs of mills: translated into the words of the G-code family, and read there."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ MILL = replace(
 
 
 def _pocket(code: str, given: dict[str, float]) -> Callable[[Recorder, Hole], None]:
-    """A pocket with its words."""
+    """Return a pocket with its words."""
     return lambda r, hole: mill(r, hole, code, given)
 
 
 def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
-    """The moves of a program. Raises ProgramFault for one of a lathe, and for what cannot be understood; columns are those of the
+    """Return the moves of a program. Raises ProgramFault for one of a lathe, and for what cannot be understood; columns are those of the
     line as it is read."""
     code = re.sub(r"\([^)\n]*\)|;.*|^%.*", "", text.upper(), flags=re.MULTILINE)
     if (

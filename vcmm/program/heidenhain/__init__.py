@@ -1,1 +1,1 @@
-"""HEIDENHAIN Klartext programs."""
+"""Readers of HEIDENHAIN Klartext programs."""

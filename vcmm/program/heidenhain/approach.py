@@ -48,7 +48,7 @@ def resolve(
     blocks: Sequence[ApproachBlock],
     file: str,
 ) -> tuple[list[Move], Sides]:
-    """Replaces the placeholders of kind "approach" (from PS to PA) by their moves. `seconds` of a placeholder is its
+    """Return the Replace the placeholders of kind "approach" (from PS to PA) by their moves. `seconds` of a placeholder is its
     number in `said`."""
     out: list[Move] = []
     sides_out: Sides = []
@@ -77,7 +77,7 @@ def resolve(
 def _approach(
     move: Move, first: Move, side: RadiusCompensation, block: ApproachBlock, file: str
 ) -> list[tuple[Move, RadiusCompensation | None]]:
-    """PS to PH in the plane, down at PH, PH to PA; with what is in force on each."""
+    """Return PS to PH in the plane, down at PH, PH to PA; with what is in force on each."""
     approach, piece = block.approach, piece_of(first)
     t = tangent(piece, piece.start)
     n = left(t) if side.side == "left" else (t[1], -t[0])
@@ -105,7 +105,7 @@ def _approach(
 
 
 def _to_help_point(move: Move, help_point: Vec, block: ApproachBlock) -> list[Move]:
-    """PS to PH in the plane, and down at PH."""
+    """Return PS to PH in the plane, and down at PH."""
     plane, normal = move.plane, PLANES[move.plane][2]
     feed = block.feed if block.feed is not None else move.feed
     line = move._replace(kind="rapid", feed=None) if block.rapid else move._replace(kind="line", feed=feed)
@@ -114,7 +114,7 @@ def _to_help_point(move: Move, help_point: Vec, block: ApproachBlock) -> list[Mo
 
 
 def _last(move: Move, before: Sequence[Move], target: Vec) -> Move:
-    """A line from PH to PA."""
+    """Return a line from PH to PA."""
     end = in_space(move.plane, target, move.end[PLANES[move.plane][2]])
     return move._replace(kind="line", start=before[-1].end, end=end)
 
@@ -122,7 +122,7 @@ def _last(move: Move, before: Sequence[Move], target: Vec) -> Move:
 def depart(
     last: Move, side: RadiusCompensation, departure: Approach, to: Vec, where: tuple[str, Source]
 ) -> list[tuple[Point, Point, Point | None, bool | None]]:
-    """Moves (start, end, centre and sense of an arc) of the tool centre from the end of the contour, in its plane.
+    """Return the moves (start, end, centre and sense of an arc) of the tool centre from the end of the contour, in its plane.
 
     to: PN of LCT. where: file and block, for messages.
     """
@@ -154,7 +154,7 @@ def _turn(point: Vec, centre: Vec, angle: float) -> Vec:
 
 
 def _touching(start: Vec, centre: Vec, radius: float, ccw: bool, where: tuple[str, Source]) -> Vec:
-    """Where a line from `start` touches a circle so that it runs on in the given direction."""
+    """Return where a line from `start` touches a circle so that it runs on in the given direction."""
     distance = math.dist(start, centre)
     if distance <= radius:
         refuse(

@@ -23,7 +23,7 @@ Contours = Sequence[tuple[Sequence[Move], str]]  # each with the side on which t
 
 
 def rough_out(c: MachiningCycle, contours: Contours) -> None:
-    """22."""
+    """Rough out (cycle 22)."""
     if c.plain("Q18"):
         c.recorder.assume(
             "cycle 22 after a coarse tool (Q18)", "the whole area is cleared, not only what that tool left",
@@ -39,7 +39,7 @@ def rough_out(c: MachiningCycle, contours: Contours) -> None:
 
 
 def finish_floor(c: MachiningCycle, contours: Contours) -> None:
-    """23."""
+    """Finish the floor (cycle 23)."""
     _tell(c)
     floor = c.mm("Q5") + c.mm("Q1")
     _check(c, c.mm("Q5"), floor)
@@ -48,7 +48,7 @@ def finish_floor(c: MachiningCycle, contours: Contours) -> None:
 
 
 def drill_pilots(c: MachiningCycle, contours: Contours) -> None:
-    """21: as cycle 1, with its advanced stop."""
+    """Drill pilots, cycle 21: as cycle 1, with its advanced stop."""
     r, number = c.recorder, round(c.plain("Q13"))
     tool = r.setup.tools.get(number)
     if tool is None:
@@ -86,7 +86,7 @@ def _check(c: MachiningCycle, surface: float, floor: float) -> None:
 
 
 def _strokes(c: MachiningCycle, contours: Contours, radius: float) -> tuple[Area, list[Stroke]]:
-    """Rows and ways round, for a tool of this radius. Without one (its diameter is not known) along the contours alone."""
+    """Return the rows and ways round, for a tool of this radius. Without one (its diameter is not known) along the contours alone."""
     r = c.recorder
     sense = round(c.plain("Q9", 1.0))
     try:
@@ -110,7 +110,7 @@ def entry_height(c: MachiningCycle) -> float:
 
 
 def _going_in(made: Area, strokes: Sequence[Stroke]) -> Iterator[Stroke]:
-    """Strokes that the tool does not reach at depth."""
+    """Yield the strokes that the tool does not reach at depth."""
     before: Stroke | None = None
     for stroke in strokes:
         if before is None or not made.is_clear(before.end, stroke.start):
@@ -119,7 +119,7 @@ def _going_in(made: Area, strokes: Sequence[Stroke]) -> Iterator[Stroke]:
 
 
 def _mill(c: MachiningCycle, found: tuple[Area, list[Stroke]], level: float) -> None:
-    """All strokes at one depth."""
+    """Mill all strokes at one depth."""
     made, strokes = found
     inside = set(map(id, _going_in(made, strokes)))
     high = c.mm("Q7")

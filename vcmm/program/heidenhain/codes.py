@@ -1,4 +1,4 @@
-"""M functions of Klartext beyond spindle, coolant and program run: which change the path, and how.
+"""M functions of Klartext beyond spindle, coolant and program run: their effect on the path.
 
 Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Miscellaneous functions"; iTNC 530 for M90, M92, M104 to M114.
 """
@@ -43,7 +43,7 @@ REST: Mapping[int, tuple[str, str]] = {  # what they do, and how they are read
     115: ("M115 (end of M114)", "passed over"),
     116: ("M116 (feed of rotary axes in mm/min)", "passed over: degrees per minute"),
     117: ("M117 (end of M116)", "passed over"),
-    118: ("M118 (handwheel superimposed)", "passed over: nobody turns it"),
+    118: ("M118 (handwheel superimposed)", "passed over: no handwheel motion is assumed"),
     120: ("M120 (contour looked ahead)", "passed over: only neighbouring blocks meet"),
     124: ("M124 (points left out)", "passed over: all points are kept"),
     130: ("M130 (points of the plane that is not tilted)", "passed over: points of the plane in force"),
@@ -59,7 +59,7 @@ PARAMETERS: Mapping[int, tuple[str, ...]] = {  # words that belong to the M func
 
 
 def strange(r: Recorder, m: int, column: int) -> None:
-    """An M function that is read without what it does: named once. Raises ProgramFault in strict reading."""
+    """Note an M function that is read without its effect, once. Raises ProgramFault in strict reading."""
     if m in REST:
         what, value = REST[m]
         r.assume(

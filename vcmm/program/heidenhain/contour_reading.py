@@ -1,4 +1,4 @@
-"""Labels, and the contour of one, read for the cycles that follow it: its moves, and nothing else of the state is changed."""
+"""Labels, and the contour of one, read for the cycles that follow it: its moves; the state is otherwise unchanged."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class LabelRunner(Protocol):
 
 
 def labels_of(lines: Sequence[KlartextBlock], file: str) -> dict[str, int]:
-    """Labels, and the number of the block in which each stands."""
+    """Return the labels, and the number of the block of each."""
     out: dict[str, int] = {}
     for k, line in enumerate(lines):
         words = [] if line.plain else [t.text.upper() for t in line.tokens]
@@ -36,7 +36,7 @@ def labels_of(lines: Sequence[KlartextBlock], file: str) -> dict[str, int]:
             continue
         if words[1] in out:
             raise ProgramFault(
-                file, line.number, line.first, f"LBL {words[1]} stands twice in this program; rename one"
+                file, line.number, line.first, f"LBL {words[1]} appears twice in this program; rename one"
             )
         out[words[1]] = k
     return out
@@ -45,7 +45,7 @@ def labels_of(lines: Sequence[KlartextBlock], file: str) -> dict[str, int]:
 def contour_moves(
     paths: KlartextPaths, runner: LabelRunner, labels: Mapping[str, int], name: str
 ) -> tuple[list[Move], str | None]:
-    """The moves of a label, in programmed coordinates, and the side on which the tool goes beside them."""
+    """Return the moves of a label, in programmed coordinates, and the side on which the tool goes beside them."""
     r = paths.r
     if name not in labels:
         r.fault(f"there is no LBL {name} for the contour; add it.{choose_from(name, labels)}")

@@ -1,4 +1,4 @@
-"""Contour cycles of Klartext: 14 (labels), 20 (data), 24 (side finishing), 25 (contour train); 21 to 23 stand in `areas`.
+"""Contour cycles of Klartext: 14 (labels), 20 (data), 24 (side finishing), 25 (contour train); 21 to 23 are in `areas`.
 
 Source: HEIDENHAIN, TNC 640 User's Manual Cycle Programming, "SL cycles": a contour is a subprogram with RL or RR; Q10 is an infeed, Q11 its feed,
 Q12 that along the contour, Q3 (24: Q14) is left on its side, Q5 the surface, Q1 the depth below it, Q7 the clearance height; Q9 (25: Q15) is +1 climb, -1
@@ -38,7 +38,7 @@ class ContourCycles:
     read: Callable[[str], tuple[list[Move], str | None]] = lambda name: ([], None)
 
     def mill(self, c: MachiningCycle) -> None:
-        """24 along each label, 25 along the one of cycle 14."""
+        """Mill: 24 along each label, 25 along the one of cycle 14."""
         r = c.recorder
         if not self.labels:
             r.fault(f"cycle {c.number} has no contour; add CYCL DEF 14.1 with its label before it")
@@ -52,7 +52,7 @@ class ContourCycles:
             self._along(c, path, side)
 
     def _contour(self, c: MachiningCycle, name: str) -> tuple[list[Move], str | None]:
-        """The moves of a label, and its side."""
+        """Return the moves of a label, and its side."""
         moves, side = self.read(name)
         path = [m for m in moves[1:] if m.kind in ("line", "arc")]
         if not path:
@@ -64,7 +64,7 @@ class ContourCycles:
         return path, side
 
     def _along(self, c: MachiningCycle, path: list[Move], side: str | None) -> None:
-        """24 and 25."""
+        """Mill along one contour, cycles 24 and 25."""
         closed = is_closed(path)
         left = c.mm("Q14") if c.number == "24" else c.mm("Q3")
         made = beside(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)

@@ -1,7 +1,7 @@
-"""CYCL DEF and CYCL CALL of Klartext: which cycle is defined, and when it acts.
+"""CYCL DEF and CYCL CALL of Klartext: the defined cycle, and the time of its call.
 
 Source: HEIDENHAIN, TNC 640 User's Manual Cycle Programming, "Working with cycles". Cycles that define something act where they
-stand; machining cycles act at CYCL CALL, M99 and M89. What is not modelled is told by its number and leaves a hole in the path.
+stand; machining cycles act at CYCL CALL, M99 and M89. Unmodelled cycles are noted by number and leave a hole in the path.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class KlartextCycles:
         self.frames = KlartextFrames(self.recorder)
 
     def define(self, reader: KlartextReader, parameters: dict[str, float]) -> None:
-        """One CYCL DEF block."""
+        """Read one CYCL DEF block."""
         token = reader.peek()
         if token is None or token.kind != "number":
             raise reader.fault("CYCL DEF takes the number of a cycle, as in CYCL DEF 7.0 or CYCL DEF 200")
@@ -74,7 +74,7 @@ class KlartextCycles:
     def with_parameters(
         self, number: str, reader: KlartextReader, parameters: dict[str, float], column: int
     ) -> None:
-        """A cycle whose data are Q parameters."""
+        """Define a cycle whose data are Q parameters."""
         values = self.q_values(reader, parameters)
         if number == "247":
             self.frames.preset(round(values.get("Q339", 0.0)))
@@ -96,7 +96,7 @@ class KlartextCycles:
     def of_contours(
         self, number: str, reader: KlartextReader, parameters: dict[str, float], column: int
     ) -> None:
-        """20: data that 21 to 24 take; 21 to 25: cycles over the contours of cycle 14."""
+        """Define cycle 20, data that 21 to 24 take; or 21 to 25, cycles over the contours of cycle 14."""
         values = self.q_values(reader, parameters)
         if number == "20":
             self.contours.data = values
@@ -110,11 +110,11 @@ class KlartextCycles:
             self.words = words_of(reader, self.recorder.tracer)
 
     def name_contours(self, reader: KlartextReader) -> None:
-        """14.1: CONTOUR LABEL1/2/3."""
+        """Name the contours of cycle 14.1: CONTOUR LABEL1/2/3."""
         self.contours.labels = re.findall(r"\d+", reader.rest())
 
     def strange(self, what: str, value: str, column: int = 0) -> None:
-        """A cycle that is not modelled."""
+        """Note a cycle that is not modelled."""
         self.recorder.assume(
             what, value, column=column or None,
             otherwise=f"{what[:1].upper()}{what[1:]} is not understood; known are 1 to 5, 7 to 11, 13, 14, 17 to 26, 32, 220, 221, 247 and "
@@ -122,7 +122,7 @@ class KlartextCycles:
         )  # fmt: skip
 
     def q_values(self, reader: KlartextReader, parameters: dict[str, float]) -> dict[str, float]:
-        """The Q200=... of a cycle; they are parameters like any other. MAX is infinite, AUTO is not a number."""
+        """Return Q200=... of a cycle; they are parameters like any other. MAX is infinite, AUTO is not a number."""
         given: dict[str, float] = {}
         while not reader.is_done:
             if not reader.is_parameter() or reader.upper(2) != "=":
@@ -138,7 +138,7 @@ class KlartextCycles:
         return given
 
     def check(self, number: str, needed: tuple[str, ...], values: Mapping[str, float], column: int) -> None:
-        """What a machining cycle cannot do without."""
+        """Check the values that a machining cycle needs."""
         for name in needed:
             if name not in values:
                 self.recorder.fault(f"cycle {number} has no {name}; add it", column)
@@ -154,7 +154,7 @@ class KlartextCycles:
             )
 
     def pattern(self, number: str, values: Mapping[str, float], column: int) -> None:
-        """220 and 221: the machining cycle in force at the points of a circle or of rows, at once."""
+        """Run 220 and 221: the machining cycle in force at the points of a circle or of rows, at once."""
         c = self.active
         if c is None:
             self.recorder.fault(f"cycle {number} repeats a machining cycle, but none is defined")
@@ -172,7 +172,7 @@ class KlartextCycles:
 
     # -- below 200 --
     def classic(self, number: str, part: int, reader: KlartextReader, column: int) -> None:
-        """A block n.0, n.1 ... of an old cycle."""
+        """Read a block n.0, n.1 ... of an old cycle."""
         if number in OLD:
             self.old(number, part, reader)
         elif number in STRANGE:
@@ -191,7 +191,7 @@ class KlartextCycles:
             _CLASSIC[number](self, reader)
 
     def refuse_cycle(self, number: str, part: int, reader: KlartextReader, column: int) -> None:
-        """A cycle of contours, of cylinders, a program called as a cycle."""
+        """Refuse a cycle of contours, of cylinders, a program called as a cycle."""
         what, at_once = STRANGE[number]
         if number == "12" and part == 1:
             for word in ("PGM", "PROG"):
@@ -209,7 +209,7 @@ class KlartextCycles:
             self.active = MachiningCycle(self.recorder, number, {}, action)
 
     def old(self, number: str, part: int, reader: KlartextReader) -> None:
-        """1 to 5, 17, 18: each block holds one or two numbers, named in the language of the control."""
+        """Read a block of cycles 1 to 5, 17, 18: each block holds one or two numbers, named in the language of the control."""
         if part == 0:
             reader.rest()
             self.active = MachiningCycle(self.recorder, number, {}, of_row(OLD[number].row), self.auto_feed)
@@ -225,13 +225,13 @@ class KlartextCycles:
         self.active = replace(self.active, values=values)
 
     def wait(self, reader: KlartextReader) -> None:
-        """9: DWELL in seconds; acts at once."""
+        """Run cycle 9: DWELL in seconds; acts at once."""
         for word in ("DWELL", "V", ".", "ZEIT", "TIME"):
             reader.accept(word)
         self.recorder.dwell(reader.value("DWELL"))
 
     def tolerance(self, reader: KlartextReader) -> None:
-        """32: T in mm; HSC mode and TA are passed over."""
+        """Run cycle 32: T in mm; HSC mode and TA are passed over."""
         if reader.accept("T") and not reader.is_done:
             self.recorder.tolerance = reader.value("T") * self.recorder.unit
         reader.rest()
@@ -241,7 +241,7 @@ class KlartextCycles:
 
     # -- calls --
     def call(self, surface: float = 0.0) -> None:
-        """CYCL CALL, M99: the machining cycle at the point reached. surface: mm by which its surface lies higher."""
+        """Run the machining cycle at the point reached (CYCL CALL, M99). surface: mm by which its surface lies higher."""
         if self.active is None:
             self.recorder.fault("a cycle is called, but none is defined; add CYCL DEF 200 before")
         c = self.active
@@ -250,7 +250,7 @@ class KlartextCycles:
         self.run(c)
 
     def call_at(self, a: float, b: float, height: float, rapid: bool) -> None:
-        """CYCL CALL POS and PAT: at a point of the plane; its height counts on top of the surface of the cycle, mm."""
+        """Run the machining cycle for CYCL CALL POS and PAT: at a point of the plane; its height counts on top of the surface of the cycle, mm."""
         if self.active is None:
             self.recorder.fault("a cycle is called, but none is defined; add CYCL DEF 200 before")
         c, (_, _, normal) = self.active, PLANES[self.recorder.plane]
@@ -261,7 +261,7 @@ class KlartextCycles:
         self.call(height)
 
     def run(self, c: MachiningCycle) -> None:
-        """A machining cycle where the tool stands, its moves marked."""
+        """Run a machining cycle at the position of the tool, its moves marked."""
         r = self.recorder
         r.marker = c.name if c.action is not _missing and c.number != "12" else ""
         if r.tracer is not None:
@@ -271,7 +271,7 @@ class KlartextCycles:
 
 
 def _feed_word(reader: KlartextReader) -> float:
-    """A value of a cycle: a number, MAX or AUTO."""
+    """Return a value of a cycle: a number, MAX or AUTO."""
     for word in ("F", "FU", "FZ"):
         reader.accept(word)
     if reader.accept("MAX") or reader.accept("FMAX"):
@@ -282,7 +282,7 @@ def _feed_word(reader: KlartextReader) -> float:
 
 
 def _numbers(reader: KlartextReader) -> list[tuple[str, float]]:
-    """The values of a block and the words before them, in order."""
+    """Return the values of a block and the words before them, in order."""
     out: list[tuple[str, float]] = []
     word = ""
     while not reader.is_done:
@@ -306,7 +306,7 @@ def _numbers(reader: KlartextReader) -> list[tuple[str, float]]:
 
 
 def _missing(c: MachiningCycle) -> None:
-    """A machining cycle that is not modelled, where it is called."""
+    """Note a machining cycle that is not modelled, at its call."""
     what = STRANGE.get(c.number, (f"cycle {c.number}", False))[0]
     c.recorder.assume(what, MISSING, f"{what} is not understood; write its motion with L, C, CR")
 

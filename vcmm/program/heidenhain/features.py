@@ -20,7 +20,7 @@ IDLE = {  # what a FUNCTION does, and whether the path hangs on it
 
 
 def function(paths: KlartextPaths, reader: KlartextReader) -> None:
-    """FUNCTION MODE, FUNCTION TCPM, FUNCTION DWELL ..."""
+    """Read FUNCTION MODE, FUNCTION TCPM, FUNCTION DWELL ..."""
     word = reader.upper()
     if reader.accept("RESET") and reader.upper() == "TCPM":
         reader.rest()
@@ -46,7 +46,7 @@ def _tell(paths: KlartextPaths, what: str, value: str, matters: bool) -> None:
 
 
 def transform(frames: KlartextFrames, reader: KlartextReader) -> None:
-    """TRANS DATUM AXIS X+10, TRANS DATUM RESET, TRANS ROTATION ROT+30, TRANS MIRROR AXIS X, TRANS SCALE SCL0.9, each with RESET."""
+    """Read TRANS DATUM AXIS X+10, TRANS DATUM RESET, TRANS ROTATION ROT+30, TRANS MIRROR AXIS X, TRANS SCALE SCL0.9, each with RESET."""
     kind = reader.upper()
     reader.at += 1
     if reader.accept("RESET"):
@@ -67,9 +67,7 @@ def transform(frames: KlartextFrames, reader: KlartextReader) -> None:
     elif kind == "SCALE":
         frames.enlarge(reader)
     else:
-        raise reader.fault(
-            f"TRANS takes DATUM, ROTATION, MIRROR or SCALE{f', {kind} stands there' if kind else ''}"
-        )
+        raise reader.fault(f"TRANS takes DATUM, ROTATION, MIRROR or SCALE{f', found {kind}' if kind else ''}")
 
 
 def _reset(frames: KlartextFrames, kind: str) -> None:
@@ -87,9 +85,9 @@ def _reset(frames: KlartextFrames, kind: str) -> None:
 
 
 def tool_centre(paths: KlartextPaths, reader: KlartextReader) -> None:
-    """FUNCTION TCPM F TCP or CONT, AXIS POS or SPAT, PATHCTRL AXIS or VECTOR, REFPNT; F1000 limits compensating motions.
+    """Read FUNCTION TCPM F TCP or CONT, AXIS POS or SPAT, PATHCTRL AXIS or VECTOR, REFPNT; F1000 limits compensating motions.
 
-    Source: HEIDENHAIN, TNC 640 User's Manual, "FUNCTION TCPM": AXIS SPAT takes A B C as spatial angles of the coordinate system in
+     Source: HEIDENHAIN, TNC 640 User's Manual, "FUNCTION TCPM": AXIS SPAT takes A B C as spatial angles of the coordinate system in
     force; PATHCTRL VECTOR moves the tool axis in the plane of its directions at both ends of a block.
     """
     spatial = sweeps = False

@@ -52,7 +52,7 @@ class FreeContours(FreeKnown):
     selected: bool = False  # by FSELECT
 
     def read(self, reader: KlartextReader, number: int) -> None:
-        """A block of FREE."""
+        """Read a block of FREE."""
         r, word = self.paths.r, reader.upper()
         if r.plane != "XY":
             r.fault("the free contour (FK) is understood in the plane XY; call the tool with Z as its axis")
@@ -76,11 +76,11 @@ class FreeContours(FreeKnown):
         self.waiting.append(FreeBlock(number, r.source, words, element, None))
 
     def goes_on(self, line: KlartextBlock) -> bool:
-        """Whether a block belongs to the contour that waits."""
+        """Return whether a block belongs to the contour that waits."""
         return not line.plain and line.tokens[0].text.upper() in BETWEEN
 
     def corner(self, reader: KlartextReader, kind: str) -> None:
-        """RND, CHF: between the elements of a contour when their turn comes."""
+        """Read a corner, RND, CHF: between the elements of a contour when their turn comes."""
         if self.waiting:
             later = KlartextReader(reader.tokens[reader.at :], reader.parameters, reader.unset)
             self.waiting.append(
@@ -92,7 +92,7 @@ class FreeContours(FreeKnown):
 
     # -- all together --
     def flush(self) -> bool:
-        """Works out the contour and makes its moves. True where one of its M functions ends the program."""
+        """Return the Evaluate the contour and make its moves. True where one of its M functions ends the program."""
         blocks, self.waiting = self.waiting, []
         selected, self.selected = self.selected, False
         rows = [b for b in blocks if b.element is not None]
@@ -122,7 +122,7 @@ class FreeContours(FreeKnown):
         return over
 
     def _contour(self, rows: list[FreeBlock], selected: bool) -> FreeContour:
-        """The one that fits; the shortest, told, where several do."""
+        """Return the contour that fits; the shortest, with a remark, where several do."""
         r = self.paths.r
         tangent = self.paths.tangent
         before = None if tangent is None else math.atan2(tangent[1], tangent[0])
@@ -177,7 +177,7 @@ class FreeContours(FreeKnown):
     def _tell_several(
         self, rows: list[FreeBlock], found: list[FreeContour], best: FreeContour, selected: bool
     ) -> None:
-        """Several contours fit: told with where they part."""
+        """Note several contours that fit, with their differences."""
         r = self.paths.r
         at = next(k for k in range(len(rows)) if any(_apart(c, best, k) for c in found))
         r.source = rows[at].source
@@ -185,18 +185,16 @@ class FreeContours(FreeKnown):
         by_end = any(math.dist(p, ends[0]) > 1e-6 for p in ends if p is not None and ends[0] is not None)
         many = f"{len(found)} or more" if len(found) >= MOST else str(len(found))
         places = sorted({_written(c, at, r.unit, by_end) for c in found})
-        chosen = (
-            "; which one FSELECT means is the control's own count and stands in no manual" if selected else ""
-        )
+        chosen = "; FSELECT counts them in an order of the control that no manual states" if selected else ""
         some = ", ".join(places[:6]) + (" ..." if len(places) > 6 else "")
         r.assume(
             f"which of {many} contours the FK blocks of lines {rows[0].source.line} to {rows[-1].source.line} mean{chosen}",
             f"the shortest one, with {_written(best, at, r.unit, by_end)} there; possible are {some}",
-            f"{many} free contours fit (FK){chosen}: this element may have {some}; add one of these to its block",
+            f"{many} free contours fit (FK){chosen}: this element may have {some}; add one of them to its block",
         )  # fmt: skip
 
     def _move(self, made: FreeContour, k: int) -> None:
-        """Element k."""
+        """Make the move of element k."""
         paths, r = self.paths, self.paths.r
         carrier, start, end = made.carriers[k], made.joints[k], made.joints[k + 1]
         assert start is not None
@@ -225,7 +223,7 @@ def _marks(c: FreeContour, k: int) -> tuple[Vec | None, Vec | None]:
 
 
 def _apart(a: FreeContour, b: FreeContour, k: int) -> bool:
-    """Whether element k ends elsewhere, or has another centre."""
+    """Return whether element k ends elsewhere, or has another centre."""
     pairs = zip(_marks(a, k), _marks(b, k))
     return any(p is not None and q is not None and math.dist(p, q) > 1e-6 for p, q in pairs)
 

@@ -1,4 +1,4 @@
-"""What the blocks of a free contour say: their words in mm and rad, with what they count from. Source: see vcmm.program.heidenhain.free."""
+"""Words of the blocks of a free contour, in mm and rad, with their origin. Source: see vcmm.program.heidenhain.free."""
 
 from __future__ import annotations
 
@@ -41,19 +41,19 @@ class FreeKnown:
         return [b.element for b in self.waiting if b.element is not None]
 
     def about(self) -> Vec:
-        """The pole."""
+        """Return the pole."""
         if self.pole is None:
             self.r.fault("polar coordinates of a free contour need FPOL before it; add FPOL X.. Y..")
         return self.pole
 
     def index(self, number: int) -> int | None:
-        """Which element of the contour block N is; None where it is none of this one."""
+        """Return the element of the contour of block N; None where it is none of this one."""
         elements = [b for b in self.waiting if b.element is not None]
         return next((i for i, b in enumerate(elements) if b.number == number), None)
 
 
 def merge(reader: KlartextReader) -> str:
-    """P 1 X becomes P1X; CLSD+ is taken out, its sign returned."""
+    """Return the text with joined addresses: P 1 X becomes P1X; CLSD+ is taken out, its sign returned."""
     tokens: list[Token] = []
     closes, k = "", 0
     row = list(reader.tokens)
@@ -83,7 +83,7 @@ class FreeWords:
     words: KlartextWords
 
     def element(self, word: str, closes: str) -> FreeElement:
-        """All of the block."""
+        """Return the element of a block."""
         x, y = self.place("X", "RX", 0), self.place("Y", "RY", 1)
         pr, pa = self.polar("PR", "RPR"), self.polar("PA", "RPA")
         angle, after = self.direction()
@@ -118,7 +118,7 @@ class FreeWords:
         return None if value is None else math.radians(value)
 
     def turn(self) -> float | None:
-        """CCA, of which the manuals say two things."""
+        """Return the turn CCA, for which the manuals have two definitions."""
         value = self.rad("CCA")
         if value is not None:
             self.free.r.assume(
@@ -133,12 +133,12 @@ class FreeWords:
         return None if value is None else abs(value)
 
     def block(self, name: str) -> int | None:
-        """The block number that a word of reference names."""
+        """Return the block number in a word of reference."""
         value = self.words.take(name)
         return None if value is None else round(value)
 
     def place(self, name: str, reference: str, axis: int) -> Coordinate | None:
-        """X, IX (from the start of the element, or from the end of block N); for a centre CCX and ICCX."""
+        """Return X, IX (from the start of the element, or from the end of block N); for a centre CCX and ICCX."""
         value, more, block = self.mm(name), self.mm(f"I{name}"), self.block(reference)
         free = self.free
         if more is None:
@@ -152,7 +152,7 @@ class FreeWords:
         return self.from_block(more, block, reference, lambda end: end[axis])
 
     def polar(self, name: str, reference: str) -> Coordinate | None:
-        """PR, IPR; PA, IPA."""
+        """Return PR, IPR; PA, IPA."""
         angular = name.endswith("A")
         take = self.rad if angular else self.mm
         value, more, block = take(name), take(f"I{name}"), self.block(reference)
@@ -176,7 +176,7 @@ class FreeWords:
     def from_block(
         self, more: float, block: int, reference: str, count: Callable[[Vec], float]
     ) -> Coordinate:
-        """An increment from the end of block N, of this contour or one before."""
+        """Return an increment from the end of block N, of this contour or one before."""
         index = self.free.index(block)
         if index is not None:
             return Coordinate(more, index + 1)
@@ -187,7 +187,7 @@ class FreeWords:
         return Coordinate(more + count(self.free.ends[block][0]))
 
     def direction(self) -> tuple[float | None, Reference | None]:
-        """AN; IAN from the element before; IAN with RAN N from the line of block N."""
+        """Return the direction of AN; IAN from the element before; IAN with RAN N from the line of block N."""
         value, more, block = self.rad("AN"), self.rad("IAN"), self.block("RAN")
         here = len(self.free.elements)
         if block is None:
@@ -201,7 +201,7 @@ class FreeWords:
         return angle, line
 
     def line_of(self, block: int, reference: str) -> Reference | DirectedLine:
-        """The line of block N."""
+        """Return the line of block N."""
         index = self.free.index(block)
         elements = self.free.elements
         if index is not None:
@@ -224,7 +224,7 @@ class FreeWords:
         return None if block is None else self.line_of(block, "PAR")
 
     def points(self) -> tuple[Vec, ...]:
-        """P1X P1Y to P3X P3Y."""
+        """Return the points P1X P1Y to P3X P3Y."""
         out: list[Vec] = []
         for n in (1, 2, 3):
             x, y = self.mm(f"P{n}X"), self.mm(f"P{n}Y")
@@ -235,7 +235,7 @@ class FreeWords:
         return tuple(out)
 
     def beside(self) -> tuple[Vec, float] | None:
-        """PDX PDY D."""
+        """Return PDX PDY D."""
         x, y, d = self.mm("PDX"), self.mm("PDY"), self.mm("D")
         if (x, y, d) == (None, None, None):
             return None

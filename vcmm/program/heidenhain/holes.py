@@ -19,7 +19,7 @@ ENTRY, ENTRY_SHARE, ENTRY_MOST = 0.6, 50.0, 7.0  # mm: advanced stop of cycle 1;
 
 
 def drill(c: MachiningCycle, v: Values) -> None:
-    """200: by Q202 to the depth, out to the set-up clearance between, dwell Q210 there, rapid to Q200 above the depth reached."""
+    """Run cycle 200: by Q202 to the depth, out to the set-up clearance between, dwell Q210 there, rapid to Q200 above the depth reached."""
     hole = c.hole()
     depths = depths_of(c.surface, hole.bottom, v["step"])
     with c.feed_at(v["feed"]):
@@ -30,7 +30,7 @@ def drill(c: MachiningCycle, v: Values) -> None:
 
 
 def ream(c: MachiningCycle, v: Values) -> None:
-    """201: to the depth, dwell, out at Q208 to the set-up clearance, rapid to the second one."""
+    """Run cycle 201: to the depth, dwell, out at Q208 to the set-up clearance, rapid to the second one."""
     hole = c.hole()
     hole.to(hole.clearance, True)
     with c.feed_at(v["feed"]):
@@ -39,14 +39,14 @@ def ream(c: MachiningCycle, v: Values) -> None:
 
 
 def _out(c: MachiningCycle, v: Values, hole: Hole) -> None:
-    """Out at Q208 (Q206 where it is zero) to the set-up clearance, and at rapid to the second one where it is higher."""
+    """Move out at Q208 (Q206 where it is zero) to the set-up clearance, and at rapid to the second one where it is higher."""
     with c.feed_at(v["back"], v["feed"]) as rapid:
         hole.to(hole.clearance, rapid)
     hole.leave_higher()
 
 
 def bore(c: MachiningCycle, v: Values) -> None:
-    """202: as 201; at the bottom off the wall by 0.2 mm where Q214 says so (1 -X, 2 -Y, 3 +X, 4 +Y), back over the hole at the end."""
+    """Run cycle 202: as 201; at the bottom off the wall by 0.2 mm where Q214 says so (1 -X, 2 -Y, 3 +X, 4 +Y), back over the hole at the end."""
     hole = c.hole()
     hole.to(hole.clearance, True)
     with c.feed_at(v["feed"]):
@@ -61,7 +61,7 @@ def bore(c: MachiningCycle, v: Values) -> None:
 
 
 def universal(c: MachiningCycle, v: Values) -> None:
-    """203: infeeds Q202, each Q212 shorter but not below Q205; after Q213 chip breaks (back by Q256) out at Q208, dwell Q210."""
+    """Run cycle 203: infeeds Q202, each Q212 shorter but not below Q205; after Q213 chip breaks (back by Q256) out at Q208, dwell Q210."""
     hole, breaks, broken = c.hole(), v.number("breaks"), 0
     depths = depths_of(c.surface, hole.bottom, v["step"], v["less"], v["least"])
     hole.to(hole.clearance, True)
@@ -85,7 +85,7 @@ def universal(c: MachiningCycle, v: Values) -> None:
 
 
 def peck(c: MachiningCycle, v: Values) -> None:
-    """205: infeeds as 203; rapid out and back to the advanced stop Q258 (Q259 at the last) above the depth reached; chips broken
+    """Run cycle 205: infeeds as 203; rapid out and back to the advanced stop Q258 (Q259 at the last) above the depth reached; chips broken
     by Q256 each Q257; Q379 mm are drilled already, passed at Q253."""
     hole = c.hole()
     start = c.surface - v["start"]
@@ -110,7 +110,7 @@ def peck(c: MachiningCycle, v: Values) -> None:
 
 
 def _in_pieces(c: MachiningCycle, v: Values, hole: Hole, top: float, depth: float) -> None:
-    """One infeed at Q206, chips broken each Q257."""
+    """Make one infeed at Q206, chips broken each Q257."""
     with c.feed_at(v["feed"]):
         for stop in depths_of(top, depth, v["piece"] or top - depth):
             hole.to(stop, False)
@@ -119,7 +119,7 @@ def _in_pieces(c: MachiningCycle, v: Values, hole: Hole, top: float, depth: floa
 
 
 def tap(c: MachiningCycle, v: Values) -> None:
-    """206: to the depth at Q206, dwell, out at the same feed while the spindle turns back."""
+    """Run cycle 206: to the depth at Q206, dwell, out at the same feed while the spindle turns back."""
     hole = c.hole()
     hole.to(hole.clearance, True)
     with c.feed_at(v["feed"]):
@@ -129,7 +129,7 @@ def tap(c: MachiningCycle, v: Values) -> None:
 
 
 def rigid(c: MachiningCycle, v: Values) -> None:
-    """207, 209: at pitch Q239 times the spindle speed, in and out; 209 breaks chips each Q257 by Q256."""
+    """Run cycles 207, 209: at pitch Q239 times the spindle speed, in and out; 209 breaks chips each Q257 by Q256."""
     hole, r = c.hole(), c.recorder
     hole.to(hole.clearance, True)
     with c.feed_at(v["pitch"] * r.speed):
@@ -142,7 +142,7 @@ def rigid(c: MachiningCycle, v: Values) -> None:
 
 
 def centre(c: MachiningCycle, v: Values) -> None:
-    """240: to the depth Q201, or (Q343 = 1) to where a point of 90 deg makes the diameter Q344; dwell; rapid out."""
+    """Run cycle 240: to the depth Q201, or (Q343 = 1) to where a point of 90 deg makes the diameter Q344; dwell; rapid out."""
     hole = c.hole()
     if v.number("by_diameter") == 1:
         c.recorder.assume(
@@ -157,7 +157,7 @@ def centre(c: MachiningCycle, v: Values) -> None:
 
 
 def single_lip(c: MachiningCycle, v: Values) -> None:
-    """241: at Q253 to Q200 above the drilled depth Q379, to the depth at Q206, dwell, out at Q208."""
+    """Run cycle 241: at Q253 to Q200 above the drilled depth Q379, to the depth at Q206, dwell, out at Q208."""
     hole = c.hole()
     hole.to(hole.clearance, True)
     with c.feed_at(v["approach"]) as rapid:
@@ -168,7 +168,7 @@ def single_lip(c: MachiningCycle, v: Values) -> None:
 
 
 def bore_mill(c: MachiningCycle, v: Values) -> None:
-    """208: a helix of Q334 a turn on the diameter Q335 to the depth, a full circle there, back to the middle, rapid out."""
+    """Run cycle 208: a helix of Q334 a turn on the diameter Q335 to the depth, a full circle there, back to the middle, rapid out."""
     hole, (a, b), r = c.hole(), c.here(), c.recorder
     radius = v["diameter"] / 2.0 - c.radius()
     hole.to(hole.clearance, True)
@@ -187,9 +187,9 @@ def bore_mill(c: MachiningCycle, v: Values) -> None:
     hole.leave()
 
 
-# -- cycles that count from where the tool stands -----------------------------------------------------------------------
+# -- cycles that count from the position of the tool -----------------------------------------------------------------------
 def _old(c: MachiningCycle, v: Values) -> tuple[Hole, float]:
-    """The hole of an old cycle and the height of its surface. The sign of DEPTH says which way; the others have none of their own."""
+    """Return the hole of an old cycle and the height of its surface. The sign of DEPTH says which way; the others have none of their own."""
     start = c.recorder.p[PLANES[c.recorder.plane][2]]
     way = -1.0 if v["DEPTH"] <= 0 else 1.0
     surface = start + way * v["DIST"]
@@ -197,7 +197,7 @@ def _old(c: MachiningCycle, v: Values) -> tuple[Hole, float]:
 
 
 def old_peck(c: MachiningCycle, v: Values) -> None:
-    """1: by PECKG to DEPTH; rapid to the start and back to the advanced stop before the depth reached (0.6 mm; depth / 50 above
+    """Run cycle 1: by PECKG to DEPTH; rapid to the start and back to the advanced stop before the depth reached (0.6 mm; depth / 50 above
     30 mm, 7 mm at most); dwell at the bottom, rapid out."""
     hole, surface = _old(c, v)
     total = abs(v["DEPTH"])
@@ -212,7 +212,7 @@ def old_peck(c: MachiningCycle, v: Values) -> None:
 
 
 def old_tap(c: MachiningCycle, v: Values) -> None:
-    """2, 17: to DEPTH in one motion, dwell, back at the same feed; 17 at PITCH times the spindle speed."""
+    """Run cycles 2, 17: to DEPTH in one motion, dwell, back at the same feed; 17 at PITCH times the spindle speed."""
     hole, _ = _old(c, v)
     with c.feed_at(v["PITCH"] * c.recorder.speed, v["F"]):
         hole.feed_in(v["DWELL"])
@@ -220,7 +220,7 @@ def old_tap(c: MachiningCycle, v: Values) -> None:
 
 
 def old_thread(c: MachiningCycle, v: Values) -> None:
-    """18: from where the tool stands to DEPTH at PITCH times the spindle speed; the tool stays there."""
+    """Run cycle 18: from the position of the tool to DEPTH at PITCH times the spindle speed; the tool stays there."""
     r = c.recorder
     start = r.p[PLANES[r.plane][2]]
     with c.feed_at(v["PITCH"] * r.speed):

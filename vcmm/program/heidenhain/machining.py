@@ -1,4 +1,4 @@
-"""What a machining cycle of Klartext is given: its Q parameters in mm, the tool, its feeds."""
+"""Inputs of a machining cycle of Klartext: its Q parameters in mm, the tool, its feeds."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ class MachiningCycle:
 
     @property
     def name(self) -> str:
-        """As it stands in messages and traces."""
+        """Name of the cycle in messages and traces."""
         return f"CYCL DEF {self.number}"
 
     def mm(self, name: str, otherwise: float = 0.0) -> float:
-        """A length."""
+        """Return a length."""
         return self.values.get(name, otherwise) * self.recorder.unit
 
     def plain(self, name: str, otherwise: float = 0.0) -> float:
-        """A number that is no length."""
+        """Return a number that is no length."""
         return self.values.get(name, otherwise)
 
     @property
@@ -55,14 +55,14 @@ class MachiningCycle:
         return self.surface + max(self.mm("Q200"), self.mm("Q204"))
 
     def hole(self, retract: float | None = None) -> Hole:
-        """The hole under the tool."""
+        """Return the hole under the tool."""
         bottom = self.surface + self.mm("Q201")
         return Hole(
             self.recorder, self.clearance, bottom, self.second if retract is None else retract, idle=True
         )
 
     def feed(self, name: str, otherwise: str = "") -> float:
-        """Feed of a parameter in mm/min; that of another one where it is zero or missing. Infinite: rapid."""
+        """Return the feed of a parameter in mm/min; that of another one where it is zero or missing. Infinite: rapid."""
         value = self.values.get(name, 0.0)
         if not value and otherwise:
             return self.feed(otherwise)
@@ -72,7 +72,7 @@ class MachiningCycle:
 
     @contextmanager
     def feed_at(self, *feeds: float) -> Iterator[bool]:
-        """Moves at the first of these feeds that is not zero, mm/min, that of TOOL CALL for FAUTO; yields whether that is rapid."""
+        """Move at the first of the feeds that is not zero, mm/min, that of TOOL CALL for FAUTO; yields whether that is rapid."""
         r, feed = self.recorder, next(filter(None, feeds), 0.0)
         feed = (self.auto_feed or 0.0) if math.isnan(feed) else feed
         before, mode = r.feed, r.feed_mode
@@ -86,20 +86,20 @@ class MachiningCycle:
         return CycleCutter(self.recorder)
 
     def radius(self) -> float:
-        """Of the tool, mm; 0 where nobody knows it: the path then runs on the contour."""
+        """Return the radius of the tool, mm; 0 where it is unknown: the path then runs on the contour."""
         return self.cutter.radius(f"cycle {self.number}")
 
     def to(self, a: float | None, b: float | None, height: float | None, rapid: bool) -> None:
-        """Straight to coordinates of the plane, and a height along the tool axis, mm; None: as it is."""
+        """Move straight to coordinates of the plane, and a height along the tool axis, mm; None: as it is."""
         here = self.here()
         self.cutter.to((here[0] if a is None else a, here[1] if b is None else b), height, rapid)
 
     def here(self) -> tuple[float, float]:
-        """Where the tool stands in the plane."""
+        """Return the position of the tool in the plane."""
         return self.cutter.here()
 
     def at(self, a: float, b: float, height: float) -> Point:
-        """A point from its coordinates in the plane and along the tool axis."""
+        """Return a point from its coordinates in the plane and along the tool axis."""
         return self.cutter.point((a, b), height)
 
 
@@ -114,7 +114,7 @@ class BlockwiseCycle(NamedTuple):
 
 
 def blockwise(parameters: str, primitive: KlartextPrimitive) -> BlockwiseCycle:
-    """A row whose blocks are divided by ";"; behind "|" what comes by its own word."""
+    """Return a row whose blocks are divided by ";"; behind "|" the parameters with words of their own."""
     blocks = tuple(
         tuple(word.split()[0] for word in block.split(","))
         for block in parameters.partition("|")[0].split(";")
@@ -123,12 +123,12 @@ def blockwise(parameters: str, primitive: KlartextPrimitive) -> BlockwiseCycle:
 
 
 def read_row(r: Recorder, row: Cycle[Any], values: Mapping[str, float]) -> Values:
-    """What a cycle of a table is given; feeds of programs in inches count 0.1 inch/min."""
+    """Return the inputs of a cycle of a table; feeds of programs in inches count 0.1 inch/min."""
     return row.read(values, in_units(r.unit, 2.54 if r.unit > 1.0 else 1.0))
 
 
 def of_row(row: Cycle[KlartextPrimitive]) -> Action:
-    """What a cycle of a table does. Its parameters are read once for all the calls that follow."""
+    """Return the action of a cycle of a table. Its parameters are read once for all the calls that follow."""
     latest: dict[int, tuple[MachiningCycle, Values]] = {}
 
     def act(c: MachiningCycle) -> None:

@@ -1,8 +1,8 @@
 """Milling cycles of Klartext: pockets and slots (3 to 5, 251 to 253), rows over a face (230, 232).
 
 Source: HEIDENHAIN, TNC 640 User's Manual Cycle Programming, "Pockets, studs, slots" and "Multipass milling"; TNC 426/430 for 3 to 5
-and 230. The manual says that a pocket is cleared from the inside outwards by Q370 times the tool radius; how the rings follow
-one another is the control's own, and that they are taken as rectangles (circles) one outside the other is told.
+and 230. The manual says that a pocket is cleared from the inside outwards by Q370 times the tool radius; the order
+of the rings is the control's own; a remark states that they are read as rectangles (circles) one outside the other.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _note_clearing(c: MachiningCycle) -> None:
 
 
 def clear(c: MachiningCycle, pieces: Sequence[PathPiece], data: Clearing) -> None:
-    """The pieces at each depth from where the tool stands, which it comes back to."""
+    """Follow the pieces at each depth from the position of the tool, and return to it."""
     a, b = c.here()
     path = shift_pieces(pieces, (a, b))
     c.to(None, None, data.over, True)
@@ -61,7 +61,7 @@ def clear(c: MachiningCycle, pieces: Sequence[PathPiece], data: Clearing) -> Non
 
 
 def _q_data(c: MachiningCycle, v: Values) -> Clearing:
-    """Heights and feeds of 251 to 253. Q215 = 2 finishes only: to the depth at once where Q338 is zero."""
+    """Return the heights and feeds of 251 to 253. Q215 = 2 finishes only: to the depth at once where Q338 is zero."""
     floor = c.surface + v["depth"] + (v["floor_left"] if v.number("mode") == 1 else 0.0)
     step = v["finish_step"] if v.number("mode") == 2 else v["step"]
     step = step or c.surface - floor
@@ -71,32 +71,32 @@ def _q_data(c: MachiningCycle, v: Values) -> Clearing:
 
 
 def _step(v: Values, radius: float) -> float:
-    """Q370 times the tool radius; half the width at once where the tool is not known."""
+    """Return Q370 times the tool radius; half the width at once where the tool is not known."""
     return (v["overlap"] or 1.0) * radius
 
 
 def _way(v: Values) -> bool:
-    """Clockwise: up-cut in a pocket with M3."""
+    """Return whether the way is clockwise: up-cut in a pocket with M3."""
     return round(v.without("climb", 1.0)) == -1
 
 
 def _pocket(
     c: MachiningCycle, size: tuple[float, float], corner: float, turn: float, clockwise: bool, data: Clearing, step: float
 ) -> None:  # fmt: skip
-    """A rectangle about where the tool stands."""
+    """Clear a rectangle about the position of the tool."""
     _note_clearing(c)
     clear(c, rectangle(size, step, corner, clockwise, turn), data)
 
 
 def _to_middle(c: MachiningCycle, x: float, y: float, turn: float) -> None:
-    """By (x, y), turned, from the place that Q367 names to the middle."""
+    """Move to the middle of the pocket: by (x, y), turned, from the place that Q367 names."""
     a, b = c.here()
     c.to(None, None, c.clearance, True)
     c.to(a + x * math.cos(turn) - y * math.sin(turn), b + x * math.sin(turn) + y * math.cos(turn), None, True)
 
 
 def rectangular(c: MachiningCycle, v: Values) -> None:
-    """251: length Q218, width Q219, corners Q220, turned by Q224."""
+    """Run cycle 251: length Q218, width Q219, corners Q220, turned by Q224."""
     radius, left = c.radius(), v["left"] if v.number("mode") == 1 else 0.0
     p, q = CORNERS.get(v.number("place"), (0.0, 0.0))
     _to_middle(c, -p * v["length"] / 2.0, -q * v["width"] / 2.0, v["turn"])
@@ -106,14 +106,14 @@ def rectangular(c: MachiningCycle, v: Values) -> None:
 
 
 def circular(c: MachiningCycle, v: Values) -> None:
-    """252: diameter Q223."""
+    """Run cycle 252: diameter Q223."""
     radius, left = c.radius(), v["left"] if v.number("mode") == 1 else 0.0
     _note_clearing(c)
     clear(c, circle(max(v["diameter"] / 2.0 - radius - left, 0.0), _step(v, radius), _way(v)), _q_data(c, v))
 
 
 def slot(c: MachiningCycle, v: Values) -> None:
-    """253: length Q218, width Q219, turned by Q374; Q367: middle, ends."""
+    """Run cycle 253: length Q218, width Q219, turned by Q374; Q367: middle, ends."""
     radius, length, width = c.radius(), v["length"], v["width"]
     along = {0: 0.0, 1: 0.5, 2: 0.5 - width / 2 / length, 3: width / 2 / length - 0.5, 4: -0.5}
     _to_middle(c, along.get(v.number("place"), 0.0) * length if length else 0.0, 0.0, v["turn"])
@@ -121,7 +121,7 @@ def slot(c: MachiningCycle, v: Values) -> None:
     _pocket(c, size, size[1], v["turn"], clockwise=_way(v), data=_q_data(c, v), step=_step(v, radius))
 
 
-# -- 3, 4, 5: from where the tool stands --------------------------------------------------------------------------------
+# -- 3, 4, 5: from the position of the tool --------------------------------------------------------------------------------
 def _old_data(c: MachiningCycle, v: Values) -> Clearing:
     start = c.recorder.p[PLANES[c.recorder.plane][2]]
     surface = start - v["DIST"]
@@ -133,21 +133,21 @@ def _old_data(c: MachiningCycle, v: Values) -> Clearing:
 
 
 def old_pocket(c: MachiningCycle, v: Values) -> None:
-    """4: X by Y about where the tool stands, corners RADIUS."""
+    """Run cycle 4: X by Y about the position of the tool, corners RADIUS."""
     radius = c.radius()
     size = (max(v["X"] / 2.0 - radius, 0.0), max(v["Y"] / 2.0 - radius, 0.0))
     _pocket(c, size, max(v["RADIUS"] - radius, 0.0), 0.0, clockwise=False, data=_old_data(c, v), step=radius)
 
 
 def old_circle(c: MachiningCycle, v: Values) -> None:
-    """5: RADIUS about where the tool stands."""
+    """Run cycle 5: RADIUS about the position of the tool."""
     radius = c.radius()
     _note_clearing(c)
     clear(c, circle(max(v["RADIUS"] - radius, 0.0), radius, v["DR"] < 0), _old_data(c, v))
 
 
 def old_slot(c: MachiningCycle, v: Values) -> None:
-    """3: from where the tool stands, at one end of the slot, along the longer of X and Y and back."""
+    """Run cycle 3: from the position of the tool, at one end of the slot, along the longer of X and Y and back."""
     x, y, r = v["X"], v["Y"], c.radius()
     long = 0 if abs(x) >= abs(y) else 1
     length = (x, y)[long]
@@ -159,7 +159,7 @@ def old_slot(c: MachiningCycle, v: Values) -> None:
 
 # -- faces --------------------------------------------------------------------------------------------------------------
 def multipass(c: MachiningCycle, v: Values) -> None:
-    """230: Q240 rows from Q225, Q226 at Q227, each Q218 long, over Q219; Q206 down, Q207 along, Q209 across."""
+    """Run cycle 230: Q240 rows from Q225, Q226 at Q227, each Q218 long, over Q219; Q206 down, Q207 along, Q209 across."""
     level, count = v["top"], whole_count(v["rows"])
     ends = rows((v["x"], v["y"]), (v["length"], v["width"]), count)
     c.to(None, None, level + v["clear"], True)
@@ -173,14 +173,14 @@ def multipass(c: MachiningCycle, v: Values) -> None:
 def _along(
     c: MachiningCycle, ends: Sequence[Flat], feed: tuple[float, ...], across: tuple[float, ...]
 ) -> None:
-    """Rows at one feed, from row to row at another."""
+    """Make rows at one feed, from row to row at another."""
     for k, end in enumerate(ends[1:]):
         with c.feed_at(*(feed if k % 2 == 0 else across)) as rapid:
             c.to(*end, None, rapid)
 
 
 def face(c: MachiningCycle, v: Values) -> None:
-    """232: from Q227 to Q386 by Q202 at most; rows Q370 of the tool diameter apart at most, Q357 beside the face at their ends."""
+    """Run cycle 232: from Q227 to Q386 by Q202 at most; rows Q370 of the tool diameter apart at most, Q357 beside the face at their ends."""
     radius = c.radius()
     long, wide, side = v["length"], v["width"], v["beside"] + radius
     count = max(1, math.ceil(abs(wide) / max((v["overlap"] or 1.0) * 2.0 * radius, 1e-9))) if radius else 2

@@ -18,7 +18,7 @@ from vcmm.program.levels import SetupEntry
 
 
 def retracting(p: KlartextTechnology, words: KlartextWords) -> bool:
-    """A block with M140: its F, at rapid without one, is that of this block alone. True at the end of the program."""
+    """Read a block with M140: its F, at rapid without one, is that of this block alone. True at the end of the program."""
     before = p.r.feed, p.r.feed_mode
     rapid = p.technology(words) or words.feed is None
     retract(p, words.away or 0.0, rapid)
@@ -27,7 +27,7 @@ def retracting(p: KlartextTechnology, words: KlartextWords) -> bool:
 
 
 def retract(p: KlartextTechnology, away: float, rapid: bool) -> None:
-    """M140 MB: back along the axis of the tool; MB MAX to the end of travel, which is taken at the reference point."""
+    """Retract, as M140 MB: back along the axis of the tool; MB MAX to the end of travel, which is taken at the reference point."""
     r = p.r
     axis = r.tool_axis
     leans = r.led and not r.tilted and (r.aim is not None or any(r.rotary))
@@ -52,7 +52,7 @@ def retract(p: KlartextTechnology, away: float, rapid: bool) -> None:
 
 
 def settling(p: KlartextTechnology, reader: KlartextReader) -> KlartextWords:
-    """The words of a block; A+Q120 C+Q122 behind PLANE ... STAY turn the tool square to the plane, before the next motion."""
+    """Return the words of a block; A+Q120 C+Q122 behind PLANE ... STAY turn the tool square to the plane, before the next motion."""
     frames = p.cycles.frames
     if not asks_for_plane_angles(frames, reader):
         return read_words(reader, ())
@@ -65,7 +65,7 @@ def settling(p: KlartextTechnology, reader: KlartextReader) -> KlartextWords:
 
 
 def by_spatial_angles(p: KlartextTechnology, words: KlartextWords, angles: list[float]) -> None:
-    """TCPM AXIS SPAT: A B C, deg, say where the tool points. The first block states all three, as the manual asks for."""
+    """Turn the tool, TCPM AXIS SPAT: A B C, deg, are its direction. The first block states all three, as the manual asks for."""
     for k, name in enumerate(ROTARY):
         absolute, relative = words.take(name), words.take(f"I{name}")
         angles[k] = angles[k] + relative if relative is not None else angles[k]

@@ -1,7 +1,7 @@
 """Q parameters of Klartext: assignment, FN functions, jumps, system data, texts.
 
-Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Programming Q parameters". What only the machine knows (SYSREAD, probing,
-tables) is taken as zero, and told.
+Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Programming Q parameters". Values known only to the machine (SYSREAD, probing,
+tables) are read as zero, with a remark.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class KlartextParameters:
     guessed: bool = False  # a value has been taken that only the machine knows
 
     def unset(self, name: str) -> float:
-        """A parameter that nothing has set: those that the control keeps, else zero."""
+        """Return a parameter that nothing has set: those that the control keeps, else zero."""
         r, tool = self.recorder, self.recorder.tool_data
         before: Mapping[str, float | None] = {
             "Q108": None if tool.radius is None else tool.radius / r.unit, "Q109": float(r.tool_axis), "Q113": float(r.unit > 1.0),
@@ -65,7 +65,7 @@ class KlartextParameters:
 
     # -- assignment --
     def assign(self, reader: KlartextReader) -> None:
-        """Q1 = formula."""
+        """Assign Q1 = formula."""
         name = reader.parameter()
         reader.expect("=", f"after {name}")
         if reader.upper() in TEXT_FUNCTIONS:
@@ -81,7 +81,7 @@ class KlartextParameters:
             raise reader.fault(f'"{reader.upper()}" cannot be understood in a formula')
 
     def formula(self, reader: KlartextReader, name: str) -> float:
-        """The value; 0 where it has none and hangs on what only the machine knows."""
+        """Return the value; 0 where it has none and depends on values of the machine alone."""
         column = reader.column
         try:
             return reader.formula()
@@ -93,7 +93,7 @@ class KlartextParameters:
             return 0.0
 
     def text(self, reader: KlartextReader) -> None:
-        """QS1 = "text"; a text that is not known moves nothing by itself, and is told."""
+        """Assign QS1 = "text"; an unknown text has no effect on the moves, and is noted."""
         what, number = f"the text {reader.upper()}{reader.upper(1)}", reader.upper(1)
         named = reader.accept("QS") and number.isdigit()
         reader.at += named
@@ -108,14 +108,14 @@ class KlartextParameters:
         self.text(reader)
 
     def value_of(self, written: str) -> float:
-        """A number, or a parameter with its sign."""
+        """Return a number, or a parameter with its sign."""
         sign, name = (-1.0 if written.startswith("-") else 1.0), written.lstrip("+-").upper()
         if not name.startswith("Q"):
             return sign * float(name)
         return sign * (self.values[name] if name in self.values else self.unset(name))
 
     def function(self, reader: KlartextReader, code: int, column: int) -> bool:
-        """FN 0 to FN 8, FN 13 and what goes beyond the program; jumps are the reader's. True where the program ends."""
+        """Return Execute FN 0 to FN 8, FN 13 and what goes beyond the program; jumps are the reader's. True where the program ends."""
         if code == 18:
             self.system_data(reader, column)
         elif code in (0, 1, 2, 3, 4, 5, 6, 7, 8, 13):
@@ -141,7 +141,7 @@ class KlartextParameters:
         else:
             word = {1: "+", 2: "-", 3: "*", 4: "DIV", 8: "LEN", 13: "ANG"}[code]
             if not (reader.accept(word) or (code == 4 and reader.accept("/"))):
-                raise reader.fault(f'"{word}" is due between the two values of FN {code}')
+                raise reader.fault(f'"{word}" is required between the two values of FN {code}')
             second = reader.value("FN")
             if code == 4 and second == 0.0:
                 raise reader.fault("division by zero; check the parameters used here")
@@ -157,7 +157,7 @@ class KlartextParameters:
         return value
 
     def condition(self, reader: KlartextReader) -> bool:
-        """IF a EQU | NE | GT | LT b GOTO LBL, IF Q5 IS [UN]DEFINED GOTO LBL, up to the name of the label."""
+        """Evaluate IF a EQU | NE | GT | LT b GOTO LBL, IF Q5 IS [UN]DEFINED GOTO LBL, up to the name of the label."""
         reader.expect("IF", "in a jump, as in FN 9: IF +Q1 EQU +5 GOTO LBL 2")
         if reader.upper() == "QS" or any(t.kind == "string" for t in reader.tokens[: len(reader.tokens) - 1]):
             holds = False
@@ -170,7 +170,7 @@ class KlartextParameters:
         else:
             first, word = reader.value("IF"), reader.upper()
             if word not in CONDITIONS:
-                raise reader.fault(f"a condition is due here.{choose_from(word, CONDITIONS)}")
+                raise reader.fault(f"expected a condition.{choose_from(word, CONDITIONS)}")
             reader.at += 1
             holds = CONDITIONS[word](first, reader.value("IF"))
         reader.expect("GOTO", "after the condition")
@@ -178,7 +178,7 @@ class KlartextParameters:
         return holds
 
     def alarm(self, reader: KlartextReader, column: int) -> None:
-        """FN 14: ERROR = 1000 stops the program."""
+        """Stop at FN 14: ERROR = 1000."""
         reader.rest()
         self.recorder.assume(
             "an error that the program raises itself (FN 14)", "the program ends there",
@@ -186,7 +186,7 @@ class KlartextParameters:
         )  # fmt: skip
 
     def outside(self, reader: KlartextReader, code: int, column: int) -> None:
-        """Print-outs, tables, the PLC."""
+        """Pass over print-outs, tables, the PLC."""
         name = OUTPUT.get(code) or TABLES.get(code)
         refusal = f"FN {code} is not understood; use a formula (Q1 = ...) or remove it"
         if name is None:
@@ -196,7 +196,7 @@ class KlartextParameters:
         self.recorder.assume(f"FN {code}: {name}", value, refusal, column=column, matters=code in TABLES)
 
     def system_data(self, reader: KlartextReader, column: int) -> None:
-        """FN 18: SYSREAD Q1 = ID270 NR1 IDX1: the present position; nothing else is known before the machine runs."""
+        """Read FN 18: SYSREAD Q1 = ID270 NR1 IDX1: the present position; nothing else is known before the machine runs."""
         reader.expect("SYSREAD", "after FN 18:")
         name = reader.parameter()
         reader.expect("=", f"after {name}")
@@ -221,7 +221,7 @@ class KlartextParameters:
         self.values[name] = value or 0.0
 
     def present(self, numbers: Mapping[str, int]) -> float | None:
-        """System data that follow from the program: position (270, 240), tool (20, 50, 60); None: the machine's."""
+        """Return the system data that follow from the program: position (270, 240), tool (20, 50, 60); None: the machine's."""
         r, place = self.recorder, (numbers["ID"], numbers.get("NR", 0))
         axis = numbers.get("IDX", 0) - 1
         if place == (270, 1) and axis in (0, 1, 2):

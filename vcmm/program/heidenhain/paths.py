@@ -79,7 +79,7 @@ class KlartextPaths(KlartextTechnology):
 
     # -- path functions --
     def straight(self, reader: KlartextReader) -> bool:
-        """L."""
+        """Execute a line L."""
         words = settling(self, reader)
         if words.away is not None:
             return retracting(self, words)
@@ -93,7 +93,7 @@ class KlartextPaths(KlartextTechnology):
         return self.after(words)
 
     def short(self, block: KlartextBlock) -> bool:
-        """A plain line where nothing special is in force: as `straight` does it, without the ceremony. False: nothing is done."""
+        """Make a plain line where nothing special is in force: as `straight`, but faster. False: nothing is done."""
         r, line = self.r, block.read()
         if line is None or r.tracer or r.compensation or self.modal_call or self.per_turn or r.held:
             return False
@@ -112,14 +112,15 @@ class KlartextPaths(KlartextTechnology):
         self.last_rapid = rapid
 
     def note_line(self, end: Point) -> None:
-        """Remembers the direction for tangential arcs."""
+        """Remember the direction for tangential arcs."""
         one, two, _ = PLANES[self.r.plane]
         a, b = end[one] - self.r.p[one], end[two] - self.r.p[two]
         length = math.hypot(a, b)
         self.tangent = (a / length, b / length) if length > 1e-9 else self.tangent
 
     def machine_move(self, words: KlartextWords, rapid: bool) -> None:
-        """M91: coordinates of the axes; the tool length is not counted. Increments count from the last position given with M91,
+        """Move to machine coordinates, M91: positions of the axes; the tool length is not counted. Increments count from the last
+        position given with M91,
         where there is none from where the axes are."""
         q, turned = list(self.r.q), self.turning(words)
         for k, name in enumerate(AXES):
@@ -135,7 +136,7 @@ class KlartextPaths(KlartextTechnology):
         self.last_rapid = rapid
 
     def normal_line(self, reader: KlartextReader) -> bool:
-        """LN: a point with the normal of the surface (NX NY NZ) and the direction of the tool (TX TY TZ)."""
+        """Execute LN: a point with the normal of the surface (NX NY NZ) and the direction of the tool (TX TY TZ)."""
         vectors = tuple(f"{v}{a}" for v in "NT" for a in AXES)
         words = read_words(reader, vectors)
         self.r.assume(
@@ -152,7 +153,7 @@ class KlartextPaths(KlartextTechnology):
         return self.after(words)
 
     def spline(self, reader: KlartextReader) -> bool:
-        """SPL: the end point and the coefficients K of a spline."""
+        """Execute SPL: the end point and the coefficients K of a spline."""
         words = KlartextWords()
         while reader.upper() in tuple(AXES):
             name = reader.upper()
@@ -168,7 +169,7 @@ class KlartextPaths(KlartextTechnology):
         return False
 
     def polar_line(self, reader: KlartextReader) -> bool:
-        """LP."""
+        """Execute a polar line LP."""
         words = read_words(reader, POLAR)
         rapid = self.technology(words)
         self.line(self.polar(words)[0], rapid)
@@ -176,7 +177,7 @@ class KlartextPaths(KlartextTechnology):
         return self.after(words)
 
     def circle(self, reader: KlartextReader, name: str) -> bool:
-        """C CR CT CP CTP."""
+        """Execute an arc: C CR CT CP CTP."""
         words = read_words(reader, POLAR if name in ("CP", "CTP") else ("R",) if name == "CR" else ())
         if self.technology(words):
             self.r.assume(
@@ -223,7 +224,7 @@ class KlartextPaths(KlartextTechnology):
         self.last_rapid = False
 
     def unfitting(self, end: Point, centre: Point) -> bool:
-        """An arc that cannot fit because nobody knows where the tool stood before the program: told, and made a line."""
+        """Return Make a line with a remark for an arc that cannot fit because the position of the tool before the program is unknown."""
         one, two, _ = PLANES[self.r.plane]
         if {one, two} <= self.known or self.r.setup.strict:
             return False
@@ -234,7 +235,7 @@ class KlartextPaths(KlartextTechnology):
         return True
 
     def tangential(self, end: Point) -> tuple[Point, bool]:
-        """Centre of the arc that leaves along the last direction t: k n with k = |d|^2 / (2 n.d), n left of t."""
+        """Return the centre of the arc that leaves along the last direction t: k n with k = |d|^2 / (2 n.d), n left of t."""
         if self.tangent is None:
             self.r.fault("a tangential arc needs a contour element before it; program L or C first")
         one, two, _ = PLANES[self.r.plane]
@@ -250,14 +251,14 @@ class KlartextPaths(KlartextTechnology):
         return _three(centre), k < 0
 
     def need_pole(self) -> None:
-        """C and polar coordinates count from the last CC; where there is none the control stops."""
+        """Require a pole: C and polar coordinates count from the last CC; where there is none the control stops."""
         if not self.has_pole:
             self.r.assume(
-                "the pole (CC)", "the zero in force", "C, LP, CP and CTP need a pole, and no CC stands before; program CC with X and Y"
+                "the pole (CC)", "the zero in force", "C, LP, CP and CTP need a pole, and there is no CC before; program CC with X and Y"
             )  # fmt: skip
 
     def set_pole(self, reader: KlartextReader) -> None:
-        """CC: coordinates, or the present position where there are none."""
+        """Set the pole, CC: coordinates, or the present position where there are none."""
         words = read_words(reader, ())
         self.has_pole = True
         if not words.values:
@@ -272,7 +273,7 @@ class KlartextPaths(KlartextTechnology):
         self.leftover(words)
 
     def corner(self, reader: KlartextReader, kind: str) -> None:
-        """RND R5, CHF 5; F acts on the rounding only."""
+        """Read a corner, RND R5, CHF 5; F acts on the rounding only."""
         words = read_words(reader, ("R",) if kind == "round" else (), bare="R")
         size = words.take("R")
         if size is None or size <= 0:
@@ -285,7 +286,7 @@ class KlartextPaths(KlartextTechnology):
 
     # -- approach and departure --
     def approach(self, reader: KlartextReader) -> bool:
-        """APPR LT LN CT LCT."""
+        """Execute APPR LT LN CT LCT."""
         kind, polar = self.kind(reader, "APPR")
         before = self.r.feed if self.r.feed_mode == "G94" else None
         words = read_words(reader, ("LEN", "R", "CCA", *(POLAR if polar else ())))
@@ -302,7 +303,7 @@ class KlartextPaths(KlartextTechnology):
         return self.after(words)
 
     def kind(self, reader: KlartextReader, what: str) -> tuple[str, bool]:
-        """LT LN CT LCT, or with P before it, where the point is given by PR and PA."""
+        """Return the kind LT LN CT LCT, or with P before it, where the point is given by PR and PA."""
         kind = reader.upper()
         base = kind[1:] if kind[:1] == "P" else kind
         if base not in KINDS:
@@ -325,7 +326,7 @@ class KlartextPaths(KlartextTechnology):
         )
 
     def departure(self, reader: KlartextReader) -> bool:
-        """DEP LT LN CT LCT; the tool ends without radius compensation."""
+        """Execute DEP LT LN CT LCT; the tool ends without radius compensation."""
         kind, polar = self.kind(reader, "DEP")
         words = read_words(reader, ("LEN", "R", "CCA", *(POLAR if polar else ())))
         last = next(
@@ -357,7 +358,7 @@ class KlartextPaths(KlartextTechnology):
         return self.after(words)
 
     def finish(self, moves: list[Move], sides: Sides) -> tuple[list[Move], Sides]:
-        """Works the approaches in, once the elements after them are known."""
+        """Return the Insert the approaches, once the elements after them are known."""
         return resolve(moves, sides, self.said, self.r.file)
 
 

@@ -22,12 +22,12 @@ KINDS = {  # and the words without which its points are not known
 
 
 def pattern_points(reader: KlartextReader) -> list[Spot]:
-    """All points of a PATTERN DEF block, in the order in which they are machined."""
+    """Return all points of a PATTERN DEF block, in the order in which they are machined."""
     out: list[Spot] = []
     while not reader.is_done:
         kind = reader.upper()
         if kind not in KINDS:
-            raise reader.fault(f"PATTERN DEF takes {', '.join(KINDS)}, {kind} stands there")
+            raise reader.fault(f"PATTERN DEF takes {', '.join(KINDS)}, found {kind}")
         reader.at += 1
         token = reader.peek()
         if token is not None and token.kind == "number":  # POS1, POS2
@@ -41,7 +41,7 @@ def pattern_points(reader: KlartextReader) -> list[Spot]:
 
 
 def _words(reader: KlartextReader, kind: str) -> dict[str, float]:
-    """( X+25 Y+33.5 Z+0 )."""
+    """Return the words of ( X+25 Y+33.5 Z+0 )."""
     reader.expect("(", f"after {kind}, as in POS1 (X+25 Y+33.5 Z+0)")
     out: dict[str, float] = {}
     while not reader.accept(")"):
@@ -70,7 +70,7 @@ def _points(kind: str, w: Mapping[str, float]) -> Iterator[Spot]:
 
 
 def _grid(kind: str, w: Mapping[str, float], origin: Spot) -> Iterator[Spot]:
-    """Rows to and fro; of a frame its border only. ROTX and ROTY turn the two directions, ROT the whole."""
+    """Yield the rows to and fro; of a frame its border only. ROTX and ROTY turn the two directions, ROT the whole."""
     columns, lines = whole_count(w.get("NUMX", 1.0)), whole_count(w.get("NUMY", 1.0))
     turn = w.get("ROT", 0.0)
     p, q = math.radians(turn + w.get("ROTX", 0.0)), math.radians(turn + 90.0 + w.get("ROTY", 0.0))
@@ -87,7 +87,7 @@ def _grid(kind: str, w: Mapping[str, float], origin: Spot) -> Iterator[Spot]:
 
 
 def circle_points(v: Values) -> list[Flat]:
-    """220: from Q245 by Q247, or evenly to Q246."""
+    """Return the points of cycle 220: from Q245 by Q247, or evenly to Q246."""
     count, first, span = whole_count(v["count"]), v["first"], v["last"] - v["first"]
     closed = abs(abs(span) - 360.0) < 1e-9
     step = v["step"] or span / max(count if closed else count - 1, 1)
@@ -96,7 +96,7 @@ def circle_points(v: Values) -> list[Flat]:
 
 
 def row_points(v: Values) -> list[Flat]:
-    """221: Q243 rows of Q242 points, Q238 and Q237 apart, turned by Q224."""
+    """Return the points of cycle 221: Q243 rows of Q242 points, Q238 and Q237 apart, turned by Q224."""
     counts = whole_count(v["columns"]), whole_count(v.without("rows", 1.0))
     return hole_grid((v["x"], v["y"]), v["turn"], counts, (v["along"], v["across"]))
 

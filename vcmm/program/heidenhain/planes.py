@@ -27,7 +27,7 @@ TURNS = ("MOVE", "TURN", "STAY")
 
 
 class Positioning(NamedTuple):
-    """How the rotary axes get into a plane. kind: MOVE, TURN, STAY, or "" where nothing is said."""
+    """Movement of the rotary axes into a plane. kind: MOVE, TURN, STAY, or "" where none is programmed."""
 
     kind: str = ""
     posture: Posture | None = None
@@ -35,10 +35,10 @@ class Positioning(NamedTuple):
 
 
 def plane(frames: KlartextFrames, reader: KlartextReader) -> None:
-    """One PLANE block."""
+    """Read one PLANE block."""
     kind = reader.upper()
     if kind not in WORDS:
-        raise reader.fault(f"PLANE takes {', '.join(WORDS)}{f', {kind} stands there' if kind else ''}")
+        raise reader.fault(f"PLANE takes {', '.join(WORDS)}{f', found {kind}' if kind else ''}")
     reader.at += 1
     values = _values(reader, WORDS[kind])
     how = _positioning(frames, reader)
@@ -62,7 +62,7 @@ def plane(frames: KlartextFrames, reader: KlartextReader) -> None:
 
 
 def _home(frames: KlartextFrames, kind: str) -> None:
-    """PLANE RESET TURN, MOVE: the rotary axes go to zero in this block, MOVE keeping the tip where it is on the workpiece."""
+    """Execute PLANE RESET TURN, MOVE: the rotary axes go to zero in this block, MOVE keeping the tip where it is on the workpiece."""
     r = frames.recorder
     if kind not in ("TURN", "MOVE") or not r.held:
         return
@@ -110,7 +110,7 @@ def _positioning(frames: KlartextFrames, reader: KlartextReader) -> Positioning:
 
 
 def _retracting(frames: KlartextFrames, reader: KlartextReader, place: int) -> None:
-    """MB: the tool goes back along its axis before the rotary axes turn."""
+    """Retract by MB: the tool goes back along its axis before the rotary axes turn."""
     if not reader.accept("MAX"):
         away = reader.value("MB")
         if not away:
@@ -122,14 +122,14 @@ def _retracting(frames: KlartextFrames, reader: KlartextReader, place: int) -> N
 
 
 def asks_for_plane_angles(frames: KlartextFrames, reader: KlartextReader) -> bool:
-    """Whether a block turns the rotary axes to the angles of the plane: A+Q120, B+Q121, C+Q122 behind PLANE ... STAY."""
+    """Return whether a block turns the rotary axes to the angles of the plane: A+Q120, B+Q121, C+Q122 behind PLANE ... STAY."""
     texts = [t.text.upper() for t in reader.tokens]
     named = any(texts[k] == "Q" and texts[k + 1] in SAID_ROTARY for k in range(len(texts) - 1))
     return named and (frames.waits or frames.recorder.tilted)
 
 
 def _values(reader: KlartextReader, names: tuple[str, ...]) -> dict[str, float]:
-    """The words that say how the plane lies. P1X is a letter, a number and a letter."""
+    """Return the words that determine the plane. P1X is a letter, a number and a letter."""
     out: dict[str, float] = {}
     while not reader.is_done:
         name = "".join(reader.upper(k) for k in range(3)) if reader.upper() == "P" else reader.upper()
@@ -149,7 +149,7 @@ def _tell(frames: KlartextFrames) -> None:
 
 
 def _map(kind: str, v: dict[str, float], frames: KlartextFrames) -> AffineMap | None:
-    """The plane as a rotation; None where its directions do not make one."""
+    """Return the plane as a rotation; None where its directions do not make one."""
     if kind in ("SPATIAL", "AXIAL"):
         a, b, c = (v.get(n, 0.0) for n in WORDS[kind])
         return turned_about(a, b, c)
@@ -174,7 +174,7 @@ def _map(kind: str, v: dict[str, float], frames: KlartextFrames) -> AffineMap | 
 
 
 def working_plane(frames: KlartextFrames, reader: KlartextReader) -> None:
-    """19.1: A B C, spatial angles; none, or zeros, end it."""
+    """Tilt the plane by cycle 19, block 19.1: A B C, spatial angles; none, or zeros, end it."""
     angles = _values(reader, ("A", "B", "C"))
     reader.rest()  # F, ABST: how the axes get there
     made = turned_about(*(angles.get(a, 0.0) for a in "ABC"))

@@ -26,7 +26,7 @@ class KlartextProbing:
     named: tuple[str, int, float] = ("", 0, 0.0)
 
     def first(self, reader: KlartextReader) -> None:
-        """TCH PROBE 0.0 REF. PLANE Q5 X-"""
+        """Read TCH PROBE 0.0 REF. PLANE Q5 X-"""
         while not reader.is_done and not reader.is_parameter():
             reader.at += 1
         name = reader.parameter()
@@ -39,7 +39,7 @@ class KlartextProbing:
         reader.at += 2
 
     def second(self, reader: KlartextReader) -> None:
-        """TCH PROBE 0.1 X+5 Y+0 Z-5: probes."""
+        """Read TCH PROBE 0.1 X+5 Y+0 Z-5: probes."""
         name, axis, sense = self.named
         r, words = self.recorder, read_words(reader, ())
         if not name:
@@ -54,7 +54,7 @@ class KlartextProbing:
         self.named = ("", 0, 0.0)
 
     def probe(self, target: tuple[float, float, float], axis: int, sense: float) -> float:
-        """Coordinate of the surface expected at `target` (mm), along an axis in a sense."""
+        """Return the coordinate of the surface expected at `target` (mm), along an axis in a sense."""
         r = self.recorder
         feeler = Feeler(r, r.tool_data)
         before, r.feed_mode, r.feed = (r.feed_mode, r.feed), "G94", FEED

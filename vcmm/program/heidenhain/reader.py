@@ -1,4 +1,4 @@
-"""Front-end for HEIDENHAIN Klartext programs (.h): text -> canonical moves. What is understood stands in the docs.
+"""Front-end for HEIDENHAIN Klartext programs (.h): text -> canonical moves. The docs list the supported blocks.
 
 Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Subprograms and program section repeats" for LBL.
 """
@@ -47,7 +47,7 @@ HOLE = "a hole in the path: its moves are missing"
 
 
 def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
-    """The moves of a program. `file` is its name for messages; programs that it calls stand beside it.
+    """Return the moves of a program. `file` is its name for messages; called programs are in the same folder.
 
     Raises ProgramFault (file, line, column, reason, fix) for what cannot be understood, and ModelLimit for a contour that
     the tool cannot follow.
@@ -85,7 +85,7 @@ class _Runner:
         self.free = FreeContours(self.recorder, self.paths)
 
     def run(self) -> bool:
-        """True where M2 or M30 has ended it."""
+        """Run the program. True where M2 or M30 has ended it."""
         self.labels = labels_of(self.lines, self.recorder.file)
         self.give_way()
         while self.at < len(self.lines):
@@ -115,7 +115,7 @@ class _Runner:
         return self.free.flush()
 
     def _endless(self) -> bool:
-        """Whether a jump back finds everything as an earlier one found it."""
+        """Return whether the state is that of an earlier jump back: an endless loop."""
         r = self.recorder
 
         def values() -> object:
@@ -126,7 +126,7 @@ class _Runner:
         )
 
     def trace_block(self, reader: KlartextReader, line: KlartextBlock) -> bool:
-        """One block, and what is noted of it."""
+        """Execute one block, and keep its notes."""
         tracer = self.recorder.tracer
         if tracer is None:
             return self.block(reader)
@@ -142,7 +142,7 @@ class _Runner:
         return over
 
     def block(self, reader: KlartextReader) -> bool:
-        """One block. True at the end of the program."""
+        """Execute one block. True at the end of the program."""
         if reader.is_hidden() and self.recorder.setup.block_delete:
             reader.rest()
             return False
@@ -179,7 +179,7 @@ class _Runner:
         return self.unknown(reader, [*simple, "C", "CR", "CT", "CP", "CTP", "Q"])
 
     def strange(self, reader: KlartextReader, word: str) -> bool:
-        """Blocks that are named and passed over."""
+        """Pass over blocks that have no effect here, with a remark."""
         column, matters = reader.column, NOT_MOVING.get(word, True)
         what, refusal = (
             f"{word} {reader.upper(1)}".strip(),
@@ -190,7 +190,7 @@ class _Runner:
         return False
 
     def paraxial(self, reader: KlartextReader) -> bool:
-        """X+10 R+ F200: positioning by an axis key. More than one axis needs L."""
+        """Execute X+10 R+ F200: positioning by an axis key. More than one axis needs L."""
         self.recorder.assume(
             "a position without L", "read as a straight line (L)",
             f"{reader.upper()} is not understood without L before it; write L {reader.upper()} ...",
@@ -198,7 +198,7 @@ class _Runner:
         return self.paths.straight(reader)
 
     def probe(self, reader: KlartextReader) -> None:
-        """TCH PROBE 0 and those of touch_cycles; what others find is the machine's."""
+        """Run TCH PROBE 0 and those of touch_cycles; results of others depend on the machine."""
         reader.accept("PROBE")
         number, column = reader.upper(), reader.column
         probing = self.probing
@@ -221,7 +221,7 @@ class _Runner:
             )  # fmt: skip
 
     def pattern(self, reader: KlartextReader) -> None:
-        """PATTERN DEF."""
+        """Read PATTERN DEF."""
         reader.expect("DEF", "after PATTERN")
         self.spots = pattern_points(reader)
 
@@ -233,7 +233,7 @@ class _Runner:
         )
 
     def functions(self, reader: KlartextReader) -> bool:
-        """A block of M functions only; STOP with M functions: M2 and M30 end the program."""
+        """Return Execute a block of M functions only; STOP with M functions: M2 and M30 end the program."""
         if any(t.text.upper() in PARAXIAL for t in reader.tokens):
             return self.paraxial(reader)
         words = read_words(reader, ())
@@ -244,7 +244,7 @@ class _Runner:
 
     # -- frame of the program --
     def begin(self, reader: KlartextReader) -> None:
-        """BEGIN PGM NAME MM | INCH."""
+        """Read BEGIN PGM NAME MM | INCH."""
         reader.expect("PGM", "after BEGIN")
         unit = reader.tokens[-1].text.upper()
         if unit not in ("MM", "INCH"):
@@ -265,7 +265,7 @@ class _Runner:
             raise reader.fault("TOOL is followed by CALL or DEF")
 
     def cycle(self, reader: KlartextReader) -> None:
-        """CYCL DEF, CYCL CALL; CYCLE is taken for CYCL with a remark."""
+        """Read CYCL DEF, CYCL CALL; CYCLE is taken for CYCL with a remark."""
         if reader.upper(-1) == "CYCLE":
             self.recorder.remark("CYCLE is read as CYCL")
         if reader.accept("DEF"):
@@ -281,7 +281,7 @@ class _Runner:
             raise reader.fault("CYCL is followed by DEF or CALL")
 
     def cycle_call(self, reader: KlartextReader) -> None:
-        """CYCL CALL, CYCL CALL POS X Y Z, CYCL CALL PAT F."""
+        """Execute CYCL CALL, CYCL CALL POS X Y Z, CYCL CALL PAT F."""
         paths, kind = self.paths, reader.upper()
         paths.modal_call = False
         reader.at += kind in ("POS", "PAT")
@@ -311,7 +311,7 @@ class _Runner:
         return token.text.upper()
 
     def label(self, reader: KlartextReader) -> None:
-        """LBL 0 ends a subprogram that has been called."""
+        """Read a label: LBL 0 ends a subprogram that has been called."""
         if self.name(reader) == "0" and self.returns:
             self.at = self.returns.pop()
 
@@ -376,18 +376,18 @@ class _Runner:
         self.give_way()
 
     def contour(self, name: str) -> tuple[list[Move], str | None]:
-        """The moves of a label that a contour cycle follows, and the side of their compensation."""
+        """Return the moves of a label that a contour cycle follows, with the side of their compensation."""
         inner = _Runner(self.recorder, self.paths, self.lines, self.parameters, self.depth + 1)
         made = contour_moves(self.paths, inner, self.labels, name)
         self.give_way()
         return made
 
     def give_way(self) -> None:
-        """What cycles call is found here."""
+        """Free the references, because cycles find here whatever they call."""
         self.paths.cycles.program, self.paths.cycles.contours.read = self.program, self.contour
 
     def function(self, reader: KlartextReader) -> bool:
-        """FN 0 to FN 38; FN 9 to FN 12 jump."""
+        """Execute FN 0 to FN 38; FN 9 to FN 12 jump."""
         column = reader.column
         code = round(reader.value("FN"))
         reader.expect(":", f"after FN {code}")

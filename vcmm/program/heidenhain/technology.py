@@ -1,4 +1,4 @@
-"""What stands in a Klartext block beside its coordinates: feed, side of the tool, M functions.
+"""Words of a Klartext block beside its coordinates: feed, side of the tool, M functions.
 
 Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Feed rate F", "Tool compensation", "Miscellaneous functions".
 """
@@ -45,7 +45,7 @@ class KlartextTechnology:
 
     # -- what precedes a motion --
     def technology(self, words: KlartextWords) -> bool:
-        """Feed, side and M functions that act before the motion. True where the motion is at rapid."""
+        """Execute feed, side and M functions that act before the motion. True where the motion is at rapid."""
         name_axes(self.r, "".join("XYZ" if n[-2:] in ("PR", "PA") else n[-1] for n in words.values))
         self.feed_words(words)
         self.beside(words)
@@ -70,7 +70,7 @@ class KlartextTechnology:
         return words.rapid
 
     def feed_words(self, words: KlartextWords) -> None:
-        """F, FU, FZ, F AUTO."""
+        """Read the feed: F, FU, FZ, F AUTO."""
         r = self.r
         if words.feed_kind == "AUTO":
             if self.auto_feed is None:
@@ -87,7 +87,7 @@ class KlartextTechnology:
             r.feed_mode = "G95" if turning else "G94"
 
     def teeth(self) -> float:
-        """Of the tool, for a feed per tooth."""
+        """Return the number of teeth of the tool, for a feed per tooth."""
         tool = self.r.tool_data
         if tool.teeth is None:
             self.r.assume(
@@ -98,7 +98,7 @@ class KlartextTechnology:
         return float(tool.teeth or 1)
 
     def side(self, words: KlartextWords) -> None:
-        """R0 RL RR; in a plane that is tilted the contour itself is the path."""
+        """Set the side, R0 RL RR; in a plane that is tilted the contour itself is the path."""
         if words.side and in_plane(self.r.world, self.r.plane) is None:
             what = "radius compensation in a tilted plane"
             self.r.assume(
@@ -111,7 +111,7 @@ class KlartextTechnology:
         self.r.compensate(words.side, HEIDENHAIN, self.extra_radius)
 
     def tip(self, on: bool, column: int | None = None) -> None:
-        """M128, FUNCTION TCPM: the tip keeps to the programmed points while rotary axes turn."""
+        """Switch on or off M128, FUNCTION TCPM: the tip keeps to the programmed points while rotary axes turn."""
         self.cycles.frames.lead(on)
         if on:
             self.r.assume(
@@ -125,7 +125,7 @@ class KlartextTechnology:
             )  # fmt: skip
 
     def beside(self, words: KlartextWords) -> None:
-        """U, V and W."""
+        """Read the parallel axes U, V and W."""
         for name in (*BESIDE, *(f"I{a}" for a in BESIDE)):
             if words.take(name) is not None:
                 self.r.assume(
@@ -134,14 +134,14 @@ class KlartextTechnology:
                 )  # fmt: skip
 
     def feed_of(self, value: float, kind: str) -> float:
-        """mm/min or mm per turn. In INCH programs F counts 0.1 inch/min, FU inch per turn."""
+        """Return the feed in mm/min or mm per turn. In INCH programs F counts 0.1 inch/min, FU inch per turn."""
         if self.r.unit > 1.0 and kind == "F" and not self.per_turn:
             self.r.remark("F in an INCH program is read as 0.1 inch/min, as TNC controls do")
         per_turn = kind in ("FU", "FZ") or self.per_turn
         return value * ((25.4 if per_turn else 2.54) if self.r.unit > 1.0 else 1.0)
 
     def after(self, words: KlartextWords) -> bool:
-        """M functions that act after the motion. True at the end of the program."""
+        """Execute M functions that act after the motion. True at the end of the program."""
         if 89 in words.m:
             self.modal_call = True
             if words.has_moved:
@@ -159,7 +159,7 @@ class KlartextTechnology:
         return 2 in words.m or 30 in words.m
 
     def leftover(self, words: KlartextWords) -> None:
-        """Words that the block had no use for, such as a rotary axis in an arc."""
+        """Note words without use in the block, such as a rotary axis in an arc."""
         for name in list(words.values):
             value = words.take(name)
             pass_over(self.r, f"{name}{value:+g}", words.columns[name], name=name)

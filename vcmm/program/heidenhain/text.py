@@ -92,7 +92,7 @@ class KlartextBlock:
         return self._tokens
 
     def read(self) -> PlainKlartext | None:
-        """The words of a plain line; None for others."""
+        """Return the words of a plain line; None for others."""
         match = _PLAIN.match(self.text) if self.text else None
         if match is None:
             return None
@@ -101,7 +101,7 @@ class KlartextBlock:
 
 
 def plain_block(text: str, number: int) -> KlartextBlock | None:
-    """A plain line; None for others, and for one that names an axis twice."""
+    """Return a plain line; None for others, and for one that names an axis twice."""
     match = _PLAIN.match(text)
     if match is None or any(match[1].count(axis) > 1 for axis in "XYZ"):
         return None
@@ -109,12 +109,12 @@ def plain_block(text: str, number: int) -> KlartextBlock | None:
 
 
 def tokenize(text: str) -> Iterator[Token]:
-    """All tokens of a text, in order; together they are the text."""
+    """Yield all tokens of a text, in order; together they are the text."""
     return match_tokens(_TOKEN, text)
 
 
 def blocks_of(text: str) -> list[KlartextBlock]:
-    """The blocks; a line that ends with ~ goes on in the next one.
+    """Return the blocks; a line that ends with ~ goes on in the next one.
 
     A block of nothing but a comment goes on as a comment (to the next block number), and `* -` heads a line of structure,
     which is text: TNC 640 User's Manual Klartext Programming, "Entering comments", "Structuring programs".
@@ -149,13 +149,13 @@ def blocks_of(text: str) -> list[KlartextBlock]:
 
 
 def _lines(text: str) -> Iterable[str | list[Token]]:
-    """The lines as texts; as tokens where a lone CR stands among them, which may be part of a comment."""
+    """Return the lines as texts; as tokens where a lone CR is among them, which may be part of a comment."""
     plain = text.replace("\r\n", "\n")
     return _token_lines(text) if "\r" in plain else plain.split("\n")
 
 
 def _token_lines(text: str) -> Iterator[list[Token]]:
-    """The tokens of each line without its end."""
+    """Yield the tokens of each line without its end."""
     line: list[Token] = []
     for token in tokenize(text):
         if token.kind == "end":
@@ -167,19 +167,19 @@ def _token_lines(text: str) -> Iterator[list[Token]]:
 
 
 def _is_structure(row: Sequence[Token]) -> bool:
-    """`* - FINISHING`, behind its block number or without one."""
+    """Return whether a line is `* - FINISHING`, behind its block number or without one."""
     first = row[1:2] if row and row[0].kind == "number" else row[:1]
     return bool(first) and first[0].text == "*"
 
 
 def _goes_on(line: Sequence[Token]) -> bool:
-    """Whether the block has not ended with this line: ~ as its last sign, behind a comment or not."""
+    """Return whether the block has not ended with this line: ~ as its last sign, behind a comment or not."""
     last = next((t for t in reversed(line) if t.kind != "space"), None)
     return last is not None and last.text.rstrip().endswith("~")
 
 
 def _pieces(row: Sequence[Token]) -> Iterator[Token]:
-    """XQ1 is X and Q1, IDXQ1 is IDX and Q1: an address whose value is a parameter needs no blank."""
+    """Return the tokens of joined words: XQ1 is X and Q1, IDXQ1 is IDX and Q1; an address whose value is a parameter needs no blank."""
     for here, then in pairwise([*row, Token("end", "", 0, 0)]):
         touching = then.kind == "number" and then.column == here.column + len(here.text)
         match = _WORD_AND_Q.match(here.text) if here.kind == "name" and touching else None
@@ -240,13 +240,13 @@ class KlartextReader(ExpressionReader):
         self.computed: list[tuple[int, int, float]] = []  # values that are no plain numbers: tokens, value
 
     def rest(self) -> str:
-        """What is left of the block, as one text."""
+        """Return the rest of the block, as one text."""
         text = "".join(t.text for t in self.tokens[self.at :])
         self.at = len(self.tokens)
         return text
 
     def is_hidden(self) -> bool:
-        """Whether / stands before the block, with its number behind it or not: /81 M30."""
+        """Return whether / is before the block, with its number behind it or not: /81 M30."""
         if not self.accept("/"):
             return False
         token = self.peek()
@@ -255,7 +255,7 @@ class KlartextReader(ExpressionReader):
 
     # -- values --
     def value(self, what: str) -> float:
-        """A number or Q parameter with signs before it, as it follows an address."""
+        """Return a number or Q parameter with signs before it, as it follows an address."""
         sign, begin = 1.0, self.at
         while self.upper() in ("+", "-"):
             sign = -sign if self.upper() == "-" else sign
@@ -269,7 +269,7 @@ class KlartextReader(ExpressionReader):
             self.computed.append((begin, self.at, value))
             return value
         raise self.fault(
-            f"{what} needs a number or a Q parameter{f', {token.text} stands there' if token else ''}; write for example {what}+12.5"
+            f"{what} needs a number or a Q parameter{f', found {token.text}' if token else ''}; write for example {what}+12.5"
         )
 
     def is_parameter(self, ahead: int = 0) -> bool:
@@ -277,11 +277,11 @@ class KlartextReader(ExpressionReader):
         return self.upper(ahead) in ("Q", "QL", "QR") and token is not None and token.kind == "number"
 
     def parameter(self) -> str:
-        """The name of a parameter, Q12."""
+        """Return the name of a parameter, Q12."""
         if self.upper() == "QS":
             raise self.fault("QS (text parameters) are not understood")
         if not self.is_parameter():
-            raise self.fault("a Q parameter is due here, as in Q10")
+            raise self.fault("expected a Q parameter, as in Q10")
         if not self.upper(1).isdigit():
             raise self.fault(
                 f"{self.upper()}{self.upper(1)} is no Q parameter; their numbers are whole, as in Q10"
@@ -297,19 +297,19 @@ class KlartextReader(ExpressionReader):
 
     # -- formulas --
     def formula(self) -> float:
-        """+ - * / % ^ with brackets and functions; ^ binds strongest, equal ones from the left."""
+        """Evaluate a formula: + - * / % ^ with brackets and functions; ^ binds strongest, equal ones from the left."""
         return number(self.expression(), self)
 
     def keep(self, value: Evaluation) -> float:
-        """Worked out at once."""
+        """Return the value, evaluated at once."""
         return number(value, self)
 
     def single(self) -> float:
-        """One value of a formula."""
+        """Return one value of a formula."""
         return number(self.operand(), self)
 
     def atom(self) -> Value:
-        """A number, a Q parameter, PI, or a function, whose argument needs no brackets."""
+        """Return a number, a Q parameter, PI, or a function, whose argument needs no brackets."""
         if self.accept("PI"):
             return math.pi
         token = self.peek()

@@ -1,8 +1,8 @@
-"""Texts of Klartext: QS parameters, joined, cut, and turned into numbers.
+"""Texts in Klartext: QS parameters, joined, cut, and turned into numbers.
 
 Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "String parameters": || joins, TOCHAR turns a number into a text, SUBSTR cuts LEN
 characters from BEG on (the first is 0), TONUMB turns a text into a number, STRLEN is its length, INSTR where a text begins in another one (its
-length where it does not), STRCOMP 0 where both are the same, -1 or 1 where the first stands before or behind the second in the alphabet.
+length where it does not), STRCOMP 0 where both are the same, -1 or 1 where the first is before or behind the second in the alphabet.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class KlartextTexts:
     values: dict[str, str] = field(default_factory=dict)
 
     def assign(self, number: str, written: str, value_of: Evaluate) -> bool:
-        """QS1 = terms joined by ||. False where a term is not known: the parameter then is not either."""
+        """Assign QS1 = terms joined by ||. False where a term is not known: the parameter then is not either."""
         text = self.text(written, value_of)
         if text is None:
             self.values.pop(number, None)
@@ -38,7 +38,7 @@ class KlartextTexts:
         return True
 
     def text(self, expression: str, value_of: Evaluate) -> str | None:
-        """The text of an expression without blanks; None where it is not known."""
+        """Return the text of an expression without blanks; None where it is not known."""
         out, place = "", 0
         while place < len(expression):
             term = _TERM.match(expression, place)
@@ -65,7 +65,7 @@ class KlartextTexts:
         return f"{value_of(term[6]):.{max(round(value_of(term[7])), 0)}f}"
 
     def number(self, text: str, value_of: Evaluate) -> float | None:
-        """TONUMB, STRLEN, INSTR, STRCOMP, without blanks; None where it is not known."""
+        """Return TONUMB, STRLEN, INSTR, STRCOMP, without blanks; None where it is not known."""
         match = _NUMBER.fullmatch(text)
         whole = self.values.get(match[2]) if match else None
         if match is None or whole is None:

@@ -2,7 +2,7 @@
 
 Source: HEIDENHAIN, TNC 640 User's Manual Cycle Programming, "Thread milling (cycle 262)": pre-positioning at Q253 to the starting plane, a
 tangential way to the nominal diameter, one helix (Q355 = 0), one along the whole thread (1) or several (Q355 pitches apart), and
-back to the middle. That the way in and out is half a circle at one height is told.
+back to the middle. A remark states that the way in and out is half a circle at one height.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from vcmm.program.heidenhain.machining import KlartextPrimitive, MachiningCycle
 
 
 def thread_milling(c: MachiningCycle, v: Values) -> None:
-    """262: diameter Q335, pitch Q239 (negative: left-hand), depth Q201. Climb (Q351 = 1) inside is counter-clockwise: a right-hand
+    """Run cycle 262: diameter Q335, pitch Q239 (negative: left-hand), depth Q201. Climb (Q351 = 1) inside is counter-clockwise: a right-hand
     thread rises then, and goes down in up-cut."""
     r, pitch = c.recorder, v["pitch"]
     if not pitch:
@@ -41,7 +41,7 @@ def thread_milling(c: MachiningCycle, v: Values) -> None:
 
 
 def _levels(c: MachiningCycle, v: Values, floor: float, pitch: float) -> tuple[list[float], int]:
-    """Where the helices end below, and their turns."""
+    """Return the lower ends of the helices, and their turns."""
     steps = v.number("turns")
     if steps == 0:
         return [floor], 1

@@ -14,7 +14,7 @@ PLANE_OF_AXIS = {"Z": "XY", "Y": "ZX", "X": "YZ"}
 
 
 def call_tool(p: KlartextPaths, reader: KlartextReader) -> None:
-    """TOOL CALL number or name, axis, S, F, DL, DR; without a tool: new speed or oversize only."""
+    """Call a tool: TOOL CALL number or name, axis, S, F, DL, DR; without a tool: new speed or oversize only."""
     token, tool, called = reader.peek(), p.r.tool_data, p.r.called.get(p.r.tool, "")
     new = token is not None and (token.kind in ("number", "string") or reader.is_parameter())
     if new:
@@ -64,7 +64,7 @@ def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
 
 
 def define_tool(p: KlartextPaths, reader: KlartextReader) -> None:
-    """TOOL DEF number L R."""
+    """Define a tool: TOOL DEF number L R."""
     number = round(reader.value("TOOL DEF"))
     words = read_words(reader, ("L", "R"))
     length, radius = words.take("L"), words.take("R")

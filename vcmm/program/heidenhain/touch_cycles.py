@@ -51,7 +51,7 @@ def touch_cycle(
 
 # -- what is measured -----------------------------------------------------------------------------------------------------
 def _slope(c: TouchCycle) -> Findings:
-    """Degrees by which the line through two touches leans from the axis along which it runs, counter-clockwise."""
+    """Return the Angle in degrees of the line through two touches from its main axis, counter-clockwise."""
     axis, sense, one, two = c.axis(2), c.sense(), (c.v["x"], c.v["y"]), (c.v["x2"], c.v["y2"])
     if one[1 - axis] == two[1 - axis]:
         c.r.fault(
@@ -64,13 +64,13 @@ def _slope(c: TouchCycle) -> Findings:
 
 
 def _from_main_axis(c: TouchCycle) -> Findings:
-    """The angle of a line from the main axis of the plane."""
+    """Return the angle of a line from the main axis of the plane."""
     angle = _slope(c)["angle"][1] + (90.0 if c.axis(2) == 0 else 0.0)
     return {"angle": (0.0, angle)}
 
 
 def _two_holes(c: TouchCycle) -> Findings:
-    """The line through the middles of two holes."""
+    """Return the line through the middles of two holes."""
     if c.v["table"]:
         c.r.fault(
             "TCH PROBE 401: Q402 = 1 turns the rotary table, which is not understood; with Q402 = 0 the preset is turned",
@@ -81,13 +81,13 @@ def _two_holes(c: TouchCycle) -> Findings:
 
 
 def _middle(c: TouchCycle, inside: bool) -> Findings:
-    """A slot, a ridge."""
+    """Return the findings of a slot, a ridge."""
     findings = width(c, inside, c.axis(2), c.v["size"])
     return {**findings, "middle": findings["xy"[c.axis(2)]]}
 
 
 def _corner(c: TouchCycle) -> Findings:
-    """An outer corner by two points of the edge along X (Q263, Q264 and Q326 further) and two of that along Y (Q296, Q297; Q327)."""
+    """Return an outer corner by two points of the edge along X (Q263, Q264 and Q326 further) and two of that along Y (Q296, Q297; Q327)."""
     (x1, y1), (x3, y3) = (c.v["x"], c.v["y"]), (c.v["x3"], c.v["y3"])
     sense = (math.copysign(1.0, x1 - x3), math.copysign(1.0, y3 - y1))
     lower = [c.side((x1 + k * sense[0] * c.v["further_x"], y1), 1, sense[1]) for k in (0, 1)]
@@ -98,7 +98,7 @@ def _corner(c: TouchCycle) -> Findings:
 
 
 def _pitch_circle(c: TouchCycle) -> Findings:
-    """The middle of the circle through three holes at the angles Q291, Q292, Q293."""
+    """Return the middle of the circle through three holes at the angles Q291, Q292, Q293."""
     middles, half = [], c.v["size"] / 2.0
     for angle in (math.radians(c.v[name]) for name in ("one", "two", "three")):
         middles.append((*c.hole(c.v["x"] + half * math.cos(angle), c.v["y"] + half * math.sin(angle)), 0.0))
@@ -107,7 +107,7 @@ def _pitch_circle(c: TouchCycle) -> Findings:
 
 
 def _four_holes(c: TouchCycle) -> Findings:
-    """Where the lines through holes 1 and 3, and through 2 and 4 cross."""
+    """Return where the lines through holes 1 and 3, and through 2 and 4 cross."""
     one, two, three, four = (c.hole(c.v[f"x{k}"], c.v[f"y{k}"]) for k in (1, 2, 3, 4))
     (ax, ay), (bx, by) = (three[0] - one[0], three[1] - one[1]), (four[0] - two[0], four[1] - two[1])
     det = ax * by - ay * bx
@@ -125,7 +125,7 @@ def _height(c: TouchCycle) -> Findings:
 
 
 def _along(c: TouchCycle) -> Findings:
-    """A surface along Q272 in sense Q267, at Q263, Q264 and the height Q261."""
+    """Return a surface along Q272 in sense Q267, at Q263, Q264 and the height Q261."""
     axis, sense, spot = c.axis(3), c.sense(), (c.v["x"], c.v["y"])
     reads = c.top(*spot, c.v["height"], sense) if axis == 2 else c.coordinate(spot, axis, sense)
     c.leave()
@@ -133,7 +133,7 @@ def _along(c: TouchCycle) -> Findings:
 
 
 def _slot(c: TouchCycle) -> Findings:
-    """A width from inside, the second side Q310 further along it."""
+    """Return a width from inside, the second side Q310 further along it."""
     axis, size, ends = c.axis(2), c.v["size"], []
     for side in (1.0, -1.0):
         expected = [c.v["x"], c.v["y"]]
@@ -144,7 +144,7 @@ def _slot(c: TouchCycle) -> Findings:
 
 
 def _ridge(c: TouchCycle) -> Findings:
-    """A width from outside, by a point of either side."""
+    """Return a width from outside, by a point of either side."""
     axis, one, two = c.axis(2), (c.v["x"], c.v["y"]), (c.v["x2"], c.v["y2"])
     sense = math.copysign(1.0, two[axis] - one[axis])
     low, high = sorted((c.coordinate(one, axis, sense), c.coordinate(two, axis, -sense)))
@@ -162,7 +162,7 @@ def _set_datum(c: TouchCycle, findings: Findings) -> None:
 
 
 def _set_axis(c: TouchCycle, findings: Findings) -> None:
-    """The axis along which it measured; it then reads Q405 (slot, ridge), Q333."""
+    """Set the measured axis; it then reads Q405 (slot, ridge), Q333."""
     (reads,) = (findings[k][1] for k in ("middle", "place", "z") if k in findings)
     axis = 2 if "z" in findings else c.axis(3)
     new = c.v["new"] if "middle" in findings else c.v["new_z"]
@@ -174,7 +174,7 @@ def _set_turn(c: TouchCycle, findings: Findings) -> None:
 
 
 def _set_corner(c: TouchCycle, findings: Findings) -> None:
-    """The datum, and a basic rotation before it where Q304 = 1 asks for it."""
+    """Set the datum, and a basic rotation before it where Q304 = 1 asks for it."""
     spot: Flat = (findings["x"][1], findings["y"][1])
     if c.v["turns"]:
         here = c.r.world.apply((*spot, c.r.p[2]))

@@ -1,4 +1,4 @@
-"""What the touch probe cycles of Klartext are made of: ways, touches, results, and what the machine sets."""
+"""Parts of the touch probe cycles of Klartext: ways, touches, results, and their effect on the machine."""
 
 from __future__ import annotations
 
@@ -26,34 +26,34 @@ class TouchCycle(MeasuringCycle):
 
     # -- ways --
     def leave(self) -> None:
-        """To the clearance height, where there is one."""
+        """Move to the clearance height, where there is one."""
         if self.v.has("over"):
             self.go(at(self.r.p, 2, self.v["over"]))
 
     def stand(self, x: float, y: float, height: float | None = None) -> None:
-        """At a place, the lowest point of the ball at `height`; without one its middle at the measuring height Q261."""
+        """Move the lowest point of the ball to `height` at a place; without a height its middle to the measuring height Q261."""
         self.leave()
         self.go((x, y, self.r.p[2]))
         self.go(at(self.r.p, 2, self.v["height"] - self.feeler.radius if height is None else height))
 
     def approach(self, over: Point, ray: Flat, half: float, inside: bool) -> None:
-        """In a feature that is too narrow for the set-up clearance it begins at the middle (manual, 408 and 412)."""
+        """Approach: in a feature that is too narrow for the set-up clearance it begins at the middle (manual, 408 and 412)."""
         reach = max(half - self.before(), 0.0) if inside else half + self.before()
         self.stand(over[0] + reach * ray[0], over[1] + reach * ray[1])
 
     def back(self, over: Point) -> None:
-        """It stays beside the surface."""
+        """Move back: the tool stays beside the surface."""
 
     def finish(self, start: Point) -> None:
         self.leave()
 
     def before(self) -> float:
-        """mm between the middle of the ball and the surface from where probing begins."""
+        """Return the mm between the middle of the ball and the surface from where probing begins."""
         return CLEARANCE + self.v["clear"] + self.feeler.radius
 
     # -- touches --
     def side(self, expected: Flat, axis: int, sense: float) -> Point:
-        """Where the tip is when a surface answers that is expected at (x, y), along X or Y; the ball then is beside it."""
+        """Return the tip position at the touch of a surface expected at (x, y), along X or Y; the ball then is beside it."""
         start = list(expected)
         start[axis] -= sense * self.before()
         self.stand(start[0], start[1])
@@ -61,18 +61,18 @@ class TouchCycle(MeasuringCycle):
         return self.r.skip or self.r.p
 
     def coordinate(self, expected: Flat, axis: int, sense: float) -> float:
-        """Of a surface that is expected at (x, y), along X or Y."""
+        """Measure the coordinate of a surface that is expected at (x, y), along X or Y."""
         return self.side(expected, axis, sense)[axis] + sense * self.feeler.radius
 
     def top(self, x: float, y: float, expected: float, sense: float = -1.0) -> float:
-        """Of a surface square to Z, from above."""
+        """Measure the height of a surface square to Z, from above."""
         self.stand(x, y, expected - sense * (CLEARANCE + self.v["clear"]))
         reads = self.feeler.surface(2, expected, sense)
         self.leave()
         return reads
 
     def angles(self) -> list[float]:
-        """Of the touches of a circle, rad: four, or Q423 = 3, from Q325 on, Q247 apart."""
+        """Return the angles of the touches of a circle, rad: four, or Q423 = 3, from Q325 on, Q247 apart."""
         count = round(self.v.without("points", 4.0))
         if count not in (3, 4):
             self.r.fault(f"TCH PROBE {self.number}: Q423 = {count} must be 3 or 4 points", self.column)
@@ -80,7 +80,7 @@ class TouchCycle(MeasuringCycle):
         return [math.radians(self.v["first"] + k * step) for k in range(count)]
 
     def hole(self, x: float, y: float) -> tuple[float, float]:
-        """The middle of a hole whose size nothing says: by four points from where it is expected."""
+        """Measure the middle of a hole of unknown size: by four points from its expected place."""
         r, tips = self.r, []
         self.stand(x, y)
         for k in range(4):
@@ -98,7 +98,7 @@ class TouchCycle(MeasuringCycle):
 
     # -- what the machine sets --
     def preset(self) -> str:
-        """The work offset of Q305; '' for one that the set-up has not."""
+        """Return the work offset of Q305; '' for one that the set-up has not."""
         r, number = self.r, self.v.number("preset")
         if number > PRESETS:
             r.assume(
@@ -109,7 +109,7 @@ class TouchCycle(MeasuringCycle):
         return r.offset if number == 0 else f"G{53 + number}"
 
     def datum(self, reads: Sequence[float | None], should: Sequence[float | None]) -> None:
-        """What is found reads so from here on, and the touch probe axis too where Q381 = 1 asks for it."""
+        """Set the datum: the found values read so from here on, and the touch probe axis too where Q381 = 1 asks for it."""
         actual, wanted = [*reads], [*should]
         if self.v["also_z"]:
             self.check("Q382", "Q383", "Q384")
@@ -120,20 +120,20 @@ class TouchCycle(MeasuringCycle):
             self.r.refresh()
 
     def turn(self, degrees: float) -> None:
-        """A basic rotation: what lies at that angle lies at Q307 from here on."""
+        """Turn by a basic rotation: the found angle reads Q307 from here on."""
         name = self.preset()
         if name:
             correct_turn(self.r, name, math.radians(degrees - self.v["new_angle"]))
             self.r.refresh()
 
-    # -- what is said --
+    # -- remarks --
     def check(self, *needed: str) -> None:
         missing = next((name for name in needed if name not in self.parameters), None)
         if missing:
             self.r.fault(f"TCH PROBE {self.number} needs {missing}; add it", self.column)
 
     def axis(self, most: int) -> int:
-        """Q272."""
+        """Return the axis of Q272."""
         if self.v["axis"] not in range(1, most + 1):
             self.r.fault(
                 f"TCH PROBE {self.number}: Q272 = {self.v['axis']:g} must be {'1, 2 or 3' if most == 3 else '1 or 2'}, the axis along which it measures",
@@ -142,7 +142,7 @@ class TouchCycle(MeasuringCycle):
         return self.v.number("axis") - 1
 
     def sense(self) -> float:
-        """Q267."""
+        """Return the sense of Q267."""
         if self.v["sense"] not in (-1.0, 1.0):
             self.r.fault(
                 f"TCH PROBE {self.number}: Q267 = {self.v['sense']:g} must be -1 or +1, the way to the surface",

@@ -1,4 +1,4 @@
-"""Where the words of a Klartext block stand, and how the block reads without Q parameters, labels and jumps."""
+"""Places of the words of a Klartext block, and the block without Q parameters, labels and jumps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ FLOW = ("LBL", "CALL", "FN")
 
 
 def words_of(reader: KlartextReader, tracer: Tracing) -> dict[str, WordAt]:
-    """KlartextWords by address: IX is "X" with the mode IC; "path" is the word that the block begins with."""
+    """Return KlartextWords by address: IX is "X" with the mode IC; "path" is the word that the block begins with."""
     out: dict[str, WordAt] = {}
     if not reader.tokens:
         return out
@@ -31,7 +31,7 @@ def words_of(reader: KlartextReader, tracer: Tracing) -> dict[str, WordAt]:
 
 
 def cuts_of(reader: KlartextReader) -> list[TextCut]:
-    """What changes when the block is written out where it is executed."""
+    """Return the replacements when the block is written out at its execution."""
     tokens = reader.tokens
     word = tokens[0].text.upper() if tokens else ""
     assigned = len(tokens) > 2 and word in ("Q", "QL", "QR") and tokens[2].text == "="

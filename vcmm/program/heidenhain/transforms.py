@@ -42,7 +42,7 @@ class KlartextFrames:
     posture: Posture | None = None  # of the plane in force
 
     def put(self, name: str, made: AffineMap, again: bool = False) -> None:
-        """A transformation, at the place where it was; behind all others where it is new, or is to be built on them `again`."""
+        """Insert a transformation at its place; behind all others where it is new, or is to be built on them `again`."""
         if made == AffineMap():
             self.maps.pop(name, None)
         else:
@@ -56,7 +56,7 @@ class KlartextFrames:
 
     # -- shifts --
     def datum(self, reader: KlartextReader) -> None:
-        """7: X Y Z, absolute from the preset or incremental; # takes a row of a datum table."""
+        """Execute cycle 7: X Y Z, absolute from the preset or incremental; # takes a row of a datum table."""
         if reader.accept("#"):
             row = f"row {reader.value('#'):g} of the datum table"
             self.recorder.assume(
@@ -75,27 +75,27 @@ class KlartextFrames:
         self.put(name, translation(_three(shift)), again=name == SHIFT and self.above(name))
 
     def coordinate(self, reader: KlartextReader, what: str) -> tuple[int | None, bool, float]:
-        """X+10 or IX+10: axis (None for one that is passed over), incremental, mm."""
+        """Read X+10 or IX+10: axis (None for one that is passed over), incremental, mm."""
         name = reader.upper()
         letter = name[-1:]
         if name not in (letter, f"I{letter}") or letter not in "XYZABCUVW" or not letter:
-            raise reader.fault(f'{what} takes X, Y, Z, "{name}" stands there')
+            raise reader.fault(f'{what} takes X, Y, Z, found "{name}"')
         reader.at += 1
         value = reader.value(name)
         if letter in AXES:
             return AXES.index(letter), name[0] == "I", value * self.recorder.unit
         if value:
             self.recorder.assume(
-                f"the datum of the axis {letter}", "no shift", f'{what} takes X, Y, Z, "{name}" stands there'
+                f"the datum of the axis {letter}", "no shift", f'{what} takes X, Y, Z, found "{name}"'
             )
         return None, False, 0.0
 
     def above(self, name: str) -> bool:
-        """Whether others have been programmed after a transformation."""
+        """Return whether others have been programmed after a transformation."""
         return name in self.maps and list(self.maps)[-1] != name
 
     def after_others(self, name: str, moved: bool) -> None:
-        """A shift along axes that are turned, mirrored or scaled already."""
+        """Apply a shift along axes that are turned, mirrored or scaled already."""
         if moved and any(k in self.maps for k in (MIRROR, TURN, SCALE)):
             self.recorder.assume(
                 "a datum shift after rotation, mirror or scaling",
@@ -104,7 +104,7 @@ class KlartextFrames:
 
     # -- rotation, mirror, scale --
     def mirror(self, reader: KlartextReader) -> None:
-        """8: the axes that are mirrored; none ends it."""
+        """Execute cycle 8: the axes that are mirrored; none ends it."""
         axes = reader.rest().upper().replace(",", "")
         if any(a not in AXES for a in axes):
             raise reader.fault(f"a mirror image takes X, Y, Z, got {axes}")
@@ -121,7 +121,7 @@ class KlartextFrames:
             )
 
     def rotate(self, reader: KlartextReader) -> None:
-        """10: ROT, absolute or incremental, deg."""
+        """Execute cycle 10: ROT, absolute or incremental, deg."""
         incremental = reader.accept("IROT")
         if not incremental:
             reader.expect("ROT", "of the rotation, as in CYCL DEF 10.1 ROT+35")
@@ -135,7 +135,7 @@ class KlartextFrames:
         self.put(TURN, rotation(PLANES[self.recorder.plane][2], math.radians(angle)))
 
     def enlarge(self, reader: KlartextReader) -> None:
-        """11: SCL."""
+        """Execute cycle 11: SCL."""
         reader.expect("SCL", "of the scaling, as in CYCL DEF 11.1 SCL 0.99")
         value = reader.value("SCL")
         self.scale(reader, [value] * 3)
@@ -147,7 +147,7 @@ class KlartextFrames:
         self.put(SCALE, stretch(_three(self.scales)))
 
     def stretch(self, reader: KlartextReader) -> None:
-        """26: factors of single axes, X0.99; CCX, CCY: the point that stays."""
+        """Execute cycle 26: factors of single axes, X0.99; CCX, CCY: the point that stays."""
         factors, centre = [1.0] * 3, [0.0] * 3
         while not reader.is_done:
             name = reader.upper()
@@ -158,14 +158,14 @@ class KlartextFrames:
             elif name[:2] == "CC" and name[2:] in tuple(AXES):
                 centre[AXES.index(name[2:])] = value * self.recorder.unit
             else:
-                raise reader.fault(f'cycle 26 takes X, Y, Z and CCX, CCY, "{name}" stands there')
+                raise reader.fault(f'cycle 26 takes X, Y, Z and CCX, CCY, found "{name}"')
         self.scale(reader, factors)
         stays = _three([c * (1.0 - f) for c, f in zip(centre, factors)])
         self.put(SCALE, translation(stays).then(stretch(_three(factors))))
 
     # -- presets --
     def preset(self, number: int) -> None:
-        """247: preset 1 is G54 of the set-up, 2 is G55 ...; shift, mirror, rotation and scale end with it."""
+        """Execute cycle 247: preset 1 is G54 of the set-up, 2 is G55 ...; shift, mirror, rotation and scale end with it."""
         if not 1 <= number <= 6:
             self.recorder.assume(
                 f"preset {number}", "machine zero",
@@ -184,8 +184,8 @@ class KlartextFrames:
 
     # -- tilted planes --
     def tilt(self, made: AffineMap, posture: Posture | None = None, *, stays: bool = False) -> None:
-        """PLANE or cycle 19: the plane in which X and Y now lie; none ends it, and the shift inside it. stays: the rotary axes stand
-        where they are until a block turns them; the tip is led over the plane all the same, the control knows where they stand."""
+        """Tilt by PLANE or cycle 19: the plane in which X and Y now lie; none ends it, and the shift inside it. stays: the rotary axes keep
+        their angles until a block turns them; the tip is led over the plane all the same, the control knows where they stand."""
         is_plane = made != AffineMap()
         if not is_plane:
             self.maps.pop(INNER, None)
@@ -197,17 +197,17 @@ class KlartextFrames:
         self.recorder.posture = posture if is_plane else None
 
     def settle(self) -> None:
-        """The block behind PLANE ... STAY that turns the rotary axes to the angles of the plane (Q120 to Q122)."""
+        """Execute the block behind PLANE ... STAY that turns the rotary axes to the angles of the plane (Q120 to Q122)."""
         self.waits, self.recorder.tilted, self.recorder.led = False, True, self.tip_led
 
     def lead(self, on: bool) -> None:
-        """M128, TCPM and their end."""
+        """Begin or end M128, TCPM."""
         self.tip_led = on
         self.recorder.led = on or self.waits
 
 
 def turned_about(a: float, b: float, c: float) -> AffineMap:
-    """Spatial angles, deg: about the X, then Y, then Z axis that stand still; R = Rz(c) Ry(b) Rx(a)."""
+    """Return the spatial angles, deg: about the X, then Y, then Z axis, which are fixed; R = Rz(c) Ry(b) Rx(a)."""
     made = AffineMap()
     for axis, angle in ((2, c), (1, b), (0, a)):
         made = made.then(rotation(axis, math.radians(angle)))

@@ -37,7 +37,7 @@ class KlartextWords:
 
 
 def read_words(reader: KlartextReader, addresses: tuple[str, ...], bare: str = "") -> KlartextWords:
-    """All words to the end of the block. addresses: besides axes; bare: the address that a plain number stands for."""
+    """Return all words to the end of the block. addresses: besides axes; bare: the address of a plain number."""
     words = KlartextWords()
     axes = (*AXES, *ROTARY, *BESIDE)
     names = (*axes, *(f"I{a}" for a in axes), *addresses)
@@ -58,7 +58,7 @@ def read_words(reader: KlartextReader, addresses: tuple[str, ...], bare: str = "
         elif name in names:
             reader.at += 1
             if name in words.values:
-                raise reader.fault(f"{name} stands twice in this block; remove one", column)
+                raise reader.fault(f"{name} appears twice in this block; remove one", column)
             begin = reader.at
             words.values[name], words.columns[name] = reader.value(name), column
             reader.spans[name] = (begin - 1, begin, reader.at)
@@ -70,7 +70,7 @@ def read_words(reader: KlartextReader, addresses: tuple[str, ...], bare: str = "
 
 
 def _modal(reader: KlartextReader, words: KlartextWords, name: str) -> bool:
-    """R0 RL RR, DR+ DR-, F, M; True where one of them was read."""
+    """Read R0 RL RR, DR+ DR-, F, M; True where one of them was read."""
     if name in ("RL", "RR"):
         reader.at += 1
         words.side, words.sided = SIDES[name], True
@@ -105,7 +105,7 @@ def _modal(reader: KlartextReader, words: KlartextWords, name: str) -> bool:
 
 
 def _parameters(reader: KlartextReader, words: KlartextWords, m: int) -> None:
-    """Words that belong to an M function: M128 F1000 is no feed of the contour, M118 X1 no coordinate."""
+    """Read words that belong to an M function: M128 F1000 is no feed of the contour, M118 X1 no coordinate."""
     while m in NAMING and reader.upper() in (*AXES, *ROTARY):
         reader.at += 1  # M94 C, M138 A C: names without numbers
     while reader.upper() in PARAMETERS.get(m, ()) or (m in (128, 140) and reader.upper() == "FMAX"):
@@ -122,7 +122,7 @@ def _parameters(reader: KlartextReader, words: KlartextWords, m: int) -> None:
 
 
 def _oversize(reader: KlartextReader) -> bool:
-    """DR+0.1 or DR0. of TOOL CALL, not the sense of rotation DR+."""
+    """Return whether it is DR+0.1 or DR0. of TOOL CALL, not the sense of rotation DR+."""
     signed = 1 + (reader.upper(1) in ("+", "-"))
     token = reader.peek(signed)
     return token is not None and (token.kind == "number" or reader.is_parameter(signed))

@@ -1,4 +1,4 @@
-"""One line of a G-code program as a IsoBlock: words, assignments, flow control. Read once, executed as often as need be."""
+"""One line of a G-code program as an IsoBlock: words, assignments, flow control. Read once, executed as often as needed."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
 
 
 def _rest(reader: LineReader, block: IsoBlock) -> None:
-    """X1. /Y2.: the words from here on can be left out."""
+    """Read the rest of a block, X1. /Y2.: the words from here on can be left out."""
     reader.at += 1
     if re.match(r"[1-9][ \t]*[A-Z#]", reader.text[reader.at :], re.IGNORECASE):  # one of nine switches
         reader.at += 1
@@ -133,7 +133,7 @@ def _rest(reader: LineReader, block: IsoBlock) -> None:
 
 
 def _beside(clean: str, dialect: Dialect) -> str:
-    """What a line is that moves nothing; "" for a block. A title without a number is one of these."""
+    """Return the kind of a line without moves; "" for a block. A title without a number is such a line."""
     first = clean.strip()[:1]
     if first and dialect.survey and first in "$!~?":
         return f"{clean.split()[0]}, a command of the console"
@@ -159,7 +159,7 @@ def _plain_words(block: IsoBlock, plain: re.Match[str]) -> None:
 
 
 def without_comments(text: str, dialect: Dialect) -> str:
-    """The line with every comment blanked, so that columns stay. Raises BlockFault: never closed, nested, stray ')'."""
+    """Return the line with every comment blanked, so that columns stay. Raises BlockFault: never closed, nested, stray ')'."""
     if "(" not in text and ";" not in text and ")" not in text:
         return text
     out = list(text)
@@ -229,7 +229,7 @@ def _check_characters(clean: str) -> None:
 
 
 def _item(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
-    """One word, assignment or piece of flow control."""
+    """Read one word, assignment or piece of flow control."""
     here = reader.skip()
     if here == "#":
         block.assigns.append(_assignment(reader))

@@ -1,6 +1,6 @@
 """Programs of two channels in one file: $1, $2 on lines of their own (Fanuc and its kin on lathes with two turrets or spindles).
 
-One channel is read, the others are blanked line by line, so that numbers of lines stay. What stands before the first mark belongs to all, without a mark $1 to channel 1.
+One channel is read, the others are blanked line by line, so that numbers of lines stay. Lines before the first mark belong to all channels, without a mark $1 to channel 1.
 Codes on which channels wait for each other move nothing; how long one waits is not known and not counted.
 """
 
@@ -16,7 +16,7 @@ _MARK = re.compile(r"[ \t]*\$([1-9])[ \t]*(?:\([^()]*\)[ \t]*)?\r?\n?\Z")
 
 
 def marks_of(text: str) -> dict[int, int]:
-    """Line -> channel that begins there."""
+    """Return the line -> channel that begins there."""
     marks = (
         (k, _MARK.match(line)) for k, line in enumerate(text.splitlines(keepends=True), 1) if "$" in line
     )
@@ -24,7 +24,7 @@ def marks_of(text: str) -> dict[int, int]:
 
 
 def one_channel(text: str, marks: dict[int, int], wanted: int) -> str:
-    """The text with all other channels and the marks themselves blanked."""
+    """Return the text with all other channels and the marks themselves blanked."""
     out, now = [], 0 if 1 in marks.values() else 1
     for k, line in enumerate(text.splitlines(keepends=True), 1):
         now = marks.get(k, now)
@@ -34,7 +34,7 @@ def one_channel(text: str, marks: dict[int, int], wanted: int) -> str:
 
 
 def tell_other_channels(c: IsoControl, marks: dict[int, int]) -> None:
-    """What of a program of several channels is not read, by line. UsageError: the set-up asks for a channel that is not there."""
+    """Note the unread part of a program of several channels, by line. Raises UsageError: the set-up asks for a channel that does not exist."""
     channel = c.setup.channel
     if channel not in {1, *marks.values()}:
         raise UsageError(

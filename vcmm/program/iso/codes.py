@@ -28,7 +28,7 @@ _M_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
 
 def groups_of(c: IsoControl) -> dict[str, str]:
-    """Code -> group of the dialect."""
+    """Return the code -> group of the dialect."""
     language = c.language
     return _groups(
         language.codes or ("fanuc" if language.words == "macro" else "linuxcnc"), tuple(language.unit_codes)
@@ -41,7 +41,7 @@ def _groups(table: str, units: tuple[str, ...]) -> dict[str, str]:
 
 
 def code_text(number: float) -> str:
-    """The name of a G code: 54.1 -> "G54.1"."""
+    """Return the name of a G code: 54.1 -> "G54.1"."""
     return f"G{round(number, 3):g}"
 
 
@@ -80,7 +80,7 @@ class IsoWords:
             return
         if word.letter in self.values and not ({"G65", "G66", "G66.1"} & set(self.g.values())):
             raise BlockFault(
-                word.first, f'the word "{word.letter}" stands twice in this block; remove one of them'
+                word.first, f'the word "{word.letter}" appears twice in this block; remove one of them'
             )
         self.values[word.letter], self.words[word.letter] = number, word
 
@@ -96,9 +96,7 @@ class IsoWords:
                 mirrored_for(c, spindle)
             return
         if group == "harmless":
-            if (
-                not self.passed
-            ):  # where it is a hole in the path, or stands for another code, that is told already
+            if not self.passed:  # a hole in the path or a replacement by another code is noted already
                 c.remark(f"{code} changes no path here and is passed over", column, code)
             self.used |= {"P", "Q", "R", "E", "L", "D", "I", "J", "K"}
             if code in NO_WAY:
@@ -115,7 +113,7 @@ class IsoWords:
         self.g[group], self.g_columns[group] = code, column
 
     def _unknown_g(self, c: IsoControl, groups: dict[str, str], code: str, column: int) -> tuple[str, str]:
-        """A code that is not modelled: what a survey takes in its place, and its group."""
+        """Return the replacement of a code that is not modelled in a survey, and its group."""
         if code in PROBING and c.setup.surfaces:
             return code, "motion"
         refusal = unknown_code(c, code, groups)
@@ -156,7 +154,7 @@ class IsoWords:
             return
         if code in PALLETS and family == "macro" and not c.language.lathe and (code == 60 or c.language.haas):
             c.remark(
-                f"M{code} ({PALLETS[code]}): what follows may be another part; its work offset is taken as it stands",
+                f"M{code} ({PALLETS[code]}): what follows may be another part; its work offset is taken unchanged",
                 column,
             )
         if c.language.codes == "haas":
@@ -191,7 +189,7 @@ class IsoWords:
         return letter in self.values
 
     def take(self, letter: str) -> float | None:
-        """The number of a word, None when it is absent."""
+        """Return the number of a word, None when it is absent."""
         self.used.add(letter)
         return self.values.get(letter)
 
@@ -200,7 +198,7 @@ class IsoWords:
         return word.first if word else 1
 
     def need(self, letter: str, why: str, column: int) -> float:
-        """The number of a word that must be there."""
+        """Return the number of a required word."""
         number = self.take(letter)
         if number is None:
             raise BlockFault(column, f'the word "{letter}" is missing: {why}')
@@ -222,7 +220,7 @@ class IsoWords:
 
 
 def number_of(c: IsoControl, word: Word) -> float | None:
-    """The number of a word now; complaints of expressions get a column."""
+    """Return the number of a word now; complaints of expressions get a column."""
     if not callable(word.value):
         return word.value
     try:
@@ -232,12 +230,12 @@ def number_of(c: IsoControl, word: Word) -> float | None:
 
 
 def meaning_of(c: IsoControl, code: str) -> str:
-    """What a code that is not modelled means on this control; "" where that is not known."""
+    """Return the meaning on this control of a code that is not modelled; "" where it is unknown."""
     return REFUSED_OF.get(c.language.codes, {}).get(code) or REFUSED_CODES.get(code, "")
 
 
 def unknown_code(c: IsoControl, code: str, groups: dict[str, str]) -> str:
-    """Why a G code is refused."""
+    """Return the reason for the refusal of a G code."""
     meaning = meaning_of(c, code)
     if meaning:
         if code in PROBING:

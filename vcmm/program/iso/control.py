@@ -1,4 +1,4 @@
-"""What a control of the G-code family remembers beyond the state that all languages share."""
+"""State of a control of the G-code family beyond the state common to all languages."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class PolarWords:
 
 
 def about(centre: Point, turned: AffineMap) -> AffineMap:
-    """A turn, mirror or scale about a point."""
+    """Return a turn, mirror or scale about a point."""
     return translation(centre).then(turned).then(translation((-centre[0], -centre[1], -centre[2])))
 
 
@@ -99,11 +99,11 @@ class IsoControl(Recorder):
         raise BlockFault(column or self.column, text)
 
     def speed_at_centre(self) -> float:
-        """With constant surface speed at the centre and no limit the spindle is taken to stand."""
+        """Return the spindle speed at the centre: with constant surface speed and no limit the spindle is taken to be at rest."""
         return 0.0
 
     def surface_speed(self) -> float:
-        """mm/min, from m/min or, in inches, ft/min."""
+        """Return the surface speed in mm/min, from m/min or, in inches, ft/min."""
         return self.speed * (304.8 if self.unit > 1.0 else 1000.0)
 
     def feeding(self, x: float) -> float:
@@ -112,7 +112,7 @@ class IsoControl(Recorder):
         return turns if math.isfinite(turns) else 0.0
 
     def line_feed(self, start: Point, end: Point, rotary: Point) -> float | None:
-        """mm/min; degrees per minute, whatever the unit of length, where rotary axes alone move."""
+        """Return the feed in mm/min; degrees per minute, whatever the unit of length, where rotary axes alone move."""
         distance = math.dist(start, end) or self.turn_angle(rotary)
         feed = self.rate(distance, self.feeding((start[0] + end[0]) / 2.0 - self.world.shift[0]))
         alone = start == end and rotary != self.rotary and self.feed_mode == "G94"
@@ -121,7 +121,7 @@ class IsoControl(Recorder):
         return feed / self.unit if self.turning_feed is None else self.turning_feed
 
     def rebuild(self) -> None:
-        """The program's frame G92 + G52 + turn of G68, after one of them or a work offset has changed."""
+        """Rebuild the program's frame G92 + G52 + turn of G68, after one of them or a work offset has changed."""
         shift = [self.g92[i] + self.g52[i] for i in range(3)]
         frame = translation((shift[0], shift[1], shift[2])).then(self.tilt)
         if self.turn is not None:
@@ -137,18 +137,19 @@ class IsoControl(Recorder):
         self.refresh()
 
     def set_unit(self, unit: float) -> None:
-        """mm per unit of the program; the feed counts in it too."""
+        """Set the mm per unit of the program; the feed counts in it too."""
         self.unit = self.feed_scale = unit
 
 
 def mirrored_for(c: IsoControl, spindle: int) -> None:
-    """Haas lathes: G14 gives the words to the second spindle and mirrors Z; G15 ends both (lathe operator's manual, G14 and G15)."""
+    """Mirror for a spindle. Haas lathes: G14 gives the words to the second spindle and mirrors Z; G15 ends both (lathe operator's manual,
+    G14 and G15)."""
     c.mirrors = {axis: at for axis, at in c.mirrors.items() if axis != 2} | ({2: 0.0} if spindle == 2 else {})
     c.rebuild()
 
 
 def new_control(name: str, language: Dialect, setup: Setup) -> IsoControl:
-    """The state at the start of a program: metric, G17, G90, G94, first work offset, axes at machine zero."""
+    """Return the state at the start of a program: metric, G17, G90, G94, first work offset, axes at machine zero."""
     c = IsoControl(file=name, dialect=language.name, setup=setup, language=language)
     c.tools = dict(setup.tools)
     c.home, c.home2 = setup.reference, setup.second_reference

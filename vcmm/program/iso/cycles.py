@@ -29,7 +29,7 @@ SIDE = {"G87": "G83", "G88": "G84", "G89": "G85"}  # of Fanuc lathes, along X
 
 
 def drill(c: IsoControl, w: IsoWords, code: str) -> None:
-    """A block in which a cycle is in force."""
+    """Drill a block in which a cycle is in force."""
     if c.compensation is not None:
         c.fault(f"{code} while cutter radius compensation is on; cancel it with G40 before")
     if c.feed_mode == "G93":
@@ -56,7 +56,7 @@ def drill(c: IsoControl, w: IsoWords, code: str) -> None:
 
 
 def lathe_cycle(c: IsoControl, mode: str) -> tuple[str, str]:
-    """What a drilling cycle of a lathe does and its plane: along Z; on Fanuc G87, G88, G89 do along X what G83, G84, G85 do along Z.
+    """Return the kind of a drilling cycle of a lathe and its plane: along Z; on Fanuc G87, G88, G89 work along X as G83, G84, G85 along Z.
 
     Source: FANUC B-64304EN-1, "canned cycle for drilling": face (Z) and side (X) drilling, tapping and boring.
     """
@@ -66,7 +66,7 @@ def lathe_cycle(c: IsoControl, mode: str) -> tuple[str, str]:
 
 
 def _hole_point(c: IsoControl, w: IsoWords) -> tuple[list[float], list[float]]:
-    """Where the holes are in the plane, and the increment from one to the next (G91)."""
+    """Return the places of the holes in the plane, and the increment from one to the next (G91)."""
     first, second, _ = PLANES[c.plane]
     if c.polar is not None or c.language.lathe:
         p, _ = target(c, w)
@@ -84,31 +84,31 @@ def _hole_point(c: IsoControl, w: IsoWords) -> tuple[list[float], list[float]]:
 
 
 def heights(c: IsoControl) -> tuple[float, float]:
-    """Clearance and bottom of the cycle in force, mm."""
+    """Return the clearance and bottom of the cycle in force, mm."""
     level = c.cycle_level or 0.0
     r = c.cycle["R"] + (level if _counts_on(c, "R") else 0.0)
     return r, c.cycle["Z"] + (r if _counts_on(c, "Z") else 0.0)
 
 
 def _counts_on(c: IsoControl, letter: str) -> bool:
-    """Whether R counts from the initial level, the depth from R."""
+    """Return whether R counts from the initial level, the depth from R."""
     if letter == "R" and c.language.lathe and not c.language.everything_home:
         return True  # Fanuc lathes: from where it starts
     return not c.absolute if c.language.words == "o" else letter in c.counted_on
 
 
 def drill_at(c: IsoControl, a: float, b: float, code: str = "") -> None:
-    """One hole of the cycle in force, at (a, b) mm of the plane."""
+    """Drill one hole of the cycle in force, at (a, b) mm of the plane."""
     code, normal = code or str(c.motion), PLANES[c.plane][2]
     r, bottom = heights(c)
     level = r if c.cycle_level is None else c.cycle_level
     hole = Hole(c, r, bottom, r if c.retract == "G99" else max(level, r))
-    if c.language.words == "o" and level < r:  # even where it stands higher now
+    if c.language.words == "o" and level < r:  # even where it is higher now
         hole.to(r, True)
     elif c.p[normal] < r and code != "G87":
         c.assume(
             f"where {code} ends whose R lies above the level at which it begins",
-            "at R: it goes across at the level where it stands and up to R then (FANUC B-64304EN, operations 1 and 2); the way back is not described",
+            "at R: it goes across at its present level and up to R then (FANUC B-64304EN, operations 1 and 2); the way back is not described",
             column=c.column,
         )  # fmt: skip
     hole.across(a, b)
@@ -119,7 +119,7 @@ def drill_at(c: IsoControl, a: float, b: float, code: str = "") -> None:
 
 
 def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
-    """R and depth: the words as given stay in force, and are checked."""
+    """Read R and depth: the words as given stay in force, and are checked."""
     letter = AXES[normal]
     half = 0.5 if letter == "X" and c.diametral() else 1.0
     for meaning, word, factor in (("Z", letter, half), ("R", "R", 1.0)):
@@ -147,7 +147,7 @@ def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
 
 
 def _words(c: IsoControl, w: IsoWords, code: str) -> None:
-    """Q, P and the words of boring cycles, kept in force; what the cycle has no use for is told."""
+    """Read Q, P and the words of boring cycles, kept in force; words without use in the cycle are noted."""
     row, unused = DRILLING[code], []
     for letter in ("Q", "P", *CENTRE_WORDS):
         number = None if letter == "K" and _k_counts(c, w) else w.take(letter)
@@ -186,7 +186,7 @@ def _retract_multiple(w: IsoWords, number: float) -> float:
 
 
 def _k_counts(c: IsoControl, w: IsoWords) -> bool:
-    """Whether K is a number of repeats: Fanuc and its kin, but with I in G83 of Haas, where it is the least peck."""
+    """Return whether K is a number of repeats: Fanuc and its kin, but with I in G83 of Haas, where it is the least peck."""
     return c.language.words == "macro" and not (c.language.codes == "haas" and "I" in w.values)
 
 
@@ -207,13 +207,13 @@ def _repeats(c: IsoControl, w: IsoWords, column: int) -> int:
 
 # -- what happens in the hole ------------------------------------------------------------------------------------------
 def in_and_out(c: IsoControl, h: Hole, v: Values) -> None:
-    """To the bottom at feed, a dwell, out at rapid."""
+    """Feed to the bottom, dwell, move out at rapid."""
     h.feed_in(v["P"])
     h.leave()
 
 
 def peck(c: IsoControl, h: Hole, v: Values, *, out: bool) -> None:
-    """Pecks of Q, each back to the clearance above the depth reached; G83 goes out to R between them. Haas: first peck I, each smaller by
+    """Peck by Q, each back to the clearance above the depth reached; G83 goes out to R between them. Haas: first peck I, each smaller by
     J, down to K."""
     step, gap, smaller = v["Q"], c.language.peck_clearance, 0.0
     if c.language.codes == "haas" and v["I"]:
@@ -235,7 +235,7 @@ def peck(c: IsoControl, h: Hole, v: Values, *, out: bool) -> None:
 
 
 def tap(c: IsoControl, h: Hole, v: Values) -> None:
-    """In and out at feed, the spindle reversed at the bottom. Fanuc leaves the hole at R, LinuxCNC at the retract height."""
+    """Tap in and out at feed, the spindle reversed at the bottom. Fanuc leaves the hole at R, LinuxCNC at the retract height."""
     _tapping_pecks(c, h, v["Q"])
     h.feed_in(v["P"])
     _feed_out(c, h, -c.sense, c.cycle.get("J", 1.0))
@@ -243,7 +243,8 @@ def tap(c: IsoControl, h: Hole, v: Values) -> None:
 
 
 def _tapping_pecks(c: IsoControl, h: Hole, step: float) -> None:
-    """G84 Q of Fanuc and its kin: after each Q the spindle turns back and the tap comes up by d (high-speed peck tapping; B-64304EN,
+    """Peck while tapping, G84 Q of Fanuc and its kin: after each Q the spindle turns back and the tap comes up by d (high-speed peck
+    tapping; B-64304EN,
     "peck rigid tapping cycle (G84 or G74)", parameter 5213). With parameter 5200#5 PCP = 1 it comes up to R; which, the control knows."""
     if c.language.words != "macro" or step <= 0:
         return
@@ -261,7 +262,7 @@ def _tapping_pecks(c: IsoControl, h: Hole, step: float) -> None:
 
 
 def _feed_out(c: IsoControl, h: Hole, turning: int, times: float = 1.0) -> None:
-    """Out at feed: Fanuc to R, LinuxCNC to the retract height. turning: sense of the spindle meanwhile; times: how many times as fast
+    """Move out at feed: Fanuc to R, LinuxCNC to the retract height. turning: sense of the spindle meanwhile; times: how many times as fast
     spindle and feed go."""
     kept = c.sense, c.speed, c.feed
     c.sense, c.speed = turning, c.speed * times
@@ -272,21 +273,21 @@ def _feed_out(c: IsoControl, h: Hole, turning: int, times: float = 1.0) -> None:
 
 
 def ream(c: IsoControl, h: Hole, v: Values) -> None:
-    """G85: out at feed to R, and on at rapid: LinuxCNC 2.9, convert_cycle_g85, and Fanuc alike."""
+    """Ream, G85: out at feed to R, and on at rapid: LinuxCNC 2.9, convert_cycle_g85, and Fanuc alike."""
     h.feed_in()
     h.to(h.clearance, False)
     h.leave()
 
 
 def ream_and_dwell(c: IsoControl, h: Hole, v: Values) -> None:
-    """G89: the same with a dwell; LinuxCNC goes on at feed to the retract height."""
+    """Ream and dwell, G89: the same with a dwell; LinuxCNC goes on at feed to the retract height."""
     h.feed_in(v["P"])
     _feed_out(c, h, c.sense)
     h.leave()
 
 
 def bore(c: IsoControl, h: Hole, v: Values) -> None:
-    """G86: the spindle stops at the bottom, out at rapid."""
+    """Bore, G86: the spindle stops at the bottom, out at rapid."""
     h.feed_in(v["P"])
     sense, c.sense = c.sense, 0
     h.leave()
@@ -294,7 +295,7 @@ def bore(c: IsoControl, h: Hole, v: Values) -> None:
 
 
 def fine_bore(c: IsoControl, h: Hole, v: Values) -> None:
-    """G76: oriented stop, off the wall by Q (Fanuc: along the first axis of the plane; I J K where given), out."""
+    """Bore and step off the wall, G76: oriented stop, off the wall by Q (Fanuc: along the first axis of the plane; I J K where given), out."""
     h.feed_in(v["P"])
     first, second, _ = PLANES[c.plane]
     a, b = c.p[first], c.p[second]
@@ -313,7 +314,7 @@ def _away(c: IsoControl, v: Values) -> tuple[float, float]:
 
 
 def back_bore(c: IsoControl, h: Hole, v: Values) -> None:
-    """G87: down beside the centre line, in, up at feed, and out the same way."""
+    """Bore backwards, G87: down beside the centre line, in, up at feed, and out the same way."""
     first, second, normal = PLANES[c.plane]
     a, b = c.p[first], c.p[second]
     da, db = _away(c, v)
@@ -344,7 +345,7 @@ def back_bore(c: IsoControl, h: Hole, v: Values) -> None:
 
 
 def hand_bore(c: IsoControl, h: Hole, v: Values) -> None:
-    """G88: dwell, spindle stop, out by hand: the way out is taken at rapid."""
+    """Bore, G88: dwell, spindle stop, out by hand: the way out is taken at rapid."""
     h.feed_in(v["P"])
     text = "G88 is retracted by hand at the machine; a rapid to the clearance height is assumed"
     c.remark(text, c.column, "G88")
@@ -352,7 +353,7 @@ def hand_bore(c: IsoControl, h: Hole, v: Values) -> None:
 
 
 def pocket(c: IsoControl, h: Hole, v: Values) -> None:
-    """G287: pocket Q of those that the program has beside it (Fagor)."""
+    """Mill a pocket, G287: pocket Q of those that the program has beside it (Fagor)."""
     c.language.pockets[round(v["Q"] / c.unit) - 1](c, h)
 
 
@@ -375,7 +376,7 @@ DRILLING: Mapping[str, Cycle[Callable[[IsoControl, Hole, Values], None]]] = {  #
 
 
 def rigid_tap(c: IsoControl, w: IsoWords, lead: float) -> None:
-    """G33.1: in at `lead` per turn, and back with the spindle reversed to where it began."""
+    """Tap rigidly, G33.1: in at `lead` per turn, and back with the spindle reversed to where it began."""
     begin = c.p
     p, rotary = target(c, w)
     thread_to(c, p, lead, rotary)

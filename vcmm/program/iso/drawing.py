@@ -24,17 +24,17 @@ _NOTE = re.compile(r"\([^()\n]*\)")
 
 
 def turns_c(text: str) -> bool:
-    """Whether a program moves an axis C: at rapid, alone in a block, home, or by polar or cylindrical interpolation."""
+    """Return whether a program moves an axis C: at rapid, alone in a block, home, or by polar or cylindrical interpolation."""
     return _C_AXIS.search(_NOTE.sub("", text)) is not None
 
 
 def draws(c: IsoControl) -> bool:
-    """Whether such words can stand in the block."""
+    """Return whether such words can stand in the block."""
     return c.language.lathe and c.motion == "G1" and c.winding is None and c.language.name != "okuma"
 
 
 def angle_of(c: IsoControl, w: IsoWords) -> float | None:
-    """A beside X or Z, rad; None where there is none, or where A is an axis of the machine."""
+    """Return a beside X or Z, rad; None where there is none, or where A is an axis of the machine."""
     axes = c.setup.axes
     if not w.has("A") or not any(w.has(k) for k in "XZUW") or (axes is not None and "A" in axes):
         return None
@@ -59,7 +59,7 @@ def angle_of(c: IsoControl, w: IsoWords) -> float | None:
 
 
 def at_angle(c: IsoControl, w: IsoWords, p: Point, angle: float) -> Point:
-    """The end of a line from where the tool stands, at an angle from +Z towards +X, one of its coordinates given."""
+    """Return the end of a line from the position of the tool, at an angle from +Z towards +X, one of its coordinates given."""
     by_x = any(w.has(k) for k in "XU")
     along = math.sin(angle) if by_x else math.cos(angle)
     way = p[0] - c.p[0] if by_x else p[2] - c.p[2]
@@ -75,7 +75,7 @@ def at_angle(c: IsoControl, w: IsoWords, p: Point, angle: float) -> Point:
 
 
 def chamfer_of(c: IsoControl, w: IsoWords) -> tuple[str, float] | None:
-    """C, I or K of a straight cut: letter and number as written; None where there is none, or where C is an axis."""
+    """Return the word C, I or K of a straight cut: letter and number as written; None where there is none, or where C is an axis."""
     for letter in "CIK":
         beside = any(w.has(k) for k in "XZUW") and not w.has(f",{letter}")
         if not (w.has(letter) and beside) or (letter == "C" and _c_is_axis(c, w)):
@@ -97,7 +97,7 @@ def _c_is_axis(c: IsoControl, w: IsoWords) -> bool:
 
 
 def cut_corner(c: IsoControl, start: Point, letter: str, size: float, column: int) -> None:
-    """The chamfer at the end of the move that was made. The sign is the way of the next block: I along X, K along Z, C along the other."""
+    """Cut the chamfer at the end of the move that was made. The sign is the way of the next block: I along X, K along Z, C along the other."""
     moved = [abs(c.p[i] - start[i]) > STILL for i in (0, 2)]
     if moved[0] == moved[1]:
         raise BlockFault(

@@ -1,4 +1,4 @@
-"""One block, executed: codes in the order in which a control takes them, whatever their order in the line.
+"""Execution of one block: codes in the order of the control, whatever their order in the line.
 
 Feed mode, F, S, T, tool change, spindle, dwell, plane, unit, radius compensation, tool length, work offset, path control,
 distance mode, retract level, data and reference moves, motion, stop (order of RS274/NGC, 3.8).
@@ -43,7 +43,7 @@ from vcmm.program.moves import Point, Source
 
 
 def scaling(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G51 X Y Z P, or I J K along the axes: all programmed points about a centre; G50 ends it. Mach3: factors by axis, no centre.
+    """Scale by G51 X Y Z P, or I J K along the axes: all programmed points about a centre; G50 ends it. Mach3: factors by axis, no centre.
 
     P and I J K without a point count thousandths (FANUC, parameter 5400); a negative factor mirrors.
     """
@@ -89,7 +89,7 @@ def _point(values: list[float]) -> Point:
 
 
 def mirror(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G51.1 X10: the programmed points mirrored at X 10; G50.1 X0 ends it, without axes of all. Haas: G101, ended by G100."""
+    """Mirror by G51.1 X10: the programmed points mirrored at X 10; G50.1 X0 ends it, without axes of all. Haas: G101, ended by G100."""
     c.free("a mirror image changes")
     named = {i: w.take(axis) for i, axis in enumerate(AXES) if w.has(axis)}
     if code in ("G51.1", "G101"):
@@ -104,12 +104,12 @@ def mirror(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def polar_words(c: IsoControl, code: str) -> None:
-    """G16, G15."""
+    """Switch polar words: G16, G15."""
     c.polar = PolarWords() if code == "G16" else None
 
 
 def execute(c: IsoControl, w: IsoWords) -> None:
-    """All codes and words of a block. Raises BlockFault."""
+    """Execute all codes and words of a block. Raises BlockFault."""
     words = w.block.words
     c.exact_once, c.column = False, 0
     c.source = (
@@ -117,7 +117,7 @@ def execute(c: IsoControl, w: IsoWords) -> None:
     )
     if w.block.spaced:
         c.remark(
-            "blanks inside a number are passed over, as controls do; check that one number is meant",
+            "blanks inside a number are passed over, as controls do; check that it is one number",
             w.block.spaced,
             kind="blanks",
         )
@@ -133,7 +133,7 @@ def execute(c: IsoControl, w: IsoWords) -> None:
 
 
 def _shifts(c: IsoControl, w: IsoWords) -> None:
-    """Dwell, compensation, tool length, offsets, reference moves."""
+    """Execute dwell, compensation, tool length, offsets, reference moves."""
     g = w.g
     if "dwell" in g:
         _dwell(c, w)
@@ -190,7 +190,8 @@ def _dwell(c: IsoControl, w: IsoWords) -> None:
 
 
 def _dynamic_offset(c: IsoControl, w: IsoWords, column: int) -> None:
-    """G54.2 Pn moves the work zero with the rotary axes, G54.4 Pn shifts and turns it by what was measured: not modelled; P0 ends both."""
+    """Note a dynamic offset: G54.2 Pn moves the work zero with the rotary axes, G54.4 Pn shifts and turns it by what was measured: not
+    modelled; P0 ends both."""
     code = w.g["dynamic"]
     if w.whole("P", column) != 0:
         text, cure = {
@@ -260,12 +261,13 @@ def _motion(c: IsoControl, w: IsoWords) -> None:
 
 
 def _turns_aside(c: IsoControl, code: str) -> bool:
-    """Whether a drilling cycle of a lathe drills along another axis than the one in force: its levels are not those of the other."""
+    """Return whether a drilling cycle of a lathe drills along another axis than the one in force: its levels are not those of the other."""
     return c.language.lathe and lathe_cycle(c, code)[1] != lathe_cycle(c, str(c.motion))[1]
 
 
 def _single_direction(c: IsoControl, w: IsoWords) -> bool:
-    """G60: this block positions at rapid, from one side; how far it runs past the end point stands in the control, and is told."""
+    """Return whether a block has G60: it positions at rapid, from one side; the overrun past the end point is a parameter of the control,
+    with a remark."""
     column = column_of(w, "single")
     c.assume(
         "G60, positioning from one side", "at rapid to its end point; how far it runs past it (FANUC 5440) is not known and left out", column=column,
@@ -278,7 +280,7 @@ def _single_direction(c: IsoControl, w: IsoWords) -> bool:
 
 
 def _motion_code(c: IsoControl, w: IsoWords) -> tuple[str | None, int]:
-    """The motion of the block and its column. Where cycles are a group of their own, G80 leaves G0 or G1 in force, and of a
+    """Return the motion of the block and its column. Where cycles are a group of their own, G80 leaves G0 or G1 in force, and of a
     motion and a cycle in one block the later one counts (FANUC B-64304EN, "canned cycle", notes)."""
     code, column = w.g.get("motion"), w.g_columns.get("motion", 0)
     cycle, at = w.g.get("cycle"), w.g_columns.get("cycle", 0)
@@ -303,7 +305,7 @@ def _axis_left(c: IsoControl, w: IsoWords) -> bool:
 
 
 def _bare(c: IsoControl, w: IsoWords, code: str | None) -> bool:
-    """A block that moves without an axis word: an arc with a centre (full circle)."""
+    """Return whether a block moves without an axis word: an arc with a centre (full circle)."""
     mode = code or c.motion
     centre = any(k in w.values for k in "IJK")
     if mode in ("G2", "G3"):
@@ -364,7 +366,7 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
 
 
 def _lead(c: IsoControl, w: IsoWords, column: int) -> float:
-    """mm per turn; the last one stays in force, for Fanuc even an F of another motion."""
+    """Return the mm per turn; the last one stays in force, for Fanuc even an F of another motion."""
     letter = "K" if c.language.words == "o" else "F"
     number = w.take(letter)
     if number is not None:
@@ -380,7 +382,7 @@ _HARMLESS_WORDS = frozenset("NOS")
 
 
 def unused_words(c: IsoControl, w: IsoWords) -> None:
-    """Words that nothing in the block uses."""
+    """Note words without use in the block."""
     if w.passed:
         return
     left = [letter for letter in w.values if letter not in w.used and letter not in _HARMLESS_WORDS]

@@ -1,4 +1,4 @@
-"""Numbers, parameters and expressions of O-words (LinuxCNC) and of Fanuc macro B."""
+"""Expressions of O-words (LinuxCNC) and of Fanuc macro B: numbers, parameters, operators."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ _SIGNS: dict[str, tuple[int, Callable[[float], float]]] = {
 
 
 def _grammar(words: str) -> Grammar:
-    """FIX and FUP go towards minus and plus infinity in O-words, towards and away from zero in macro B."""
+    """Return the grammar: FIX and FUP go towards minus and plus infinity in O-words, towards and away from zero in macro B."""
     macro = words == "macro"
     return Grammar(
         levels=_LEVELS[words], operations=_ARITHMETIC | (_BITWISE | _LIKE_DIVIDEND if macro else {}), prefixes=_SIGNS,
@@ -103,12 +103,12 @@ _PATTERNS = {words: _pattern(words) for words in _LEVELS}
 
 
 def plain_number(text: str, match: re.Match[str]) -> float:
-    """The number of a match in a line. Raises BlockFault: a comma, a second point, too large."""
+    """Return the number of a match in a line. Raises BlockFault: a comma, a second point, too large."""
     digits, behind = match[0].replace(" ", "").replace("\t", ""), match.end()
     if text[behind : behind + 1] == "," and text[behind + 1 : behind + 2].isdigit():
-        raise BlockFault(behind + 1, "a comma stands in a number; decimals take a point, as in 12.5")
+        raise BlockFault(behind + 1, "a comma in a number; decimals take a point, as in 12.5")
     if text[behind : behind + 1] == ".":
-        raise BlockFault(behind + 1, "a second decimal point stands in a number; write one, as in 12.5")
+        raise BlockFault(behind + 1, "a second decimal point in a number; write one, as in 12.5")
     if not math.isfinite(float(digits)):
         raise BlockFault(match.start() + 1, "this number is too large; correct it")
     return float(digits)
@@ -126,11 +126,11 @@ class IsoExpressions(ExpressionReader):
     def expect(self, text: str, why: str) -> None:
         if not self.accept(text):
             token = self.peek()
-            there = f", {token.text[0]!r} stands there" if token else ""
+            there = f", found {token.text[0]!r}" if token else ""
             raise self.fault(f'"{text}" is missing {why}{there}')
 
     def read_brackets(self) -> Value:
-        """[expression]."""
+        """Read [expression]."""
         begin = self.column
         self.expect("[", "before an expression")
         inside = self.expression()
@@ -139,10 +139,10 @@ class IsoExpressions(ExpressionReader):
         return inside
 
     def atom(self) -> Value:
-        """A number, #parameter or function."""
+        """Return a number, #parameter or function."""
         token = self.peek()
         if token is None:
-            raise self.fault("a number is due here, the line ends; write for example 12.5")
+            raise self.fault("expected a number, found the end of the line; write for example 12.5")
         if token.text == "#":
             return self.parameter()
         match = NUMBER.match(self.text, token.column - 1) if token.kind == "number" else None
@@ -151,10 +151,10 @@ class IsoExpressions(ExpressionReader):
             return plain_number(self.text, match)
         if token.text[0].isalpha():
             return self._function(token)
-        raise self.fault(f"a number is due here, {token.text[0]!r} stands there; write for example 12.5")
+        raise self.fault(f"expected a number, found {token.text[0]!r}; write for example 12.5")
 
     def parameter(self) -> Evaluation:
-        """#12, ##1, #[expression], #<name> (O-words)."""
+        """Read a parameter #12, ##1, #[expression], #<name> (O-words)."""
         target = self.target()
         if isinstance(target, str):
             return lambda variables: variables.variable(target)
@@ -165,7 +165,7 @@ class IsoExpressions(ExpressionReader):
         return lambda variables: variables.number(fixed)
 
     def target(self) -> str | Value:
-        """What a parameter is called: its name, its number, or a function that gives the number."""
+        """Return the key of a parameter: its name, its number, or a function that gives the number."""
         self.expect("#", "before a parameter")
         token = self.peek()
         if token is not None and token.text[0] == "<":
@@ -203,7 +203,7 @@ class IsoExpressions(ExpressionReader):
         return call_function(self.grammar, name, arguments, token.column)
 
     def _second(self, name: str) -> list[Value]:
-        """The second argument of ATAN[a]/[b] or ATAN[a,b] or POW[a,b]."""
+        """Return the second argument of ATAN[a]/[b] or ATAN[a,b] or POW[a,b]."""
         two = name in ("ATAN", "POW") and self.words == "macro" and self.accept(",")
         second = [self.expression()] if two else []
         self.expect("]", f"after the argument of {name}")
@@ -249,10 +249,10 @@ class LineReader:
     def expect(self, piece: str, why: str) -> None:
         if not self.accept(piece):
             there = self.skip()
-            raise self.fault(f'"{piece}" is missing {why}{f", {there!r} stands there" if there else ""}')
+            raise self.fault(f'"{piece}" is missing {why}{f", found {there!r}" if there else ""}')
 
     def value(self) -> Value:
-        """A number, #parameter, [expression] or function, with signs before it."""
+        """Return a number, #parameter, [expression] or function, with signs before it."""
         self.skip()
         match = NUMBER.match(self.text, self.at)
         if match:
@@ -261,15 +261,15 @@ class LineReader:
         return self._read(IsoExpressions.operand)
 
     def bracket(self) -> Value:
-        """[expression]."""
+        """Read [expression]."""
         return self._read(IsoExpressions.read_brackets)
 
     def expression(self) -> Value:
-        """Values and operators, up to where they end."""
+        """Return the values and operators, up to where they end."""
         return self._read(IsoExpressions.expression)
 
     def target(self) -> str | Value:
-        """What a parameter is called: its name, its number, or a function that gives the number."""
+        """Return the key of a parameter: its name, its number, or a function that gives the number."""
         return self._read(IsoExpressions.target)
 
     def _read(self, what: Callable[[IsoExpressions], Any]) -> Any:

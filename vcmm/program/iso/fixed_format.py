@@ -1,4 +1,4 @@
-"""Programs of controls of the seventies: coordinates of a fixed format, X-014895 for -14.895 mm, from point to point where nothing is said.
+"""Programs of controls of the seventies: coordinates of a fixed format, X-014895 for -14.895 mm, from point to point by default.
 
 A survey takes them so, and tells; strict reading takes numbers as the set-up says (decimal_point).
 """
@@ -22,13 +22,13 @@ Reader = Callable[[Dialect, MoveFlow | None], Program]
 
 
 def fixed_format(text: str) -> bool:
-    """Whether coordinates have five digits or more, leading zeros, and no point anywhere."""
+    """Return whether coordinates have five digits or more, leading zeros, and no point anywhere."""
     plain = _NOTE.sub("", text[:LOOKED_AT]).upper()
     return len(_FIXED.findall(plain)) > FEW and not _POINTED.search(plain)
 
 
 def read_fixed_format(read: Reader, text: str, dialect: Dialect, flow: MoveFlow | None) -> Program:
-    """The program with numbers as increments; without G90 and G91 the way from point to point, where the arcs fit only so."""
+    """Return the program with numbers as increments; without G90 and G91 the way from point to point, where the arcs fit only so."""
     language = replace(dialect, decimal_point="increment")
     assumptions = [
         Assumption(

@@ -1,4 +1,4 @@
-"""Subprograms, loops and jumps: O-words of LinuxCNC, macro B of Fanuc, M98 and M99. Everything is bounded."""
+"""Subprograms, loops and jumps: O-words of LinuxCNC, macro B of Fanuc, M98 and M99. All of them are bounded."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class IsoRunner:
         self.modal_macro: tuple[int, list[tuple[str, float]]] | None = None
 
     def hand_on(self) -> None:
-        """Moves that nothing can change any more go to `flow`: none is under radius compensation or awaits its corner."""
+        """Hand final moves on to `flow`: none is under radius compensation or awaits its corner."""
         c = self.c
         settled = c.compensation is None and not c.corners and not any(c.sides[-LOOKING_BACK:])
         if self.flow is None or len(c.moves) < MoveFlow.CHUNK or not settled:
@@ -70,7 +70,7 @@ class IsoRunner:
 
     # -- jumps ----------------------------------------------------------------------------------------------------
     def jump(self, index: int, here: int, column: int) -> None:
-        """Go on at a line; counts backward jumps that produce nothing."""
+        """Continue at a line; counts backward jumps that produce nothing."""
         if index <= here:
             if len(self.c.moves) != self.moves_seen:
                 self.idle, self.moves_seen = 0, len(self.c.moves)
@@ -87,7 +87,7 @@ class IsoRunner:
         self.at = index
 
     def _endless(self, index: int) -> bool:
-        """Whether a jump back to a line finds everything as an earlier one found it."""
+        """Return whether a jump back to a line finds everything as an earlier one found it."""
         c, table = self.c, self.table
 
         def values() -> object:
@@ -129,7 +129,7 @@ class IsoRunner:
     def assign(
         self, assigns: list[Assign] | tuple[Assign, ...]
     ) -> list[tuple[str | float | None, float | None, int]]:
-        """Targets and values now; set later by `settle`, for all assignments of a block are made at once."""
+        """Return targets and values now; `settle` sets them later, because all assignments of a block are made at once."""
         out: list[tuple[str | float | None, float | None, int]] = []
         for one in assigns:
             target = self.compute(one.target, one.column) if callable(one.target) else one.target
@@ -164,7 +164,7 @@ class IsoRunner:
         self.c.autosaved.append(None)
 
     def pop(self) -> None:
-        """The end of a subprogram: again from its start, or back."""
+        """End a subprogram: again from its start, or back."""
         call = self.calls[-1]
         if call.left > 1:
             call.left -= 1
@@ -184,7 +184,7 @@ class IsoRunner:
         self.c.file = text.name
 
     def missing(self, label: str, file: str, column: int) -> None:
-        """A subprogram that is nowhere: a hole in the path."""
+        """Note a missing subprogram: a hole in the path."""
         refusal = f"the subprogram {label} is neither in this program nor in a file {file} beside it; add it"
         if self.c.language.words == "macro":
             refusal = f"the subprogram {label} is neither in this file nor in a file {file} beside it; add it"
@@ -192,7 +192,7 @@ class IsoRunner:
         self.c.assume(f"the subprogram {label} ({file})", value, refusal, column=column)
 
     def load(self, names: list[str]) -> Text | None:
-        """A subprogram in a file of its own."""
+        """Return a subprogram in a file of its own."""
         path = find_file(self.folders, names)
         if path is None:
             return None
@@ -205,7 +205,7 @@ class IsoRunner:
 
 # -- O-words --------------------------------------------------------------------------------------------------------------
 def o_word(r: IsoRunner, flow: IsoFlow, here: int) -> None:
-    """Execute an O-word that stands on line `here` (an index)."""
+    """Execute an O-word of line `here` (an index)."""
     label = (
         flow.label
         if isinstance(flow.label, str)
@@ -281,7 +281,7 @@ def _while(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
 
 
 def _do_of(r: IsoRunner, label: str, here: int) -> int | None:
-    """The `do` that a `while` closes: the nearest word of that label before it."""
+    """Return the `do` that a `while` closes: the nearest word of that label before it."""
     before = [
         (i, kind)
         for i, kind in r.text.o_words.get(label, ())

@@ -26,7 +26,7 @@ TurningPrimitive = Callable[[IsoControl, IsoWords, Values], None]
 
 
 def to_tip(c: IsoControl, end: Flat, rapid: bool) -> None:
-    """Straight to (X, Z) in machine coordinates; nothing where the tool is there."""
+    """Move straight to (X, Z) in machine coordinates; nothing where the tool is there."""
     start = c.tip()
     goal = (end[0], start[1], end[1])
     if math.dist(start, goal) < 1e-12:
@@ -37,7 +37,7 @@ def to_tip(c: IsoControl, end: Flat, rapid: bool) -> None:
 
 
 def thread_tip(c: IsoControl, end: Flat, lead: float) -> None:
-    """A thread to (X, Z) in machine coordinates."""
+    """Cut a thread to (X, Z) in machine coordinates."""
     start = c.tip()
     goal = (end[0], start[1], end[1])
     turns = c.feeding((start[0] + end[0]) / 2.0 - c.world.shift[0])
@@ -54,7 +54,7 @@ def thread_tip(c: IsoControl, end: Flat, lead: float) -> None:
 
 
 def _ends(c: IsoControl, w: IsoWords) -> tuple[Flat, Flat]:
-    """Where the tool stands, and the point that the words X Z U W name, machine coordinates."""
+    """Return the position of the tool, and the point of the words X Z U W, machine coordinates."""
     p, _ = target(c, w)
     end = c.world.apply(p)
     return (c.tip()[0], c.tip()[2]), (end[0], end[2])
@@ -62,7 +62,7 @@ def _ends(c: IsoControl, w: IsoWords) -> tuple[Flat, Flat]:
 
 # -- one cut ----------------------------------------------------------------------------------------------------------
 def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
-    """G90, G92, G94: there, along, back. The words stay in force; R is how much the start of the cut lies beside its end."""
+    """Run G90, G92, G94: there, along, back. The words stay in force; R is the distance of the start of the cut beside its end."""
     start, _ = _ends(c, w)
     p, _ = target_kept(c, w)
     corner = c.world.apply(p)
@@ -86,7 +86,7 @@ def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
 
 
 def target_kept(c: IsoControl, w: IsoWords) -> tuple[tuple[float, float, float], None]:
-    """The corner of the cut, programmed coordinates: words that are absent count as in the block before."""
+    """Return the corner of the cut, programmed coordinates: words that are absent count as in the block before."""
     p = list(c.p)
     for i, (absolute, added) in enumerate((("X", "U"), ("Y", "V"), ("Z", "W"))):
         half = 0.5 if i == 0 and c.diametral() else 1.0
@@ -102,7 +102,7 @@ def target_kept(c: IsoControl, w: IsoWords) -> tuple[tuple[float, float, float],
 
 # -- pecking ----------------------------------------------------------------------------------------------------------
 def peck(c: IsoControl, w: IsoWords, v: Values, along: int) -> None:
-    """G74: pecks along Z (1), at X from the start to the end; G75: pecks along X (0). The first block says how far back after a peck."""
+    """Run G74: pecks along Z (1), at X from the start to the end; G75: pecks along X (0). The first block has the distance back after a peck."""
     start, end = _ends(c, w)
     across = 1 - along
     code = "G74" if along == 1 else "G75"
@@ -153,7 +153,7 @@ def _plunge(c: IsoControl, start: Flat, end: float, along: int, peck: float, bac
 
 # -- threads ----------------------------------------------------------------------------------------------------------
 def thread(c: IsoControl, w: IsoWords, v: Values) -> None:
-    """The first block says how many finishing passes there are, the angle, the least depth of a pass and the allowance."""
+    """Cut a thread: the first block has the number of finishing passes, the angle, the least depth of a pass and the allowance."""
     setting, (start, end) = Values(setting_kept(c, "G76")), _ends(c, w)
     digits = f"{setting.number('digits'):06d}"  # passes, chamfer, angle
     tell_pull_out(c, "G76", int(digits[2:4]) / 10.0 if setting.has("digits") else None)
@@ -175,7 +175,7 @@ def thread(c: IsoControl, w: IsoWords, v: Values) -> None:
 
 
 def _thread_depths(c: IsoControl, height: float, first: float, setting: Values, last: int) -> list[float]:
-    """Depths of the passes: first sqrt(n), at least `least` more each, to the height less the allowance, then `last` ones."""
+    """Return the depths of the passes: first sqrt(n), at least `least` more each, to the height less the allowance, then `last` ones."""
     least, allowance = setting["least"], setting["allowance"]
     out, depth, n = [], 0.0, 0
     while depth < height - allowance - 1e-9:
@@ -199,7 +199,7 @@ class TurningCycle(NamedTuple):
 
 
 def groove(c: IsoControl, w: IsoWords, code: str) -> None:
-    """A block with one of these cycles."""
+    """Execute a block with one of these cycles."""
     row = GROOVING[code]
     if not any(w.has(k) for k in "XZUW"):
         keep_setting(c, code, dict(read_words(c, w, row.first).numbers))

@@ -18,7 +18,7 @@ LENGTHS = "XYZUVWIJR"
 
 
 def length(c: IsoControl, w: IsoWords, letter: str, number: float) -> float:
-    """A number of the program in mm, with the decimal point rule of the dialect."""
+    """Return a number of the program in mm, with the decimal point rule of the dialect."""
     word = w.words.get(letter)
     if word is not None and number and not word.has_point and c.language.words == "macro":
         small = c.language.increment[1 if c.unit > 1.0 else 0]
@@ -37,7 +37,7 @@ def length(c: IsoControl, w: IsoWords, letter: str, number: float) -> float:
 
 
 def _counts_increments(c: IsoControl, w: IsoWords, number: float) -> bool:
-    """One rule for all words of a block: increments, where one of them would be too long for anything else."""
+    """Return whether all words of a block are increments: so where one of them would be too long for anything else."""
     beside = (w.values[k] for k in LENGTHS if k in w.values and not w.words[k].has_point)
     return any(abs(value) * c.unit >= POINTLESS for value in (number, *beside))
 
@@ -54,7 +54,7 @@ def _warn_pointless(c: IsoControl, w: IsoWords, letter: str, number: float) -> N
 
 
 def read_words(c: IsoControl, w: IsoWords, row: Cycle[Any]) -> Values:
-    """What the words of a block mean to a cycle."""
+    """Return the values of the words of a block in a cycle."""
     numbers = {p.name: value for p in row.parameters if (value := w.take(p.name)) is not None}
 
     def convert(parameter: CycleParameter, value: float) -> float:
@@ -72,7 +72,7 @@ def read_words(c: IsoControl, w: IsoWords, row: Cycle[Any]) -> Values:
 
 
 def waiting(c: IsoControl, w: IsoWords, number: float) -> float:
-    """P of a dwell in seconds. Haas: seconds where it has a decimal point, else milliseconds (mill operator's manual, G04). Fanuc:
+    """Return P of a dwell in seconds. Haas: seconds where it has a decimal point, else milliseconds (mill operator's manual, G04). Fanuc:
     milliseconds, and no point (B-64304EN, "dwell (G04)": the decimal point cannot be used with P)."""
     small = c.language.dwell
     word = w.words.get("P")
@@ -102,7 +102,7 @@ def need_axis(c: IsoControl, w: IsoWords, axis: str) -> None:
 
 
 def rotary_target(c: IsoControl, w: IsoWords) -> Point:
-    """The rotary position that a block asks for, rad."""
+    """Return the rotary position that a block asks for, rad."""
     out = list(c.rotary)
     step = w.take("H") if c.language.codes == "lathe" else None  # system A: C by an increment
     if step is not None:

@@ -19,7 +19,7 @@ ARGUMENTS = dict(
 
 
 def macro(r: IsoRunner, flow: IsoFlow, here: int) -> None:
-    """GOTO, IF, WHILE, END."""
+    """Execute GOTO, IF, WHILE, END."""
     if flow.kind == "goto":
         _goto(r, flow.values[0], flow.column, here)
     elif flow.kind == "if-goto":
@@ -50,7 +50,7 @@ def _goto(r: IsoRunner, value: Value, column: int, here: int) -> None:
 
 
 def call_program(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
-    """M98 Pn Lm, or P with the repeats before four digits (P50012: five times O12)."""
+    """Call M98 Pn Lm, or P with the repeats before four digits (P50012: five times O12)."""
     number = w.whole("P", column)
     times = w.whole("L", column)
     if number is None:
@@ -61,7 +61,7 @@ def call_program(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
 
 
 def call_by_name(r: IsoRunner, called: tuple[str, int], here: int) -> None:
-    """M98 <NAME> Lm (Fanuc), M98 (NAME.nc) Lm (Haas): a subprogram in a file of that name."""
+    """Call M98 <NAME> Lm (Fanuc), M98 (NAME.nc) Lm (Haas): a subprogram in a file of that name."""
     name, times = called
     other = r.load([name])
     if other is None:
@@ -72,7 +72,7 @@ def call_by_name(r: IsoRunner, called: tuple[str, int], here: int) -> None:
 
 
 def call_block(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
-    """M97 Pn Lm (Haas): the subprogram that begins at block N n of this file."""
+    """Call M97 Pn Lm (Haas): the subprogram that begins at block N n of this file."""
     number, times = w.whole("P", column), w.whole("L", column)
     index = None if number is None else r.text.number(number, here)
     if index is None:
@@ -92,7 +92,7 @@ class ProgramCall(NamedTuple):
 
 
 def start_program(r: IsoRunner, call: ProgramCall, here: int, column: int) -> None:
-    """Go on in a program of this file or of one beside it."""
+    """Continue in a program of this file or of one beside it."""
     number = call.number
     if call.times == 0:
         return
@@ -121,7 +121,7 @@ def _more_on_line(text: Text, index: int) -> bool:
 
 
 def end_program(r: IsoRunner, w: IsoWords, column: int, here: int) -> None:
-    """M99: back to the caller, to its block P if given; in the main program: the program would start again."""
+    """End a program with M99: back to the caller, to its block P if given; in the main program: the program would start again."""
     number = w.whole("P", column)
     if not r.calls:
         _main_again(r, number, column, here)
@@ -136,7 +136,7 @@ def end_program(r: IsoRunner, w: IsoWords, column: int, here: int) -> None:
 
 
 def _main_again(r: IsoRunner, number: int | None, column: int, here: int) -> None:
-    """M99 in the main program: from its start again; with P it goes on at that block, for ever where no jump leads out."""
+    """Execute M99 in the main program: from its start again; with P it goes on at that block, for ever where no jump leads out."""
     index = None if number is None else r.text.number(number, here)
     if number is not None and index is None:
         raise BlockFault(column, f"M99 P{number}: this program has no block N{number}")
@@ -149,7 +149,7 @@ def _main_again(r: IsoRunner, number: int | None, column: int, here: int) -> Non
 
 
 def macro_call(r: IsoRunner, w: IsoWords, here: int) -> None:
-    """G65 (once), G66 (after every motion), G67 (no longer)."""
+    """Execute G65 (once), G66 (after every motion), G67 (no longer)."""
     code, column = w.g["macro"], w.g_columns["macro"]
     if code == "G67":
         r.modal_macro = None
@@ -170,14 +170,14 @@ def macro_call(r: IsoRunner, w: IsoWords, here: int) -> None:
 
 
 def modal_call(r: IsoRunner, here: int) -> None:
-    """The macro of G66 after a block that has moved."""
+    """Call the macro of G66 after a block that has moved."""
     if r.modal_macro is not None and not any(f.kind == "G65" for f in r.calls):
         number, arguments = r.modal_macro
         start_program(r, ProgramCall("G65", number, 1, arguments_of(arguments)), r.at - 1, 1)
 
 
 def arguments_of(arguments: list[tuple[str, float]]) -> dict[int, float]:
-    """Local variables of a macro call: A is #1 ... Z is #26; repeated I J K fill #4, #5, #6, then #7, #8, #9 and so on."""
+    """Return the local variables of a macro call: A is #1 ... Z is #26; repeated I J K fill #4, #5, #6, then #7, #8, #9 and so on."""
     out: dict[int, float] = {}
     sets = {"I": 0, "J": 0, "K": 0}
     for letter, value in arguments:

@@ -1,4 +1,4 @@
-"""Arcs that fit but for the rounding of their numbers: kept while a program is read, and told in one line of each kind."""
+"""Arcs that fit but for the rounding of their numbers: kept while a program is read, and noted in one line of each kind."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ArcMisfit(NamedTuple):
 
 
 def tell_misfits(c: Recorder, misfits: list[ArcMisfit]) -> None:
-    """One remark of each kind, at the first of its arcs."""
+    """Add one remark of each kind, at the first of its arcs."""
     for kind, text in MANY.items():
         rows = [m for m in misfits if m.kind == kind]
         if not rows:

@@ -16,7 +16,7 @@ MOST_TOOL = 99_999_999
 
 
 def column_of(w: IsoWords, group: str) -> int:
-    """Where the code of a group stands."""
+    """Return the column of the code of a group."""
     return w.g_columns.get(group, 1)
 
 
@@ -53,7 +53,7 @@ def feed_and_speed(c: IsoControl, w: IsoWords) -> None:
 
 
 def _threading(c: IsoControl, w: IsoWords) -> bool:
-    """Fanuc: F of a thread is its lead, not a feed."""
+    """Return whether F of a thread is its lead, not a feed (Fanuc)."""
     thread = ("G32", "G33", "G34", "G92", "G78")
     return c.language.words == "macro" and (
         w.g.get("motion", c.motion) in thread or w.g.get("turning") == "G76"
@@ -184,7 +184,7 @@ _STATE = (
 
 
 def _saved_state(c: IsoControl, code: int) -> None:
-    """M70 to M73 of LinuxCNC: save, forget, restore the modal state; M73: save, and restore when the subprogram ends. The motion code is not
+    """Execute M70 to M73 of LinuxCNC: save, forget, restore the modal state; M73: save, and restore when the subprogram ends. The motion code is not
     restored (LinuxCNC, G code reference, "M70 save modal state")."""
     if code in (70, 73):
         c.saved = snapshot(c)
@@ -199,12 +199,12 @@ def _saved_state(c: IsoControl, code: int) -> None:
 
 
 def snapshot(c: IsoControl) -> tuple[object, ...]:
-    """The modal state that M70 saves, with work offset and tool length."""
+    """Return the modal state that M70 saves, with work offset and tool length."""
     return (*(getattr(c, name) for name in _STATE), c.offset, c.tool_offset)
 
 
 def restore(c: IsoControl, saved: Sequence[Any]) -> None:
-    """It is in force again."""
+    """Restore a saved state."""
     for name, value in zip(_STATE, saved):
         setattr(c, name, value)
     offset, length = saved[-2:]

@@ -33,7 +33,7 @@ SAME_RADIUS = 0.001  # mm: below this the difference of the radii is rounding an
 
 
 def target(c: IsoControl, w: IsoWords) -> tuple[Point, Point]:
-    """Programmed end point and rotary position from the axis words of a block."""
+    """Return the programmed end point and rotary position from the axis words of a block."""
     p = list(c.p)
     polar = polar_ends(c, w, p) if c.polar is not None else radial_ends(c, w, p)
     for i, axis in enumerate(AXES):
@@ -49,7 +49,7 @@ def target(c: IsoControl, w: IsoWords) -> tuple[Point, Point]:
 
 
 def _increments(c: IsoControl, w: IsoWords, p: list[float]) -> None:
-    """U, V and W of G-code system A: increments of X (a diameter), Y and Z."""
+    """Read U, V and W of G-code system A: increments of X (a diameter), Y and Z."""
     for i, letter in enumerate("UVW"):
         number = w.take(letter)
         if number is None:
@@ -61,7 +61,7 @@ def _increments(c: IsoControl, w: IsoWords, p: list[float]) -> None:
 
 
 def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
-    """G0 or G1. With G43.5 I J K say where the tool points, from its tip to the spindle, in workpiece axes."""
+    """Move along a line, G0 or G1. With G43.5 I J K are the direction of the tool, from its tip to the spindle, in workpiece axes."""
     if c.vectors and any(w.has(k) for k in "IJK"):
         x, y, z = (w.take(k) or 0.0 for k in "IJK")
         c.point_to((x, y, z))
@@ -79,10 +79,10 @@ def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
 
 
 def probe(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G31, G38.2, G38.3: towards the programmed point until the probe answers; G38.4, G38.5: away from a surface until it is free. Not
+    """Probe by G31, G38.2, G38.3: towards the programmed point until the probe answers; G38.4, G38.5: away from a surface until it is free. Not
     modal here, the motion before stays in force.
 
-    Sources: FANUC B-64304EN, "skip function (G31)", #5061 to #5063 hold where it stopped, and the end point where nothing was met;
+     Sources: FANUC B-64304EN, "skip function (G31)", #5061 to #5063 hold where it stopped, and the end point where nothing was met;
     LinuxCNC, "G38.n straight probe": G38.2 and G38.4 are alarms without contact, #5061 to #5063 and #5070 (1: contact).
     """
     w.take("P")
@@ -104,7 +104,7 @@ def probe(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def corner_words(c: IsoControl, w: IsoWords) -> None:
-    """,R and ,C: the corner after this move is rounded or cut; R and C alone in the straight cuts of a lathe."""
+    """Read ,R and ,C: the corner after this move is rounded or cut; R and C alone in the straight cuts of a lathe."""
     for letter, kind in (("R", "round"), ("C", "chamfer")):
         for word in (f",{letter}", letter if c.language.lathe and c.motion == "G1" else ""):
             if word and word in w.values and word not in w.used:
@@ -114,7 +114,7 @@ def corner_words(c: IsoControl, w: IsoWords) -> None:
 
 
 def arc_limits(c: IsoControl) -> tuple[float, float, float]:
-    """Largest difference of the radii, mm: never; and the pair (mm, share of the radius) of which one must be kept.
+    """Return the largest difference of the radii, mm: never; and the pair (mm, share of the radius) of which one must be kept.
 
     LinuxCNC: 2 sqrt(2) least steps, a hundred times that in no case; the step is 0.01 mm or 0.001 inch.
     """
@@ -132,7 +132,7 @@ class ArcEnds(NamedTuple):
 
 
 def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
-    """G2 or G3."""
+    """Execute an arc, G2 or G3."""
     plane = PLANES[c.plane]
     named = any(w.has(AXES[i]) for i in plane[:2]) or (c.language.lathe and any(w.has(k) for k in "UW"))
     start = c.p
@@ -176,7 +176,7 @@ def _point(values: list[float]) -> Point:
 
 
 def emit_arc(c: IsoControl, ends: ArcEnds, centre: Point, turns: int, rotary: Point) -> None:
-    """The arc in machine coordinates; a mirror turns its sense round."""
+    """Emit the arc in machine coordinates; a mirror turns its sense round."""
     plane_map = in_plane(c.world, c.plane)
     if plane_map is None:
         chords(c, ends, centre, turns)
@@ -191,7 +191,7 @@ def emit_arc(c: IsoControl, ends: ArcEnds, centre: Point, turns: int, rotary: Po
 
 
 def chords(c: IsoControl, ends: ArcEnds, centre: Point, turns: int) -> None:
-    """An arc out of the principal planes or scaled differently along its axes, as straight lines within CHORD of it."""
+    """Make an arc out of the principal planes or scaled differently along its axes, as straight lines within CHORD of it."""
     first, second, normal = PLANES[c.plane]
     text = (
         f"the coordinates are turned about another axis than the normal of the plane {c.plane}, or scaled differently along its "
@@ -227,7 +227,7 @@ def _turns(c: IsoControl, w: IsoWords) -> int:
 
 
 def _centre_of_words(c: IsoControl, w: IsoWords, ends: ArcEnds) -> list[float]:
-    """The centre from I J K; checks the radii."""
+    """Return the centre from I J K; checks the radii."""
     first, second, normal = PLANES[c.plane]
     if w.has(CENTRE_WORDS[normal]) and w.values[CENTRE_WORDS[normal]] and c.language.words == "o":
         raise BlockFault(
@@ -258,7 +258,7 @@ def _centre_of_words(c: IsoControl, w: IsoWords, ends: ArcEnds) -> list[float]:
 def _centre(
     c: IsoControl, w: IsoWords, ends: ArcEnds, numbers: list[float | None], absolute: bool
 ) -> list[float]:
-    """The centre, its words counted from the work zero (absolute) or from the start."""
+    """Return the centre, its words counted from the work zero (absolute) or from the start."""
     centre = list(ends.start)
     for i in PLANES[c.plane][:2]:
         number = numbers[i]
@@ -282,7 +282,7 @@ def _radii(c: IsoControl, ends: ArcEnds, centre: list[float]) -> tuple[float, fl
 
 
 def _misfit(c: IsoControl, ends: ArcEnds, centre: list[float]) -> bool:
-    """Whether the radii at start and end differ by more than a control takes."""
+    """Return whether the radii at start and end differ by more than a control takes."""
     r1, r2 = _radii(c, ends, centre)
     never, step, share = arc_limits(c)
     off = abs(r1 - r2)
@@ -315,7 +315,7 @@ def _check_radii(c: IsoControl, ends: ArcEnds, centre: list[float]) -> None:
 
 
 def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) -> list[float]:
-    """Centre of an arc given by R: positive up to half a turn, negative beyond."""
+    """Return the centre of an arc given by R: positive up to half a turn, negative beyond."""
     first, second, _ = PLANES[c.plane]
     before, p, clockwise, named = ends
     dx, dy = p[first] - before[first], p[second] - before[second]
@@ -347,14 +347,14 @@ def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) 
 
 
 def _arc_length(ends: ArcEnds, centre: Point, plane: tuple[int, int, int], turns: int) -> float:
-    """Length of the path, mm; equal end points mean a whole turn."""
+    """Return the length of the path, mm; equal end points mean a whole turn."""
     first, second, normal = plane
     radius = math.hypot(ends.start[first] - centre[first], ends.start[second] - centre[second])
     return math.hypot(radius * _sweep(ends, centre, plane, turns), ends.end[normal] - ends.start[normal])
 
 
 def _sweep(ends: ArcEnds, centre: Point, plane: tuple[int, int, int], turns: int) -> float:
-    """Angle swept, rad, positive."""
+    """Return the angle swept, rad, positive."""
     first, second, _ = plane
     before, p, clockwise, _ = ends
     a = math.atan2(before[second] - centre[second], before[first] - centre[first])
@@ -364,13 +364,13 @@ def _sweep(ends: ArcEnds, centre: Point, plane: tuple[int, int, int], turns: int
 
 
 def thread(c: IsoControl, w: IsoWords, lead: float) -> None:
-    """G33 (G32): a line with `lead` mm per turn of the spindle; the feed along the path follows from the speed."""
+    """Cut a thread, G33 (G32): a line with `lead` mm per turn of the spindle; the feed along the path follows from the speed."""
     p, rotary = target(c, w)
     thread_to(c, p, lead, rotary)
 
 
 def thread_to(c: IsoControl, p: Point, lead: float, rotary: Point | None = None) -> None:
-    """The same to a programmed point."""
+    """Cut a thread to a programmed point."""
     start, end = c.tip(), c.world.apply(p)
     turns = c.feeding((start[0] + end[0]) / 2.0 - c.world.shift[0])
     if not turns or not c.sense:

@@ -1,4 +1,4 @@
-"""What the text of a program says of its numbers as a whole: whether they have their points, and which unit they count in."""
+"""Findings on the text of a program about its numbers as a whole: decimal points, and the unit."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _UNITS = {  # words, and sizes of tools as they are called: 1/2 END MILL, .375 D
 
 
 def has_points_written(text: str) -> bool:
-    """Whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
+    """Return whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
     plain = re.sub(r"\([^()\n]*\)", "", text[:LOOKED_AT])
     return bool(_POINTED.search(plain)) and not _POINTLESS.search(plain)
 
 
 def stated_unit(text: str) -> tuple[str, int, str] | None:
-    """("inch" or "mm", line, comment) of the first comment that names a unit; None where none does, or where comments name both."""
+    """Return ("inch" or "mm", line, comment) of the first comment that names a unit; None where none does, or where comments name both."""
     units: dict[str, tuple[str, int, str]] = {}
     for match in _COMMENT.finditer(text[:LOOKED_AT]):
         note = (match[1] or match[2] or "").strip()
@@ -40,7 +40,7 @@ def stated_unit(text: str) -> tuple[str, int, str] | None:
 
 
 def tell_unit(c: IsoControl, text: str) -> None:
-    """A program without G20 and G21 is read in mm; what it says of itself is told beside."""
+    """Add a remark on the unit: a program without G20 and G21 is read in mm; a unit stated in its text is added."""
     stated = stated_unit(text)
     c.source = Source(1, 1, 1)
     if stated is None or stated[0] == "mm":

@@ -19,7 +19,7 @@ MOST_FURTHER = 300  # G54.1 P1 .. P300
 
 
 def select_offset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G54 ... G59.3, G54.1 Pn: nothing moves, the programmed point is worked out anew."""
+    """Select G54 ... G59.3, G54.1 Pn: no axis moves, the programmed point is computed again."""
     if code == "G54.1":
         number = w.whole("P", column, 1)
         if number is None or number > MOST_FURTHER:
@@ -45,7 +45,7 @@ _TAKES_P = {"dwell", "cycle", "other", "macro", "turning", "pattern", "pocket", 
 
 
 def _further_by_p(c: IsoControl, w: IsoWords) -> bool:
-    """Whether P of a block with G54 belongs to it: "G54.1 Pn or G54 Pn" (FANUC B-64304EN, additional workpiece coordinate systems)."""
+    """Return whether P of a block with G54 belongs to it: "G54.1 Pn or G54 Pn" (FANUC B-64304EN, additional workpiece coordinate systems)."""
     fanuc = c.language.words == "macro" and not c.language.haas
     return fanuc and w.has("P") and "P" not in w.used and not (_TAKES_P & w.g.keys())
 
@@ -56,7 +56,7 @@ def further(number: int) -> str:
 
 
 def set_data(c: IsoControl, w: IsoWords, column: int) -> None:
-    """G10: L2 and L20 work offsets; L1, L10 to L13 tool data."""
+    """Set data by G10: L2 and L20 work offsets; L1, L10 to L13 tool data."""
     kind = w.whole("L", column)
     if kind == 2 or (kind == 20 and c.language.words == "o"):
         _set_offset(c, w, kind, column)
@@ -112,7 +112,7 @@ def _set_offset(c: IsoControl, w: IsoWords, kind: int, column: int) -> None:
 
 
 def _reading(c: IsoControl, name: str, named: dict[int, float]) -> list[float]:
-    """The offset with which the present position reads the named values, the other axes what they read now."""
+    """Return The offset with which the present position reads the named values; other axes are unchanged."""
     before, c.offset = c.offset, name or c.offset
     c.rebuild()
     here, wanted = c.world.apply(c.p), [named.get(i, c.p[i]) for i in range(3)]
@@ -150,7 +150,8 @@ def _set_tool(c: IsoControl, w: IsoWords, kind: int, column: int) -> None:
 
 
 def _entered_tool(c: IsoControl, w: IsoWords, old: Tool, kind: int, column: int) -> Tool:
-    """G10 L1: offsets as given. L10: so that the present position reads X Y Z; L11: the same in the ninth offset, G59.3."""
+    """Return the tool with entered offsets. G10 L1: offsets as given. L10: so that the present position reads X Y Z; L11: the same in the
+    ninth offset, G59.3."""
     if kind not in (1, 10, 11):
         raise BlockFault(
             column, f"G10 L{kind} is not known in {c.language.name}; known are L1, L2, L10, L11 and L20"
@@ -171,7 +172,7 @@ def _entered_tool(c: IsoControl, w: IsoWords, old: Tool, kind: int, column: int)
 
 
 def preset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G92: the present position gets the programmed values; G92.1 to G92.3 cancel, suspend and restore."""
+    """Set a preset by G92: the present position gets the programmed values; G92.1 to G92.3 cancel, suspend and restore."""
     if code == "G92":
         if not w.any_axis and not (c.language.words == "macro" and w.has("S")):
             raise BlockFault(column, "G92 needs at least one axis word, as in G92 X0 Y0")
@@ -197,7 +198,7 @@ def preset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def local_shift(c: IsoControl, w: IsoWords, column: int) -> None:
-    """G52: a shift of all work offsets (Fanuc); in LinuxCNC it is kept with the shift of G92."""
+    """Shift by G52: a shift of all work offsets (Fanuc); in LinuxCNC it is kept with the shift of G92."""
     shift = list(c.g52 if c.language.words == "macro" else c.g92)
     if not w.any_axis and c.language.survey:
         c.remark("G52 without axes shifts nothing", column)
@@ -218,7 +219,7 @@ def local_shift(c: IsoControl, w: IsoWords, column: int) -> None:
 
 
 def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G68: turn the programmed points about a centre, in the plane; G69 ends it."""
+    """Turn by G68: turn the programmed points about a centre, in the plane; G69 ends it."""
     if code == "G69":
         c.turn, c.tilt, c.tilted, c.posture, c.is_tilt_given = None, UNMOVED, False, None, False
         c.plane_words.clear()
@@ -251,7 +252,7 @@ def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 # -- moves in machine coordinates -------------------------------------------------------------------------------------
 def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
-    """G53: one block whose words are positions of the axes in machine coordinates."""
+    """Execute G53: one block whose words are positions of the axes in machine coordinates."""
     rapid = c.motion != "G1" or c.language.words == "macro"
     if c.language.words == "o" and c.motion not in ("G0", "G1"):
         raise BlockFault(column, "G53 needs G0 or G1 in force; write G53 G0 Z0")
@@ -281,7 +282,7 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
 
 
 def _suspend(c: IsoControl, refusal: str, column: int) -> None:
-    """Fanuc: compensation rests while the axes go to a machine position (B-64304EN, "automatic return to reference position")."""
+    """Suspend compensation while the axes go to a machine position: Fanuc (B-64304EN, "automatic return to reference position")."""
     if c.language.words == "o":
         raise BlockFault(column, refusal)
     c.assume(
@@ -290,7 +291,7 @@ def _suspend(c: IsoControl, refusal: str, column: int) -> None:
 
 
 def go_to_axes(c: IsoControl, q: Point, rapid: bool, rotary: Point) -> None:
-    """A straight move of the axes to a machine position; never rewritten, and without radius compensation."""
+    """Move the axes straight to a machine position; never rewritten, and without radius compensation."""
     o, before = c.tool_offset, c.compensation
     c.compensation = None
     c.to_machine((q[0] - o[0], q[1] - o[1], q[2] - o[2]), rapid, rotary)
@@ -300,7 +301,7 @@ def go_to_axes(c: IsoControl, q: Point, rapid: bool, rotary: Point) -> None:
 
 
 def reference_axes(c: IsoControl, w: IsoWords, column: int) -> None:
-    """G28.1 of Mach3: the axes named are sent home (Mach3Mill, "reference axes"); LinuxCNC keeps the position there."""
+    """Reference axes by G28.1 of Mach3: the axes named are sent home (Mach3Mill, "reference axes"); LinuxCNC keeps the position there."""
     c.assume(
         "G28.1 of Mach3, which sends the axes home", "by way of the programmed point to the reference point, as G28",
         "G28.1 of Mach3 sends the axes to their switches, where these are the machine alone knows; use G28", column=column,
@@ -309,7 +310,7 @@ def reference_axes(c: IsoControl, w: IsoWords, column: int) -> None:
 
 
 def go_home(c: IsoControl, w: IsoWords, second: bool, column: int) -> None:
-    """G28, G30: by way of the programmed point to the reference point, only the axes that are named (LinuxCNC: or all)."""
+    """Move home by G28, G30: by way of the programmed point to the reference point, only the axes that are named (LinuxCNC: or all)."""
     if c.compensation is not None:
         _suspend(
             c, "a reference move while cutter radius compensation is on; cancel it with G40 before", column
@@ -338,7 +339,7 @@ def go_home(c: IsoControl, w: IsoWords, second: bool, column: int) -> None:
 
 
 def return_from_home(c: IsoControl, w: IsoWords, column: int) -> None:
-    """G29: the axes that are named go to the point by way of which G28 or G30 came, and on to the programmed point, which counts
+    """Return from home by G29: the axes that are named go to the point by way of which G28 or G30 came, and on to the programmed point, which counts
     increments from the former (FANUC B-64304EN, "return from reference position (G29)"; Haas mill operator's manual, G29)."""
     if c.compensation is not None:
         _suspend(c, "G29 while cutter radius compensation is on; cancel it with G40 before", column)
@@ -358,7 +359,7 @@ def return_from_home(c: IsoControl, w: IsoWords, column: int) -> None:
 
 
 def _rapid_by(c: IsoControl, p: Point, rotary: Point) -> None:
-    """A rapid of a reference move to a programmed point."""
+    """Make a rapid of a reference move to a programmed point."""
     end = c.world.apply(p)
     if c.tip() != end or rotary != c.rotary:
         c.emit("rapid", end, rotary=rotary, rewritable=False)
@@ -366,7 +367,7 @@ def _rapid_by(c: IsoControl, p: Point, rotary: Point) -> None:
 
 
 def store_home(c: IsoControl, second: bool) -> None:
-    """G28.1, G30.1: the present position of the axes becomes the reference point."""
+    """Store the home of G28.1, G30.1: the present position of the axes becomes the reference point."""
     if second:
         c.home2 = c.q
     else:

@@ -34,7 +34,7 @@ class ParameterTable:
         self.most_local = 33 if self.macro else 30
 
     def number(self, index: int) -> float | None:
-        """The value of #index; None: vacant (Fanuc)."""
+        """Return the value of #index; None: vacant (Fanuc)."""
         if 1 <= index <= self.most_local:
             return self.locals[-1].get(index, None if self.macro else 0.0)
         if index in self.common:
@@ -80,7 +80,7 @@ class ParameterTable:
         return name in self.named_common or name in self.named_locals[-1] or name in PREDEFINED
 
     def set(self, target: str | float | None, value: float | None, column: int) -> None:
-        """#target = value. Raises BlockFault for those that only the control sets."""
+        """Assign #target = value. Raises BlockFault for those that only the control sets."""
         if isinstance(target, str):
             if target in PREDEFINED and target not in self.named_common:
                 raise BlockFault(
@@ -113,7 +113,7 @@ class ParameterTable:
             table[index] = value
 
     def _set_offset(self, index: int, value: float) -> bool:
-        """Work offsets are parameters: setting one changes the offset."""
+        """Set a work offset by its parameter: setting one changes the offset."""
         place = _offset_place(index, self.macro)
         if place is None:
             if not self.macro and (5161 <= index <= 5428):
@@ -143,7 +143,7 @@ def attach(c: IsoControl) -> ParameterTable:
 
 
 def _offset_place(index: int, macro: bool) -> tuple[str, int] | None:
-    """Which offset and axis a parameter is: #5221 = G54 X, #5241 = G55 X; Fanuc also #5201 (common) and #7001 (G54.1 P1)."""
+    """Return the offset and axis of a parameter: #5221 = G54 X, #5241 = G55 X; Fanuc also #5201 (common) and #7001 (G54.1 P1)."""
     if macro and 5201 <= index <= 5203:
         return "", index - 5201
     if macro and 7001 <= index <= 7960 and (index - 7001) % 20 < 3:

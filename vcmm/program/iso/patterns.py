@@ -23,7 +23,7 @@ MOST_HOLES = 10_000
 
 
 def nonmodal(c: IsoControl, w: IsoWords) -> bool:
-    """Whether the block was one of these; it is executed then."""
+    """Execute a block with one of the codes here. Return whether it had one."""
     if "pocket" in w.g:
         circular_pocket(c, w, w.g["pocket"], w.g_columns["pocket"])
         return True
@@ -37,8 +37,8 @@ def nonmodal(c: IsoControl, w: IsoWords) -> bool:
 
 
 def circular_pocket(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G12 (clockwise), G13: I radius, or of the first circle; K radius of the finished one with steps Q; Z depth, L passes of it.
-    D: the radius of the tool comes off. From the centre out by half circles, round, and back to the centre."""
+    """Run G12 (clockwise), G13: I radius, or of the first circle; K radius of the finished one with steps Q; Z depth, L passes of it.
+    D: the radius of the tool is subtracted. From the centre out by half circles, round, and back to the centre."""
     c.column = column
     w.need("I", "the radius of the circle", column)
     v, tool, passes = read_words(c, w, POCKET), _tool_radius(c, w, column), w.whole("L", column, 1) or 1
@@ -56,7 +56,7 @@ def circular_pocket(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def _rings(c: IsoControl, centre: Point, radii: list[float], clockwise: bool) -> None:
-    """Half a circle out, a whole one at each radius, half a circle back."""
+    """Mill half a circle out, a whole one at each radius, half a circle back."""
     x, y, z = centre
     at = 0.0
     for r in radii:
@@ -80,7 +80,7 @@ def _tool_radius(c: IsoControl, w: IsoWords, column: int) -> float:
 
 
 def bolt_holes(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """L holes about (G72: from) where the tool stands; the drilling cycle in force makes each (L0 on its line: none there)."""
+    """Drill L holes about (G72: from) the position of the tool; the drilling cycle in force makes each (L0 on its line: none there)."""
     if c.motion not in DRILLING:
         raise BlockFault(
             column, f"{code} needs a drilling cycle in force; write for example G81 ... L0 before it"
@@ -94,13 +94,13 @@ def bolt_holes(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def ring(v: Values, count: int, middle: Flat) -> list[Flat]:
-    """G70, evenly; G71 in steps of K."""
+    """Return the holes of G70, evenly; of G71 in steps of K."""
     step = v.without("step", 2.0 * math.pi / count)
     return hole_circle(middle, v["radius"], [v["start"] + k * step for k in range(count)])
 
 
 def row(v: Values, count: int, begin: Flat) -> list[Flat]:
-    """G72."""
+    """Return the holes of G72."""
     return hole_line(begin, v["start"], [v["radius"] * k for k in range(count)])
 
 

@@ -29,7 +29,7 @@ LATER = "describe the plane by Euler angles, G68.2 X Y Z I J K"
 
 
 def tilt_plane(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """One block of a tilted plane. Raises BlockFault."""
+    """Execute one block of a tilted plane. Raises BlockFault."""
     if code in DEFINES:
         _define(c, w, code, column)
     elif code in SQUARES:
@@ -38,20 +38,20 @@ def tilt_plane(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         ends(c)
     else:
         what = f"{code}, a tilted working plane"
-        refusal = f"{what} that hangs on where the machine stands is not understood; {LATER}"
+        refusal = f"{what} that depends on the position of the machine is not understood; {LATER}"
         c.assume(what, "passed over: the plane in force before", refusal, column=column)
         w.used |= set("XYZABCIJKPQRH")
 
 
 def ends(c: IsoControl) -> None:
-    """G69: coordinates as before; the rotary axes stand until they are moved."""
+    """End the tilted plane, G69: coordinates as before; the rotary axes keep their angles until they are moved."""
     c.tilt, c.tilted, c.posture, c.is_tilt_given = AffineMap(), False, None, False
     c.plane_words.clear()
     c.rebuild()
 
 
 def square(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """The rotary axes turn the tool square to the plane, before the next motion. P1, P2: with the first rotary axis positive, negative."""
+    """Turn the tool square to the plane by the rotary axes, before the next motion. P1, P2: with the first rotary axis positive, negative."""
     if c.tilt == AffineMap() and not c.is_tilt_given:
         c.assume(
             f"{code} without a plane",
@@ -81,17 +81,17 @@ def square(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def _kept_point(c: IsoControl, w: IsoWords) -> None:
-    """H of G53.6 is the length of the tool whose tip stands still; R the distance from it to the point that does, along the tool."""
+    """Read H and R of G53.6: H is the length of the tool whose tip is kept; R the distance from it to the kept point, along the tool."""
     number, away = w.take("H"), w.take("R")
     if number and round(number) != c.tool:
         c.assume(
-            f"H{number:g} of G53.6, which is no register of tool {c.tool}", "the tip of the tool in the spindle stands still",
+            f"H{number:g} of G53.6, which is no register of tool {c.tool}", "the tip of the tool in the spindle is fixed",
             f"G53.6 H{number:g} leads the tip of another length than that of tool {c.tool}; write H{c.tool}", column=w.column("H"),
         )  # fmt: skip
     if away:
         c.assume(
-            f"R{away:g} of G53.6 (which point of the tool stands still)", "its tip",
-            f"R{away:g} of G53.6 leads a point beside the tip, which is not understood; leave R out, so that the tip stands still", column=w.column("R"),
+            f"R{away:g} of G53.6 (the fixed point of the tool)", "its tip",
+            f"R{away:g} of G53.6 leads a point beside the tip, which is not understood; leave R out, so that the tip is fixed", column=w.column("R"),
         )  # fmt: skip
 
 
@@ -149,7 +149,7 @@ def _turns(steps: tuple[tuple[int, float], ...]) -> AffineMap:
 
 
 def _rotation_about_fixed_axes(w: IsoWords, column: int) -> AffineMap:
-    """I about X, J about Y, K about Z, axes that stand still; Q: in which order, the first digit first."""
+    """Return the rotation I about X, J about Y, K about Z, fixed axes; Q: their order, the first digit first."""
     order = str(w.whole("Q", column) or 123)
     if sorted(order) != ["1", "2", "3"]:
         raise BlockFault(
@@ -161,7 +161,7 @@ def _rotation_about_fixed_axes(w: IsoWords, column: int) -> AffineMap:
 
 
 def _in_parts(c: IsoControl, w: IsoWords, kind: int, column: int) -> AffineMap | None:
-    """G68.2 P2, P3: the plane comes in blocks, Q0 to Q3 and Q1, Q2; None until the last one."""
+    """Return the plane of G68.2 P2, P3: given in blocks, Q0 to Q3 and Q1, Q2; None until the last one."""
     number = w.whole("Q", column)
     known = (0, 1, 2, 3) if kind == 2 else (1, 2)
     if number is None or number not in known:

@@ -32,7 +32,7 @@ HOLE = "a hole in the path: its moves are missing"
 
 
 def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
-    """A block with G150. run: executes one line of the text."""
+    """Execute a block with G150. run: executes one line of the text."""
     c, column = r.c, w.g_columns["irregular"]
     c.column = column
     beside, c.compensation = c.compensation, None
@@ -83,7 +83,7 @@ def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]
 
 
 def _step(c: IsoControl, w: IsoWords, column: int) -> tuple[int, float]:
-    """The axis of the plane along which the strokes go (0: X), and how far apart they are."""
+    """Return the axis of the plane along which the strokes go (0: X), and their distance."""
     if w.has("I") == w.has("J"):
         raise BlockFault(
             column, "G150 takes either I (strokes along Y) or J (strokes along X); write one of them"
@@ -113,7 +113,7 @@ def _place(c: IsoControl, w: IsoWords, letter: str, axis: int) -> float:
 def _subprogram(
     r: IsoRunner, number: int, here: int, column: int, run: Callable[[int], None]
 ) -> list[Move] | None:
-    """The moves of the contour in programmed coordinates; nothing of the state is changed by them. None: it is nowhere, and told."""
+    """Return the moves of the contour in programmed coordinates; they do not change the state. None: it is nowhere, and told."""
     c = r.c
     at, under = r.at, len(r.calls)
     with record_contour(c) as contour:
@@ -134,7 +134,7 @@ def _subprogram(
 
 
 def _closed(moves: Sequence[Move], column: int) -> list[Move]:
-    """The contour without the move that leads onto it."""
+    """Return the contour without the move that leads onto it."""
     path = list(moves[1:])
     if len(path) < 2 or any(m.plane != "XY" or m.kind == "rapid" for m in path):
         raise BlockFault(
@@ -146,7 +146,7 @@ def _closed(moves: Sequence[Move], column: int) -> list[Move]:
 def _clear(
     cutter: CycleCutter, found: tuple[Area, list[Stroke]], start: Flat, depths: Sequence[float], plane: float
 ) -> None:
-    """All strokes at each depth."""
+    """Mill all strokes at each depth."""
     made, strokes = found
     for depth in depths:
         if cutter.here() != start:
@@ -163,7 +163,7 @@ def _clear(
 
 
 def _finish(cutter: CycleCutter, path: Sequence[Move], beside: RadiusCompensation, heights: Flat) -> None:
-    """Once along the wall at the depth."""
+    """Mill once along the wall at the depth."""
     depth, plane = heights
     last = area([(path, beside.side)], beside.radius).strokes(0.0)
     for stroke in last:

@@ -12,8 +12,8 @@ from vcmm.program.moves import PLANES
 
 
 def polar_ends(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, int]:
-    """G16: the first axis of the plane is a radius, the second an angle; with G91 the angle counts on, and a radius is one about
-    where the tool stands (FANUC B-64304EN, "polar coordinate command"). The axes that are settled by it."""
+    """Read polar ends, G16: the first axis of the plane is a radius, the second an angle; with G91 the angle counts on, and a radius is one about
+    the position of the tool (FANUC B-64304EN, "polar coordinate command"). The axes that are settled by it."""
     first, second, _ = PLANES[c.plane]
     polar = c.polar
     assert polar is not None
@@ -31,7 +31,7 @@ def polar_ends(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, int]:
 
 
 def radial_ends(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, ...]:
-    """@ is the distance from the work zero, ^ the angle from X; the one that is missing is that of the point where the tool
+    """Read polar ends: @ is the distance from the work zero, ^ the angle from X; the one that is missing is that of the point where the tool
     stands, and with G91 both count on (LinuxCNC, G code overview, "polar coordinates"). The axes that are settled by it."""
     if not (w.has("@") or w.has("^")):
         return ()
@@ -43,7 +43,7 @@ def radial_ends(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, ...]:
     radius, angle = math.hypot(c.p[0], c.p[1]), math.atan2(c.p[1], c.p[0])
     if not radius and not (c.absolute and w.has("@") and w.has("^")):
         raise BlockFault(
-            column, "the tool stands at the work zero, which has no angle; give both @ and ^, with G90"
+            column, "the tool is at the work zero, which has no angle; give both @ and ^, with G90"
         )
     if w.has("@"):
         radius = length(c, w, "@", w.take("@") or 0.0) + (0.0 if c.absolute else radius)

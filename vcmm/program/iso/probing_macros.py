@@ -57,23 +57,23 @@ class MacroCall(MeasuringCycle):
         self.r.parameters.set(number, value, self.column)
 
     def axis(self, letters: str, what: str) -> int:
-        """The one axis that is given."""
+        """Return the one given axis."""
         named = [i for i, letter in enumerate(letters) if self.v.has(letter)]
         if len(named) != 1:
             raise BlockFault(self.column, what)
         return named[0]
 
     def sense(self, axis: int, expected: float) -> float:
-        """+1 or -1: the way to what is expected along an axis."""
+        """Return +1 or -1: the way to the expected surface along an axis."""
         way = expected - self.r.p[axis]
         if abs(way) < 1e-9:
             raise BlockFault(
-                self.column, f"{'XYZ'[axis]} is where the probe stands already; start beside the surface"
+                self.column, f"{'XYZ'[axis]} is the present position of the probe; start beside the surface"
             )
         return math.copysign(1.0, way)
 
     def report(self, findings: Findings) -> None:
-        """Results and their errors, and the work offset that is corrected by those of the axes."""
+        """Report results and their errors, and correct the work offset by those of the axes."""
         c = self.r
         for meaning, (should, reads) in findings.items():
             unit = 1.0 if "angle" in meaning else c.unit
@@ -86,7 +86,7 @@ class MacroCall(MeasuringCycle):
             c.rebuild()
 
     def corrected_offset(self) -> str:
-        """The work offset of S, none where it is not given."""
+        """Return the work offset of S, none where it is not given."""
         if not self.v.has("offset"):
             return ""
         number = self.v["offset"]
@@ -104,14 +104,14 @@ MacroPrimitive = Callable[[MacroCall], Findings | None]
 
 
 class Macro(NamedTuple):
-    """A row, and what it says where one of its needed words is missing (the last of these sentences stands for all that follow)."""
+    """A row, and the sentences for missing needed words (the last sentence is for all later words too)."""
 
     row: Cycle[MacroPrimitive]
     needs: tuple[str, ...] = ()
 
 
 def measuring_macro(c: IsoControl, number: int, arguments: Mapping[int, float], column: int) -> bool:
-    """Runs the macro of that number; False where it is none of these."""
+    """Run the macro of that number; False where it is none of the measuring macros."""
     if number in LATER:
         numbers = ", ".join(f"P{k}" for k in sorted(MACROS))
         c.assume(
@@ -133,17 +133,17 @@ def measuring_macro(c: IsoControl, number: int, arguments: Mapping[int, float], 
 
 
 def _move(m: MacroCall) -> None:
-    """Straight there, stopping where something is in the way: nothing is."""
+    """Move straight; no obstacle is modelled."""
     x, y, z = (m.v.without(letter, p) for letter, p in zip("XYZ", m.r.p))
     m.r.straight((x, y, z), False)
 
 
 def _switch(m: MacroCall) -> None:
-    """Nothing moves."""
+    """Switch the probe; no axis moves."""
 
 
 def _calibrate(m: MacroCall) -> None:
-    """Length, offset and radius of the ball as the set-up states them."""
+    """Set length, offset and radius of the ball as the set-up states them."""
     m.r.remark(
         "calibrates the probe, which is passed over: its length and ball are those of the set-up; what the calibration errs by is u_length and u_radius of that "
         "tool in vcmm cut",
@@ -152,19 +152,19 @@ def _calibrate(m: MacroCall) -> None:
 
 
 def _surface(m: MacroCall) -> Findings:
-    """One surface along one axis."""
+    """Return the findings of one surface along one axis."""
     axis = m.axis("XYZ", "this macro takes one of X, Y and Z: the expected position of the surface")
     expected = m.v["XYZ"[axis]]
     return {"xyz"[axis]: (expected, m.feeler.surface(axis, expected, m.sense(axis, expected)))}
 
 
 def _three(m: MacroCall) -> Findings:
-    """A bore or boss by three points at the angles A, B and C (deg, from X+)."""
+    """Return a bore or boss by three points at the angles A, B and C (deg, from X+)."""
     return circle(m, m.inside, [math.radians(m.v[letter]) for letter in "ABC"])
 
 
 def _at_angle(m: MacroCall) -> Findings:
-    """A pocket from inside, a web from outside, across the angle A (deg, from X+)."""
+    """Return a pocket from inside, a web from outside, across the angle A (deg, from X+)."""
     start, size, turn = m.r.p, m.v["size"], math.radians(m.v["angle"])
     one, two = (m.rim(start[:2], size, a, m.inside) for a in (turn, turn + math.pi))
     m.finish(start)
@@ -175,7 +175,7 @@ def _at_angle(m: MacroCall) -> Findings:
 
 
 def _angle(m: MacroCall) -> Findings:
-    """The angle of a surface along Y (X given) or along X (Y given), by two points D apart about where the probe stands."""
+    """Return the angle of a surface along Y (X given) or along X (Y given), by two points D apart about where the probe stands."""
     axis = m.axis(
         "XY", "P9843 takes X or Y, where the surface is expected, and D: how far apart it is touched"
     )
@@ -191,8 +191,8 @@ def _angle(m: MacroCall) -> Findings:
 
 
 def _corner(m: MacroCall, inner: bool) -> Findings:
-    """X and Y of a corner, from where the probe stands diagonally before it: from inside along X and Y; round an outer
-    corner as far beyond it as it stands before it. I, J: a second touch further along X, along Y; then the surfaces may be turned."""
+    """Return X and Y of a corner, from the probe diagonally before it: from inside along X and Y; round an outer
+    corner as far beyond it as the probe is before it. I, J: a second touch further along X, along Y; then the surfaces may be turned."""
     c, start, corner = m.r, m.r.p, (m.v["X"], m.v["Y"])
     sense = [m.sense(i, corner[i]) for i in (0, 1)]
     lines: list[list[Point]] = []
@@ -218,7 +218,7 @@ def _corner(m: MacroCall, inner: bool) -> Findings:
 
 
 def _web(m: MacroCall) -> Findings:
-    """A pocket from inside, a web from outside, along X or Y."""
+    """Return a pocket from inside, a web from outside, along X or Y."""
     axis = m.axis("XY", "P9812 takes X or Y: the expected width")
     return width(m, m.inside, axis, m.v["XY"[axis]])
 

@@ -61,7 +61,7 @@ _new = tuple.__new__
 def run(
     text: str, dialect: str | Dialect, setup: Setup, name: str, trace: bool, *, flow: MoveFlow | None = None
 ) -> Program:
-    """The meaning of a program in a dialect of the G-code family. Raises DataError and ModelLimit.
+    """Return the meaning of a program in a dialect of the G-code family. Raises DataError and ModelLimit.
 
     flow: takes the moves as they come; the Program has none of them then.
     """
@@ -106,7 +106,7 @@ def run(
 
 
 def _adapt(dialect: Dialect, setup: Setup) -> Dialect:
-    """The dialect with what the set-up says of the control."""
+    """Return the dialect with the statements of the set-up on the control."""
     if setup.decimal_point:
         dialect = replace(dialect, decimal_point=setup.decimal_point)
     if setup.arc_centre:
@@ -154,7 +154,7 @@ def _loop(r: IsoRunner, started: bool) -> None:
 
 
 def _alone(r: IsoRunner) -> None:
-    """Subprograms that nobody calls, where the text has nothing else: each is read as if called without arguments."""
+    """Read subprograms without a caller, where the text has nothing else: each as if called without arguments."""
     subs = {label: words[0][0] for label, words in r.main.o_words.items() if words[0][1] == "sub"}
     called = {label for label, words in r.main.o_words.items() if any(kind == "call" for _, kind in words)}
     r.fragment = True
@@ -170,7 +170,7 @@ def _alone(r: IsoRunner) -> None:
 
 
 def _leading_percent(r: IsoRunner) -> bool:
-    """Whether the program begins with %; what stands before it is a leader that no control reads, unless it holds blocks."""
+    """Return whether the program begins with %; the text before it is a leader that no control reads, unless it holds blocks."""
     first = next((i for i, line in enumerate(r.text.lines) if line.strip()), None)
     if first is None:
         raise ProgramFault(r.c.file, 1, 1, "the program is empty; name the right file")
@@ -219,7 +219,7 @@ def _text_after_end(r: IsoRunner) -> None:
 
 
 def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
-    """One block, with its flow control and assignments."""
+    """Execute one block, with its flow control and assignments."""
     c = r.c
     if block.percent:
         c.ended = not r.calls or r.text is r.main
@@ -258,7 +258,7 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
 
 
 def _program_number(r: IsoRunner, block: IsoBlock, index: int) -> None:
-    """An O number between programs: the one before has no end."""
+    """Note an O number between programs: the one before has no end."""
     flow, c = block.flow, r.c
     assert flow is not None
     starts = r.text is r.main and r.text.programs.get(int(str(flow.label))) == index
@@ -279,7 +279,7 @@ def _program_number(r: IsoRunner, block: IsoBlock, index: int) -> None:
 
 
 def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
-    """The words of a block, and the calls among them."""
+    """Execute the words of a block, and the calls among them."""
     c = r.c
     w = IsoWords(c, block)
     before, made = c.modal() if c.tracer else None, len(c.moves)
@@ -319,7 +319,7 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
 
 
 def _run_line(r: IsoRunner, index: int) -> None:
-    """One line of the text, out of its turn."""
+    """Run one line of the text, out of its turn."""
     r.at = index + 1
     r.c.source = Source(index + 1, 1, 1)
     _execute(r, r.text.block(index), index)
@@ -353,7 +353,7 @@ def _plain_lines(r: IsoRunner) -> None:
             break
         head, g, wx, wy, wz, f = words.groups()
         if strict and _pointless(wx, wy, wz):
-            break  # the remark about decimal points is due
+            break  # time for the remark about decimal points
         if f is not None:
             if not float(f) >= 0.0:
                 break
@@ -389,12 +389,12 @@ def _plain_lines(r: IsoRunner) -> None:
 
 
 def _pointless(*words: str | None) -> bool:
-    """Whether a number other than zero is written without a decimal point."""
+    """Return whether a number other than zero is written without a decimal point."""
     return any(w is not None and "." not in w and float(w) for w in words)
 
 
 def _tails(c: IsoControl) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """What a rapid and a line have behind their ends: of a move that goes nowhere."""
+    """Return The fields of a rapid and a line behind their ends: of a move that goes nowhere."""
     here = c.tip()
     feed = None if c.feed is None else c.feed * c.feed_scale
     return tuple(c.move("rapid", here, here)[4:]), tuple(c.move("line", here, here, feed=feed)[4:])

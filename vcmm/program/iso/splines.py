@@ -22,7 +22,7 @@ Flat = tuple[float, float]
 
 
 def spline(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """One block of a spline. Raises BlockFault where the control stops."""
+    """Execute one block of a spline. Raises BlockFault where the control stops."""
     if c.plane != "XY":
         raise BlockFault(column, f"{code} lies in the plane XY; write G17 before it")
     if c.compensation is not None:
@@ -60,7 +60,7 @@ def spline(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def _offset(c: IsoControl, w: IsoWords, letters: str, code: str) -> Flat | None:
-    """Two words that belong together, mm; None where neither is there. Of I and J of G5.1 a missing one is 0."""
+    """Return two words that belong together, mm; None where neither is there. Of I and J of G5.1 a missing one is 0."""
     values = [w.take(k) for k in letters]
     if values[0] is None and values[1] is None:
         return None

@@ -1,4 +1,4 @@
-"""Where the words of a G-code block stand, and how it reads without expressions, parameters, calls and jumps."""
+"""Places of the words of a G-code block, and the block without expressions, parameters, calls and jumps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PROGRAM = re.compile(r"[O:][ \t]*\d+", re.IGNORECASE)
 
 
 def words_of(w: IsoWords) -> dict[str, WordAt]:
-    """Words by letter, without G and M."""
+    """Return the words by letter, without G and M."""
     return {
         letter: WordAt(
             letter, word.first, word.last, word.text, not callable(word.value), _decimals(word.text)
@@ -29,7 +29,7 @@ def _decimals(text: str) -> int | None:
 
 
 def step_of(r: IsoRunner, block: IsoBlock, index: int) -> ExecutedBlock:
-    """The block as it is executed now."""
+    """Return the block as it is executed now."""
     call = len(r.calls)
     computed = any(callable(w.value) for w in block.words)
     called = _codes(block)
@@ -39,7 +39,7 @@ def step_of(r: IsoRunner, block: IsoBlock, index: int) -> ExecutedBlock:
 
 
 def _codes(block: IsoBlock) -> set[str]:
-    """Calls and returns among the codes of a block."""
+    """Return calls and returns among the codes of a block."""
     codes = {f"{w.letter}{w.value:g}" for w in block.words if w.letter in "GM" and not callable(w.value)}
     return codes & {"M98", "M99", "G65", "G66", "G67"}
 
@@ -76,13 +76,13 @@ def _cuts(r: IsoRunner, block: IsoBlock, line: int, called: set[str]) -> list[Te
 
 
 def _text(value: float, letter: str) -> str:
-    """With a point where it is a length: an expression counts in mm on every control."""
+    """Return the text with a point where it is a length: an expression counts in mm on every control."""
     text = written_out(value)
     return text + "." if "." not in text and letter in "XYZUVWIJKRQ" else text
 
 
 def _words_of_call(r: IsoRunner, called: set[str]) -> str | frozenset[str]:
-    """IsoWords that go with a call or return."""
+    """Return the words that go with a call or return."""
     if called & {"G65", "G66", "G67"}:
         return "all"
     if "M98" in called:
@@ -93,11 +93,11 @@ def _words_of_call(r: IsoRunner, called: set[str]) -> str | frozenset[str]:
 
 
 def _assignment(block: IsoBlock, column: int, line: int, end: int) -> TextCut:
-    """#1=... up to what follows it."""
+    """Return the cut of #1=... up to what follows it."""
     starts = [w.first for w in block.words] + [a.column for a in block.assigns]
     return TextCut(line, column, min([s for s in starts if s > column], default=end), "")
 
 
 def _code(text: str) -> str:
-    """The line without a comment at its end."""
+    """Return the line without a comment at its end."""
     return re.sub(r"(?:[ \t]*(?:\([^()]*\)|;.*))+[ \t]*\Z", "", text).rstrip()

@@ -1,4 +1,4 @@
-"""The text of a program, prepared for jumping: where labels, block numbers, loops and programs stand."""
+"""The text of a program, prepared for jumping: places of labels, block numbers, loops and programs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LOOP = re.compile(r"(?:^|[^A-Z])(DO|END)[ \t]*([123])", re.IGNORECASE)
 
 
 def _aligns(line: str, match: re.Match[str]) -> bool:
-    """Whether a colon stands for N, as posts write the block of a tool change, :0030 T01 M06: a program number stands alone."""
+    """Return whether a colon is used for N, as posts write the block of a tool change, :0030 T01 M06: a program number is alone in its line."""
     colon = line[match.start(1) - 1 : match.start(1)] == ":"
     return colon and re.match(r"[ \t]*[A-Z][-+.\d#]", line[match.end(1) :], re.IGNORECASE) is not None
 
@@ -49,7 +49,7 @@ class Text:
                     self.programs.setdefault(int(label), i)
 
     def block(self, index: int) -> IsoBlock:
-        """The block of a line. It is kept from the second time on: most lines are executed once, and a program has 10^5 of them."""
+        """Return the block of a line. It is kept from the second time on: most lines are executed once, and a program has 10^5 of them."""
         block = self._blocks.get(index)
         if block is None:
             block = parse_block(self.lines[index], index + 1, self.dialect)
@@ -58,25 +58,25 @@ class Text:
         return block
 
     def next_o(self, label: str, kinds: tuple[str, ...], index: int, column: int) -> int:
-        """The first line after `index` with that label and one of the keywords."""
+        """Return the first line after `index` with that label and one of the keywords."""
         for i, kind in self.o_words.get(label, ()):
             if i > index and kind in kinds:
                 return i
         raise BlockFault(column, f"o{label} {' or '.join(kinds)} is missing after this line; add it")
 
     def last_o(self, label: str, kinds: tuple[str, ...], index: int, column: int) -> int:
-        """The last line before `index` with that label and one of the keywords."""
+        """Return the last line before `index` with that label and one of the keywords."""
         for i, kind in reversed(self.o_words.get(label, [])):
             if i < index and kind in kinds:
                 return i
         raise BlockFault(column, f"o{label} {' or '.join(kinds)} is missing before this line; add it")
 
     def subprogram(self, label: str) -> int | None:
-        """Line of o<label> sub."""
+        """Return the line of o<label> sub."""
         return next((i for i, kind in self.o_words.get(label, ()) if kind == "sub"), None)
 
     def number(self, n: int, index: int) -> int | None:
-        """Line of block number N n within the program that holds line `index`: forward first, then from its start."""
+        """Return the line of block number N n within the program that holds line `index`: forward first, then from its start."""
         if self._numbers is None:
             self._numbers = {}
             for i, line in enumerate(self.lines):
@@ -90,17 +90,17 @@ class Text:
         return next((i for i in inside if i > index), inside[0] if inside else None)
 
     def has_jumps(self, first: int, last: int) -> bool:
-        """Whether a block of the lines first to last - 1 may jump elsewhere."""
+        """Return whether a block of the lines first to last - 1 may jump elsewhere."""
         return any(_JUMP.search(re.sub(r"\([^()]*\)", "", line)) for line in self.lines[first:last])
 
     def loop_end(self, number: str, index: int) -> int | None:
-        """Line of END n after a line."""
+        """Return the line of END n after a line."""
         return next(
             (i for i, kind, n in self._loop_lines() if i > index and kind == "END" and n == number), None
         )
 
     def loop_start(self, number: str, index: int) -> int | None:
-        """Line of DO n before a line."""
+        """Return the line of DO n before a line."""
         return next(
             (i for i, kind, n in reversed(self._loop_lines()) if i < index and kind == "DO" and n == number),
             None,

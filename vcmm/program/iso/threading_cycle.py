@@ -28,7 +28,7 @@ THREAD = cycle(
 
 
 def depths(first: float, full: float, degression: float, springs: int) -> list[float]:
-    """Depth of each pass below the peak, mm: J n^(1/R) up to K, and K again for every spring pass."""
+    """Return the depth of each pass below the peak, mm: J n^(1/R) up to K, and K again for every spring pass."""
     out: list[float] = []
     while True:
         depth = first * (len(out) + 1) ** (1.0 / degression)
@@ -40,7 +40,7 @@ def depths(first: float, full: float, degression: float, springs: int) -> list[f
 
 
 def thread_cycle(c: IsoControl, w: IsoWords) -> None:
-    """A block with G76."""
+    """Execute a block with G76."""
     column = c.column
     if c.plane != "ZX":
         raise BlockFault(column, "G76 (threading) needs the plane ZX; write G18 before")
@@ -94,7 +94,7 @@ class _Thread:
     v: Values
 
     def cut(self, depth: float) -> None:
-        """One pass. The deepest ends at Z; shallower ones begin and end earlier, by the advance that is still to come."""
+        """Cut one pass. The deepest ends at Z; shallower ones begin and end earlier, by the advance that is still to come."""
         v, slope = self.v, math.tan(self.v["angle"])  # advance along the thread per depth, along the flank
         away = -1.0 if v["peak"] > 0 else 1.0
         way = 1.0 if self.end > self.start[2] else -1.0
@@ -119,7 +119,7 @@ class _Thread:
         self.c.straight((x, self.start[1], z), True)
 
     def _feed(self, x: float, z: float) -> None:
-        """The pitch counts along the axis, so that the lead along a taper is longer."""
+        """Set the feed: the pitch counts along the axis, so that the lead along a taper is longer."""
         dx, dz = x - self.c.p[0], z - self.c.p[2]
         lead = self.v["pitch"] * math.hypot(dx, dz) / abs(dz)
         thread_to(self.c, (x, self.start[1], z), lead)

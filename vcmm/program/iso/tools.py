@@ -13,7 +13,7 @@ from vcmm.program.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool, imaginary_nose
 
 
 def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None:
-    """The tool of a register; None where no table has it, which is told where its length is used."""
+    """Return the tool of a register; None where no table has it, with a remark where its length is used."""
     tool = c.tools.get(number)
     if tool is None and number and (c.tools or letter == "H" or c.language.lathe):
         unknown_tool(c, number, f"{letter}{number}", column)
@@ -21,7 +21,7 @@ def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None
 
 
 def tool_length(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G43, G44, G43.1, G43.2, G49."""
+    """Execute G43, G44, G43.1, G43.2, G49."""
     offset = _offset_of(c, w, code, column)
     c.led = code in ("G43.4", "G43.5", "G143", "G234")
     if not c.led:
@@ -74,7 +74,7 @@ def _register(c: IsoControl, number: int, column: int) -> Point:
 
 
 def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G40, G41, G42, G41.1, G42.1: side and radius in force."""
+    """Execute G40, G41, G42, G41.1, G42.1: side and radius in force."""
     if code == "G40":
         c.compensation = None
         return
@@ -115,7 +115,7 @@ def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> N
 
 
 def _compensation(c: IsoControl, side: str, tool: tuple[float, int], column: int) -> RadiusCompensation:
-    """With the way from the centre of the nose to the imaginary tip that the offsets of a turning tool are measured at."""
+    """Return the compensation, with the way from the centre of the nose to the imaginary tip that the offsets of a turning tool are measured at."""
     style, tips = (LINUXCNC, LINUXCNC_TIPS) if c.language.words == "o" else (FANUC_B, FANUC_TIPS)
     radius, orientation = tool
     if orientation and orientation not in tips:
@@ -124,7 +124,7 @@ def _compensation(c: IsoControl, side: str, tool: tuple[float, int], column: int
 
 
 def radius_of(c: IsoControl, number: int, column: int) -> tuple[float, int]:
-    """Radius and orientation of a register, else of its tool."""
+    """Return the radius and orientation of a register, else of its tool."""
     if number in c.radii:
         return c.radii[number], 0
     if number == 0 and c.language.words == "macro":
@@ -139,7 +139,7 @@ def radius_of(c: IsoControl, number: int, column: int) -> tuple[float, int]:
 
 
 def _unknown_radius(c: IsoControl, number: int, tool: Tool | None, column: int) -> None:
-    """Assumes 0 mm, the path on the programmed contour."""
+    """Assume 0 mm, the path on the programmed contour."""
     turning = c.language.lathe if tool is None else tool.shape == "turning"
     key, size = ("nose_radius", '"0.8 mm"') if turning else ("diameter", '"10 mm"')
     name = key.replace("_", " ")
@@ -156,7 +156,7 @@ def _unknown_radius(c: IsoControl, number: int, tool: Tool | None, column: int) 
 
 
 def tell_left_in_the_changer(c: IsoControl) -> None:
-    """A T without M6 selects a tool and puts none in the spindle."""
+    """Note a T without M6: it selects a tool and puts none in the spindle."""
     if c.next_tool and not c.tool and not c.called:
         first = next((m.source.line for m in c.moves if m.kind in ("line", "arc")), 0)
         if first:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
-    """A block with G70 to G76. run: executes one line of the text."""
+    """Execute a block with G70 to G76. run: executes one line of the text."""
     c, code, column = r.c, w.g["turning"], w.g_columns["turning"]
     c.column, c.marker = column, code
     if code in GROOVING:
@@ -47,7 +47,7 @@ def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callabl
         return
     first, last = (_line(r, w, k, here, column) for k in "PQ")
     if last < first:
-        raise BlockFault(column, f"{code}: the block of Q stands before that of P; correct them")
+        raise BlockFault(column, f"{code}: the block of Q is before that of P; correct them")
     if code == "G70":
         _finish(r, first, last, run)
         return
@@ -76,7 +76,7 @@ def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callabl
 
 
 def _note_pockets(c: IsoControl, code: str, across: str) -> None:
-    """Pockets of a contour that comes back: type II gives them passes of their own, type I an alarm (FANUC 064)."""
+    """Note pockets of a contour that comes back: type II gives them passes of their own, type I an alarm (FANUC 064)."""
     c.assume(
         f"{code} along a contour that comes back in {across}", "its pockets get no passes of their own, only the last way along the contour",
         f"{code} along a contour that comes back in {across} (type II): how its pockets are cut is the control's own affair; write them with G0 and G1",
@@ -93,7 +93,7 @@ def _line(r: IsoRunner, w: IsoWords, letter: str, here: int, column: int) -> int
 
 
 def _contour(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> list[Move]:
-    """The moves of the blocks first to last, as programmed; nothing of the state is changed by them."""
+    """Return the moves of the blocks first to last, as programmed; they do not change the state."""
     c = r.c
     with record_contour(c) as contour:
         c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
@@ -109,18 +109,18 @@ def _run(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> Non
 
 
 def _finish(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> None:
-    """G70: the contour with its own feeds, and back to where it began."""
+    """Finish by G70: the contour with its own feeds, and back to where it began."""
     c, back = r.c, r.at
     start = (c.tip()[0], c.tip()[2])
     _run(r, first, last, run)
     c.compensation = None
     to_tip(c, start, True)
-    r.at = last + 1 if first == back else back  # a contour that stands elsewhere is called like a subprogram
+    r.at = last + 1 if first == back else back  # a contour elsewhere in the text is called like a subprogram
 
 
 # -- roughing ---------------------------------------------------------------------------------------------------------
 def _cut(c: IsoControl, cut: Cut) -> None:
-    """One move of a cycle, at the feed of the cycle."""
+    """Make one move of a cycle, at the feed of the cycle."""
     if cut.centre is None:
         to_tip(c, cut.end, cut.rapid)
         return
@@ -131,13 +131,13 @@ def _cut(c: IsoControl, cut: Cut) -> None:
 
 
 def _follow(c: IsoControl, moves: list[Move], x: float, z: float) -> None:
-    """The contour moved by (x, z)."""
+    """Follow the contour moved by (x, z)."""
     for cut in follow_contour(moves, x, z):
         _cut(c, cut)
 
 
 def _pattern(c: IsoControl, moves: list[Move], rough: Rough, v: Values) -> None:
-    """G73: the whole contour, moved nearer from pass to pass."""
+    """Run G73: the whole contour, moved nearer from pass to pass."""
     way_x, way_z = v["way_x"], v["way_z"]
     count = max(1, round(v["count"] or 1.0))
     if count > MOST_PASSES:

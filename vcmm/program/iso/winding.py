@@ -38,7 +38,7 @@ class Winding:
 
 
 def wind(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G12.1 G112 on, G13.1 G113 off, G7.1 and G107 with a radius on, with zero or none off."""
+    """Switch winding: G12.1 G112 on, G13.1 G113 off, G7.1 and G107 with a radius on, with zero or none off."""
     c.free(f"{code} changes what the axes mean")
     if code in ("G13.1", "G113"):
         unwind(c)
@@ -53,7 +53,7 @@ def wind(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def unwind(c: IsoControl) -> None:
-    """Back to the axes themselves; behind polar interpolation C stands where the tool left it."""
+    """Return to the axes themselves; behind polar interpolation C keeps its angle."""
     on, c.winding = c.winding, None
     if on is None:
         return
@@ -63,7 +63,7 @@ def unwind(c: IsoControl) -> None:
 
 
 def _cylinder(c: IsoControl, w: IsoWords, column: int) -> None:
-    """G7.1 C30.: the radius stands behind the rotary axis. Haas: G107 A0 Y0 R30. or Q60., G107 alone ends it."""
+    """Read G7.1 C30.: the radius is behind the rotary axis. Haas: G107 A0 Y0 R30. or Q60., G107 alone ends it."""
     named = next((k for k, axis in enumerate(ROTARY) if w.has(axis)), None)
     if c.language.haas:
         radius = (
@@ -100,7 +100,7 @@ def wound_target(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[Point, Poi
 
 
 def surface_feed(c: IsoControl, on: Winding, p: Point, rotary: Point) -> float | None:
-    """Feed that takes as long as F along the developed surface: mm/min, deg/min where rotary axes alone move."""
+    """Return the feed that takes as long as F along the developed surface: mm/min, deg/min where rotary axes alone move."""
     way = math.dist(p, c.p)
     arc = on.radius * abs(rotary[on.axis] - c.rotary[on.axis])
     whole = math.hypot(way, arc)
@@ -111,7 +111,7 @@ def surface_feed(c: IsoControl, on: Winding, p: Point, rotary: Point) -> float |
 
 
 def flat(c: IsoControl, p: Point, rotary: Point) -> list[float]:
-    """A point with the developed surface in place of the axis of its plane that is wound."""
+    """Return a point with the developed surface in place of the axis of its plane that is wound."""
     on, out = c.winding, list(p)
     assert on is not None
     out[_across(c)] = on.radius * rotary[on.axis]
@@ -119,7 +119,7 @@ def flat(c: IsoControl, p: Point, rotary: Point) -> list[float]:
 
 
 def _across(c: IsoControl) -> int:
-    """The axis of the plane that is wound: the linear one of Haas, of Fanuc the one beside the axis of the cylinder (Z, X)."""
+    """Return the axis of the plane that is wound: the linear one of Haas, of Fanuc the one beside the axis of the cylinder (Z, X)."""
     on = c.winding
     assert on is not None
     first, second, _ = PLANES[c.plane]
@@ -132,7 +132,7 @@ def _across(c: IsoControl) -> int:
 def wound_arc(
     c: IsoControl, start: list[float], end: list[float], centre: list[float], clockwise: bool
 ) -> None:
-    """An arc of the developed surface as chords of it; start, end and centre as `flat` gives them."""
+    """Make an arc of the developed surface as chords of it; start, end and centre as `flat` gives them."""
     on, (first, second, _) = c.winding, PLANES[c.plane]
     assert on is not None
     r0, r1 = (math.hypot(q[first] - centre[first], q[second] - centre[second]) for q in (start, end))
@@ -157,7 +157,7 @@ def wound_arc(
 
 
 def wound_line(c: IsoControl, p: Point, rapid: bool, rotary: Point) -> None:
-    """A straight line of the developed surface."""
+    """Make a straight line of the developed surface."""
     on = c.winding
     assert on is not None
     feed = None if rapid else surface_feed(c, on, p, rotary)

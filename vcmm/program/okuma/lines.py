@@ -1,7 +1,7 @@
 """Okuma OSP, line by line, in the words of the G-code family: as many lines as before, so that every line keeps its number.
 
 Source: Okuma, OSP-P200L / P20L Programming Manual 5238-E, "Lathe auto-programming function (LAP)", "User task", "Mathematical operation
-functions"; OSP-P200M Programming Manual for G15, G56, G71 and M52 to M54. What has no like is told, and left out.
+functions"; OSP-P200M Programming Manual for G15, G56, G71 and M52 to M54. Unsupported parts are noted, and left out.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ CYCLES = {"1": "G71", "2": "G72"}
 
 @dataclass(eq=False)
 class OkumaLines:
-    """A text under way. assumptions: what is left out or assumed: line, what, value, whether the path hangs on it."""
+    """A text under way. assumptions: omissions and assumptions: line, what, value, whether the path depends on it."""
 
     text: str
     lathe: bool
@@ -66,7 +66,7 @@ class OkumaLines:
             self.assumptions.append((line, what, value, matters))
 
     def translate(self) -> str:
-        """All lines. A line that begins with $ goes on with the one before."""
+        """Return all lines in words of the G-code family. A line that begins with $ goes on with the one before."""
         lines = self.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         for k in range(len(lines)):
             if lines[k].lstrip().startswith("$"):
@@ -78,7 +78,7 @@ class OkumaLines:
         return "\n".join(self._line(k, line) for k, line in enumerate(lines))
 
     def _find_contours(self, lines: list[str]) -> None:
-        """NLAP1 G81 ... G80: the blocks between are the contour; the flow jumps over them."""
+        """Find contours: NLAP1 G81 ... G80: the blocks between are the contour; the flow jumps over them."""
         start: tuple[int, str, str] | None = None
         for k, line in enumerate(lines):
             code = _COMMENT.sub("", line).upper()
@@ -105,7 +105,7 @@ class OkumaLines:
         return self._code(k + 1, code) + notes
 
     def _code(self, line: int, code: str) -> str:
-        """One line without its comments."""
+        """Return one line without its comments."""
         title = _TITLE.match(code)
         if title:
             return f"O{self.names.program(title[1])}"
@@ -145,7 +145,7 @@ class OkumaLines:
         return f"{' '.join(sets)} M98 P{self.names.program(match[1])}{times}".strip()
 
     def _if(self, rest: str) -> str:
-        """IF [V1 EQ 5] N10, IF [..] GOTO NEND."""
+        """Translate IF [V1 EQ 5] N10, IF [..] GOTO NEND."""
         depth, end = 0, len(rest)
         for at, sign in enumerate(rest, 1):
             depth += (sign == "[") - (sign == "]")
@@ -169,7 +169,7 @@ class OkumaLines:
         return f"#{self.names.variable(name)}=[{self.names.value(match[3])}]"
 
     def _lap(self, line: int, match: re.Match[str]) -> str:
-        """G85 NLAP1 D4 F0.3 U0.2 W0.1: D and U are diameters; G87 NLAP1 finishes."""
+        """Translate G85 NLAP1 D4 F0.3 U0.2 W0.1: D and U are diameters; G87 NLAP1 finishes."""
         label = match[2].upper()
         if label not in self.contours:
             self.tell(line, f"the contour {label} of LAP", HOLE)
@@ -193,7 +193,7 @@ class OkumaLines:
         )
 
     def _words(self, line: int, rest: str) -> str:
-        """X=V1 is X[#601]; codes that the family writes in another way."""
+        """Translate X=V1 is X[#601]; codes that the family writes in another way."""
         code = _WORD.sub(lambda m: f"{m[1]}[{self.names.value(m[2])}]", rest)
         return self._lathe(line, code) if self.lathe else self._mill(line, code)
 
@@ -289,5 +289,5 @@ class OkumaLines:
 
 
 def _dwell(code: str) -> str:
-    """G4 F2 and G4 P2. are seconds."""
+    """Translate a dwell: G4 F2 and G4 P2. are seconds."""
     return re.sub(r"\b(G0?4)\s*F", r"\1 P", code)

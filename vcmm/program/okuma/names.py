@@ -1,4 +1,4 @@
-"""Names of Okuma OSP, where the G-code family has numbers: variables, sequence names, programs, and expressions of them."""
+"""Names of Okuma OSP instead of numbers of the G-code family: variables, sequence names, programs, and expressions of them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _SYSTEM = re.compile(r"V[A-Z]{3,4}\Z")
 
 
 def is_system(name: str) -> bool:
-    """VZOFX, VTOFH, VAPAX: the machine's own; V12 and VC12 are the program's."""
+    """Return whether a variable is one of the system: VZOFX, VTOFH, VAPAX; V12 and VC12 are the program's."""
     return _SYSTEM.match(name) is not None
 
 
@@ -52,16 +52,16 @@ class OkumaNames:
     read: list[str] = field(default_factory=list)
 
     def variable(self, name: str) -> int:
-        """The number of a variable: V12 is #612 plus what keeps kinds apart, names follow."""
+        """Return the number of a variable: V12 is #612 plus an offset for each kind, names follow."""
         return self.variables.setdefault(name.upper(), FIRST_VARIABLE + len(self.variables))
 
     def label(self, name: str) -> int:
-        """N10 is block 10; NGO gets a number that no program has."""
+        """Return the number of a label: N10 is block 10; NGO gets a number that no program has."""
         name = name.upper()
         return int(name) if name.isdigit() else self.labels.setdefault(name, FIRST_LABEL + len(self.labels))
 
     def program(self, name: str) -> int:
-        """O100 is program 100; OPOP gets a number."""
+        """Return the number of a program: O100 is program 100; OPOP gets a number."""
         name = name.upper()
         return (
             int(name)
@@ -70,7 +70,7 @@ class OkumaNames:
         )
 
     def value(self, expression: str) -> str:
-        """An expression with numbers instead of names; what nothing sets is 0."""
+        """Return an expression with numbers instead of names; an unset name is 0."""
         return _NAME.sub(self._number, expression)
 
     def _number(self, match: re.Match[str]) -> str:

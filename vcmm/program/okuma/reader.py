@@ -1,4 +1,4 @@
-"""Front-end for Okuma OSP programs: brought into the words of the G-code family, and read there."""
+"""Front-end for Okuma OSP programs: translated into the words of the G-code family, and read there."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LATHE = replace(FANUC_LATHE_B, name="okuma", codes="lathe-b", dwell=1.0, part_sp
 
 
 def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
-    """The moves of a program. Without Y, and without a work offset G15 H, it is one of a lathe: X counts diameters.
+    """Return the moves of a program. Without Y, and without a work offset G15 H, it is one of a lathe: X counts diameters.
 
     Raises ProgramFault for what cannot be understood; its columns are those of the line as it is read.
     """
@@ -40,12 +40,12 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
 
 
 def is_turning(text: str) -> bool:
-    """Whether a program turns: X and Z without Y, no work offset of a mill."""
+    """Return whether a program turns: X and Z without Y, no work offset of a mill."""
     code = re.sub(r"\([^)\n]*\)", "", text.upper())
     mill = re.search(r"\bG1[56]\s*H|\bG56\s*H|(?<![A-Z])Y[-+.\d\[=]", code)
     return mill is None and re.search(r"(?<![A-Z])X[-+.\d\[=]", code) is not None
 
 
 def _program_name(what: str, programs: dict[int, str]) -> str:
-    """The name of a program instead of the number that it was given."""
+    """Return the name of a program instead of the number that it was given."""
     return re.sub(r"\bO(\d+)\b", lambda m: f"O{programs.get(int(m[1]), m[1])}", what)

@@ -1,1 +1,1 @@
-"""Sinumerik programs."""
+"""Readers of Sinumerik programs."""

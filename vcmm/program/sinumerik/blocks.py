@@ -95,7 +95,7 @@ class SinumerikBlock:
         return self._items
 
     def read(self) -> PlainSinumerik | None:
-        """The words of a plain line; None for others."""
+        """Return the words of a plain line; None for others."""
         match = _PLAIN.match(self.text) if self.plain else None
         if match is None:
             return None
@@ -105,7 +105,7 @@ class SinumerikBlock:
 
 
 def plain_block(text: str, line: int) -> SinumerikBlock | None:
-    """A plain line; None for others, and for one that names an axis twice."""
+    """Return a plain line; None for others, and for one that names an axis twice."""
     match = _PLAIN.match(text)
     if match is None or any(match[3].count(axis) > 1 for axis in "XYZ"):
         return None
@@ -118,7 +118,7 @@ def plain_block(text: str, line: int) -> SinumerikBlock | None:
 
 
 def parse_line(tokens: Sequence[Token], line: int) -> list[SinumerikBlock]:
-    """Read one line: several blocks where something stands behind a jump with a condition. Raises BlockFault."""
+    """Read one line: several blocks where words follow a jump with a condition. Raises BlockFault."""
     blocks = [SinumerikBlock(line, 1, 1)] if not tokens else []
     while tokens:
         block, rest = _block(tokens, line)
@@ -126,19 +126,19 @@ def parse_line(tokens: Sequence[Token], line: int) -> list[SinumerikBlock]:
         if rest and (block.flow is None or block.flow.kind != "JUMP" or block.flow.data[2] is None):
             raise BlockFault(
                 rest[0].column,
-                f'"{rest[0].text.upper()}" stands behind {block.flow.kind if block.flow else "a block"}; write it in a block of its own',
+                f'"{rest[0].text.upper()}" follows {block.flow.kind if block.flow else "a block"}; write it in a block of its own',
             )
         tokens = rest
     return blocks
 
 
 def parse_block(tokens: Sequence[Token], line: int) -> SinumerikBlock:
-    """The first block of a line without blanks and comments. Raises BlockFault with the column."""
+    """Return the first block of a line without blanks and comments. Raises BlockFault with the column."""
     return parse_line(tokens, line)[0]
 
 
 def _block(tokens: Sequence[Token], line: int) -> tuple[SinumerikBlock, Sequence[Token]]:
-    """One block, and what is left of its line."""
+    """Return one block, and the rest of its line."""
     reader = SinumerikReader(tokens)
     block = SinumerikBlock(line, tokens[0].column, tokens[-1].column + len(tokens[-1].text))
     if reader.accept("/"):
@@ -156,7 +156,7 @@ def _block(tokens: Sequence[Token], line: int) -> tuple[SinumerikBlock, Sequence
 
 
 def _is_action(reader: SinumerikReader) -> bool:
-    """[ID=1] WHENEVER $A_IN[1] DO OVR=0: a synchronised action, to the end of the block."""
+    """Read [ID=1] WHENEVER $A_IN[1] DO OVR=0: a synchronised action, to the end of the block."""
     texts = [reader.upper(k) for k in range(4)]
     return texts[0] in ACTIONS or (texts[0] in ("ID", "IDS") and texts[1] == "=" and texts[3] in ACTIONS)
 
@@ -195,7 +195,7 @@ def _item(reader: SinumerikReader, block: SinumerikBlock) -> None:
 
 
 def _word(reader: SinumerikReader) -> Item:
-    """X10, G1, R5=..., I1=..., M1=3, L100."""
+    """Read X10, G1, R5=..., I1=..., M1=3, L100."""
     token = reader.peek()
     assert token is not None
     letter, number = token.text[0].upper(), token.text[1:].strip()
@@ -214,7 +214,7 @@ def _word(reader: SinumerikReader) -> Item:
 
 
 def _parameter(reader: SinumerikReader, token: Token) -> Item:
-    """R5=..., R[...]=..."""
+    """Read R5=..., R[...]=..."""
     index = reader.index()
     reader.expect("=", "after the R parameter")
     value = reader.expression()
@@ -222,7 +222,7 @@ def _parameter(reader: SinumerikReader, token: Token) -> Item:
 
 
 def _read_indexed(reader: SinumerikReader) -> Item:
-    """AX[_Z]=5, POS[X]=10, $P_UIFR[1,X,TR]=3, FIELD[2]=R1."""
+    """Read AX[_Z]=5, POS[X]=10, $P_UIFR[1,X,TR]=3, FIELD[2]=R1."""
     token = reader.next()
     index = reader.indices()
     reader.expect("=", f"after {token.text}[...]")
@@ -234,7 +234,7 @@ def _read_indexed(reader: SinumerikReader) -> Item:
 
 
 def _letter(reader: SinumerikReader) -> Item:
-    """X=..., R[..]=..."""
+    """Read X=..., R[..]=..."""
     token = reader.peek()
     assert token is not None
     letter = token.text.upper()
@@ -249,7 +249,7 @@ def _letter(reader: SinumerikReader) -> Item:
 
 
 def _value(reader: SinumerikReader) -> tuple[Value | None, str, str]:
-    """Expression, AC(...), IC(...) or a text."""
+    """Return the value of a word: expression, AC(...), IC(...) or a text."""
     token = reader.peek()
     if token is not None and token.kind == "string" and reader.upper(1) != "<<":
         reader.at += 1
@@ -295,7 +295,7 @@ def _called_text(reader: SinumerikReader) -> str:
 
 
 def _text(reader: SinumerikReader) -> None:
-    """The brackets of MSG and SETAL with what is in them; words may stand behind them."""
+    """Read the brackets of MSG and SETAL with their contents; words may follow."""
     depth = 0
     while not reader.is_done:
         depth += (reader.upper() == "(") - (reader.upper() == ")")
@@ -305,6 +305,6 @@ def _text(reader: SinumerikReader) -> None:
 
 
 def _flow(reader: SinumerikReader, block: SinumerikBlock) -> bool:
-    """Flow control; True where there was some."""
+    """Read flow control; True where there was some."""
     block.flow = flow_of(reader)
     return block.flow is not None

@@ -217,7 +217,7 @@ def _spindle(feed_mode: str) -> Callable[[SinumerikControl], None]:
 def _assume(
     what: str, value: str, matters: bool = True, **values: object
 ) -> Callable[[SinumerikControl], None]:
-    """What is read otherwise than the control does it: told in a survey, refused in strict reading."""
+    """Return the action for a function read otherwise than on the control: a remark in a survey, refused in strict reading."""
 
     def change(i: SinumerikControl) -> None:
         i.r.assume(what, value, f"{what}{LATER}", column=i.column, matters=matters)
@@ -233,7 +233,7 @@ def _tell(what: str, value: str) -> Callable[[SinumerikControl], None]:
 
 
 def _lead_tip(on: bool) -> Callable[[SinumerikControl], None]:
-    """TRAORI and its end: the tip is led over the workpiece, the axes follow from the machine."""
+    """Return the action of TRAORI and its end: the tip is led over the workpiece, the axes follow from the machine."""
 
     def change(i: SinumerikControl) -> None:
         i.r.led = on
@@ -265,7 +265,7 @@ def tell_point_to_point(i: SinumerikControl) -> None:
 
 
 def _face(on: bool) -> Callable[[SinumerikControl], None]:
-    """TRANSMIT and its end: X and Y over the end face, X and C lead the tip."""
+    """Return the action of TRANSMIT and its end: X and Y over the end face, X and C lead the tip."""
 
     def change(i: SinumerikControl) -> None:
         if i.modes.face is not None:
@@ -280,7 +280,7 @@ def _face(on: bool) -> Callable[[SinumerikControl], None]:
 
 
 def _cutter_in_space(name: str) -> Callable[[SinumerikControl], None]:
-    """Radius compensation in space: it does nothing until G41 or G42."""
+    """Return the radius compensation in space: it does nothing until G41 or G42."""
 
     def change(i: SinumerikControl) -> None:
         if i.r.compensation is not None:

@@ -21,7 +21,7 @@ SIDES = {41: "left", 42: "right"}
 
 
 def mill_contour(m: MillingCall, v: Values) -> None:
-    """The contour at each depth; forward each time."""
+    """Mill the contour at each depth; forward each time."""
     from vcmm.program.sinumerik.turning import contour_moves
 
     check(m, v)
@@ -77,7 +77,7 @@ def check(m: MillingCall, v: Values) -> None:
 def approach(
     move: Move, way: Flat, kind: int, length: float, side: int, tool: float, out: bool = False
 ) -> tuple[Flat, list[PathPiece]]:
-    """Where an approach begins, and its pieces (out: a retraction). A line is `length` and the radius of the tool long, mm; arcs lie on
+    """Return the start of an approach, and its pieces (out: a retraction). A line is `length` and the radius of the tool long, mm; arcs lie on
     the side of the tool, left of the way with 41."""
     end = flat(move, out)
     sign = 1.0 if out else -1.0

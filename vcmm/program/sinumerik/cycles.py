@@ -1,4 +1,4 @@
-"""Which cycles of Sinumerik there are, and who makes each. Source: Siemens, Programming Manual Cycles."""
+"""The cycles of Sinumerik, and the module of each. Source: Siemens, Programming Manual Cycles."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Cycle = Callable[[SinumerikPaths, SinumerikRunner, Item, Sequence[float | None]]
 
 
 def arguments_of(runner: SinumerikRunner, item: Item) -> list[float | None]:
-    """The arguments of a cycle now."""
+    """Return the arguments of a cycle now."""
     values = [None if a is None else evaluate(a, runner) for a in item.arguments or ()]
     return [None if isinstance(v, str) else v for v in values]
 
@@ -29,14 +29,14 @@ def arguments_of(runner: SinumerikRunner, item: Item) -> list[float | None]:
 def tolerance(
     i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]
 ) -> None:
-    """CYCLE832(tolerance, mode): the contour tolerance, mm; mode 0 switches it off."""
+    """Read CYCLE832(tolerance, mode): the contour tolerance, mm; mode 0 switches it off."""
     value = arguments[0] if arguments else None
     off = value is None or (len(arguments) > 1 and arguments[1] == 0)
     i.r.tolerance = None if off or value is None else value * i.r.unit
 
 
 def run(i: SinumerikPaths, runner: SinumerikRunner, item: Item, line: int = 0) -> None:
-    """A cycle, its moves marked with its name. line: where it is defined, 0 for the block under way."""
+    """Run a cycle, its moves marked with its name. line: where it is defined, 0 for the block under way."""
     tracer = i.r.tracer
     if tracer is not None:
         at = line or i.r.line

@@ -36,11 +36,11 @@ class DrillingCall:
     depth: float
 
     def hole(self) -> Hole:
-        """The hole where the tool stands."""
+        """Return the hole at the position of the tool."""
         return Hole(self.control.r, self.reference + self.safety, self.depth, self.retract, idle=True)
 
     def seconds(self, time: float) -> float:
-        """Seconds of a dwell; a negative time counts turns of the spindle."""
+        """Return the seconds of a dwell; a negative time counts turns of the spindle."""
         if time >= 0:
             return time
         if not self.control.r.speed:
@@ -57,7 +57,7 @@ DrillingPrimitive = Callable[[DrillingCall, Values], None]
 def drill(
     i: SinumerikControl, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]
 ) -> None:
-    """The cycle of a call. Raises BlockFault where a height is missing or on the wrong side."""
+    """Run the cycle of a call. Raises BlockFault where a height is missing or on the wrong side."""
     row = DRILLING[item.name]
     v = i.values(row, arguments, item.name)
     if not (v.has("RTP") and v.has("RFP") and (v.has("DP") or v.has("DPR"))):
@@ -79,7 +79,7 @@ def drill(
 
 
 def plane_along(axis: int, plane: str, item: Item) -> str:
-    """The plane square to the axis that AXN names: 1 and 2 are those of the plane in force, 3 and 0 (left out) the one square to it."""
+    """Return the plane square to the axis that AXN names: 1 and 2 are those of the plane in force, 3 and 0 (left out) the one square to it."""
     if axis not in (0, 1, 2, 3):
         raise BlockFault(
             item.first, f"{item.name}: AXN is 1, 2 or 3, an axis of the plane, and not {axis}; correct it"
@@ -89,7 +89,7 @@ def plane_along(axis: int, plane: str, item: Item) -> str:
 
 
 def in_and_out(d: DrillingCall, v: Values) -> None:
-    """CYCLE81, CYCLE82: rapid to the safety distance, feed to the depth, dwell (DTB), rapid out."""
+    """Run CYCLE81, CYCLE82: rapid to the safety distance, feed to the depth, dwell (DTB), rapid out."""
     hole = d.hole()
     hole.to(hole.clearance, rapid=True)
     hole.to(hole.bottom, rapid=False)
@@ -98,7 +98,7 @@ def in_and_out(d: DrillingCall, v: Values) -> None:
 
 
 def tap(d: DrillingCall, v: Values) -> None:
-    """CYCLE84, CYCLE840: in and out at pitch times speed (SST in, SST1 out); DAM breaks chips. MPIT is the size of a metric thread with
+    """Run CYCLE84, CYCLE840: in and out at pitch times speed (SST in, SST1 out); DAM breaks chips. MPIT is the size of a metric thread with
     coarse pitch. ENC 1 of CYCLE840 (without encoder) without a pitch: at the feed in force."""
     r = d.control.r
     lead = v["PIT"] or COARSE.get(round(abs(v["MPIT"])), 0.0)
@@ -131,7 +131,7 @@ def tap(d: DrillingCall, v: Values) -> None:
 
 
 def at_the_feed(d: DrillingCall, v: Values) -> None:
-    """CYCLE840 without encoder: in and out at the feed in force (G63)."""
+    """Run CYCLE840 without encoder: in and out at the feed in force (G63)."""
     hole = d.hole()
     hole.to(hole.clearance, rapid=True)
     hole.to(hole.bottom, rapid=False)
@@ -141,7 +141,7 @@ def at_the_feed(d: DrillingCall, v: Values) -> None:
 
 
 def ream(d: DrillingCall, v: Values) -> None:
-    """CYCLE85: in at FFR, out at RFF. CYCLE89: in and out at the feed in force."""
+    """Run CYCLE85: in at FFR, out at RFF. CYCLE89: in and out at the feed in force."""
     r, hole = d.control.r, d.hole()
     before = r.feed
     hole.to(hole.clearance, rapid=True)
@@ -155,7 +155,7 @@ def ream(d: DrillingCall, v: Values) -> None:
 
 
 def bore(d: DrillingCall, v: Values) -> None:
-    """CYCLE86: off the wall by RPA, RPO and RPAP with the spindle at rest, out, back over the hole. CYCLE87, CYCLE88: out at rapid with the
+    """Run CYCLE86: off the wall by RPA, RPO and RPAP with the spindle at rest, out, back over the hole. CYCLE87, CYCLE88: out at rapid with the
     spindle at rest; CYCLE88 dwells."""
     r, hole = d.control.r, d.hole()
     one, two, _ = PLANES[r.plane]
@@ -172,9 +172,9 @@ def bore(d: DrillingCall, v: Values) -> None:
 
 
 def deep(d: DrillingCall, v: Values) -> None:
-    """CYCLE83: strokes to FDEP (or FDPR below RFP), then shorter by DAM each.
+    """Run CYCLE83: strokes to FDEP (or FDPR below RFP), then shorter by DAM each.
 
-    A stroke is never shorter than DAM; what is left below two strokes is halved. DAM below zero is a factor: each stroke is that share
+     A stroke is never shorter than DAM; a rest below two strokes is halved. DAM below zero is a factor: each stroke is that share
     of the one before, MDEP at least. VARI 1: out to the safety distance after each stroke (dwell DTS there) and back in rapid to DIS1
     before the depth reached (left out: 0.6 mm; depth / 50 above 30 mm, 7 mm at most); VARI 0: back by VRT (left out: 1 mm). DTD: dwell at
     the last depth, DTB where it is left out or zero.
@@ -205,7 +205,7 @@ def deep(d: DrillingCall, v: Values) -> None:
 
 
 def strokes(reference: float, first: float, final: float, less: float, least: float = 0.0) -> list[float]:
-    """Depths of the strokes of CYCLE83, each shorter by `less` mm; below zero: by that factor, `least` mm at least."""
+    """Return the depths of the strokes of CYCLE83, each shorter by `less` mm; below zero: by that factor, `least` mm at least."""
     if less < 0:
         return by_a_factor(reference, first, final, -less, least)
     depths, step = [first], reference - first
@@ -222,7 +222,7 @@ def strokes(reference: float, first: float, final: float, less: float, least: fl
 
 
 def by_a_factor(reference: float, first: float, final: float, factor: float, least: float) -> list[float]:
-    """Depths of strokes of which each is a share of the one before, `least` mm at least. Raises BlockFault where they would not get there."""
+    """Return depths of strokes of which each is a share of the one before, `least` mm at least. Raises BlockFault where they would not get there."""
     depths, step = [first], reference - first
     if factor > 1 or (factor < 1 and not least):
         raise BlockFault(

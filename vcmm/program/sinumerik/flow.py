@@ -59,7 +59,7 @@ class SinumerikRunner:
 
     @cached_property
     def block_count(self) -> int:
-        """Blocks of the program as it stands."""
+        """Number of blocks of the program in its present form."""
         return sum(len(s.blocks) for s in self.sections.values())
 
     # -- environment --
@@ -89,7 +89,7 @@ class SinumerikRunner:
         return self.memory.is_defined(name)
 
     def assign(self, item: Item) -> None:
-        """R5=..., R[..]=..., name=..., name[..]=..."""
+        """Assign R5=..., R[..]=..., name=..., name[..]=..."""
         if item.value is None and not item.text:
             raise BlockFault(item.first, f"{item.name} takes a number")
         value = item.text if item.value is None else evaluate(item.value, self)
@@ -104,7 +104,7 @@ class SinumerikRunner:
         self.part(section, 0, len(section.blocks) - 1)
 
     def part(self, section: Section, first: int, last: int) -> bool:
-        """Blocks first to last; True where the section has ended by M17, RET or the end of the program."""
+        """Run blocks first to last; True where the section has ended by M17, RET or the end of the program."""
         with own_states(self.recorder):
             return self._part(section, first, last)
 
@@ -137,7 +137,7 @@ class SinumerikRunner:
         return False
 
     def _endless(self, at: int) -> bool:
-        """Whether a jump back to a block finds everything as an earlier one found it, and what it waits for is taken as reached."""
+        """Return whether a jump back to a block finds everything as an earlier one found it, and what it waits for is taken as reached."""
         r, memory = self.recorder, self.memory
 
         def values() -> object:
@@ -150,7 +150,7 @@ class SinumerikRunner:
         return repeats and r.states.left(r, r.source.first, memory.sure)
 
     def passes_over(self, fault: BlockFault | ProgramFault) -> bool:
-        """Whether a block that cannot be executed hangs on values that only caller or machine know: told, and passed over."""
+        """Return whether a block that cannot be executed hangs on values that only caller or machine know: told, and passed over."""
         if self.memory.sure or isinstance(fault, MissingTarget):
             return False
         self.recorder.assume(
@@ -193,7 +193,7 @@ class SinumerikRunner:
         return self._flow(section, at, block.flow), False
 
     def _note(self, tracer: Tracing, block: SinumerikBlock) -> None:
-        """The block as it is executed now, for whoever writes the program out."""
+        """Note the block in its executed form, for rewriting the program."""
         call = len(self.scopes) - 1
         cuts = cuts_of(self, block, tracer.lines[block.line - 1], call)
         tracer.step(ExecutedBlock(self.recorder.file, block.line, block.line, call, tuple(cuts)))
@@ -281,7 +281,7 @@ class SinumerikRunner:
 
     @staticmethod
     def bound_repetitions(times: float, column: int) -> int:
-        """Repetitions; those that no program lives to see are refused at once."""
+        """Return the repetitions; counts without a practical end are refused at once."""
         if times > LONGEST:
             raise BlockFault(
                 column, f"{times:.6g} repetitions are more than {LONGEST} blocks; check their number"
@@ -290,7 +290,7 @@ class SinumerikRunner:
 
     @staticmethod
     def same(a: Any, b: Any) -> bool:
-        """Of numbers or texts."""
+        """Return whether two numbers or texts are equal."""
         return a == b if isinstance(a, str) or isinstance(b, str) else abs((a or 0.0) - (b or 0.0)) < 1e-9
 
     def _repeat(self, section: Section, at: int, flow: SinumerikFlow) -> None:
@@ -324,11 +324,11 @@ class SinumerikRunner:
 
     # -- subprograms --
     def folders(self) -> list[Path]:
-        """Where subprograms are looked for."""
+        """Return the folders searched for subprograms."""
         return folders_of(Path(self.recorder.file), self.recorder.setup.subprograms)
 
     def find(self, name: str) -> Section | None:
-        """A subprogram of this file, or of a file beside it; None: there is none."""
+        """Return a subprogram of this file, or of a file beside it; None: there is none."""
         if name not in self.sections:
             path = (
                 None
@@ -346,7 +346,7 @@ class SinumerikRunner:
         return self.sections[name]
 
     def call(self, item: Item, times: int = 1) -> None:
-        """A subprogram, by name; VAR parameters are copied back."""
+        """Call a subprogram, by name; VAR parameters are copied back."""
         section = self.sections[item.name]
         arguments = item.arguments or ()
         if len(arguments) > len(section.parameters):
@@ -368,7 +368,7 @@ class SinumerikRunner:
         r.source, r.file, self.current = source, file, caller
 
     def _scope(self, section: Section, arguments: Sequence[Value | None]) -> dict[str, Variable]:
-        """The parameters of a call."""
+        """Return the parameters of a call."""
         scope: dict[str, Variable] = {}
         for k, p in enumerate(section.parameters):
             value = arguments[k] if k < len(arguments) and arguments[k] is not None else p.default
@@ -386,7 +386,7 @@ class SinumerikRunner:
                 self.memory.store(value.name, value.indices(self), scope[p.name].value(()), value.column)
 
     def run_alone(self, section: Section) -> None:
-        """A main program; of a subprogram on its own the arguments are taken as zero, and told."""
+        """Run a main program; of a subprogram on its own the arguments are zero, with a remark."""
         for p in section.parameters:
             self.scopes[0][p.name] = Variable(p.kind)
             self.scopes[0][p.name].store((), None if p.default is None else evaluate(p.default, self))

@@ -1,4 +1,4 @@
-"""Flow control of a Sinumerik line as it is written: jumps, loops, CASE, DEF, PROC."""
+"""Flow control of a Sinumerik line: jumps, loops, CASE, DEF, PROC."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _target(reader: SinumerikReader) -> str:
         return token.text[1:-1].upper()
     if token is None or token.kind not in ("name", "word", "number"):
         raise reader.fault(
-            "the target of a jump is due here: a label or a block number, as in GOTOF END_1 or GOTOF N90"
+            "expected the target of a jump: a label or a block number, as in GOTOF END_1 or GOTOF N90"
         )
     reader.at += 1
     return f"N{token.text}" if token.kind == "number" else token.text.upper()
@@ -70,7 +70,7 @@ def _if(reader: SinumerikReader, column: int) -> SinumerikFlow:
         return SinumerikFlow("IF", column, (condition,))
     if reader.upper() not in JUMPS:
         raise reader.fault(
-            f'behind IF a jump (GOTOF, GOTOB, GOTO) or nothing may stand, "{reader.upper()}" stands there; use IF ... ENDIF'
+            f'after IF only a jump (GOTOF, GOTOB, GOTO) is allowed, found "{reader.upper()}"; use IF ... ENDIF'
         )
     return _jump(reader, condition)
 
@@ -108,7 +108,7 @@ def _repeat_block(reader: SinumerikReader, column: int) -> SinumerikFlow:
 
 
 def _times(reader: SinumerikReader) -> Value:
-    """P=3 or P3; without it once."""
+    """Return the repetitions P=3 or P3; without it once."""
     token = reader.peek()
     if token is not None and token.kind == "word" and token.text[0] in "pP":
         reader.at += 1
@@ -127,14 +127,14 @@ def _case(reader: SinumerikReader, column: int) -> SinumerikFlow:
         constant = None if reader.accept("DEFAULT") else reader.expression()
         kind = reader.upper()
         if kind not in JUMPS:
-            raise reader.fault("a jump is due here, as in CASE R1 OF 1 GOTOF LABEL_1 DEFAULT GOTOF END_1")
+            raise reader.fault("expected a jump, as in CASE R1 OF 1 GOTOF LABEL_1 DEFAULT GOTOF END_1")
         reader.at += 1
         cases.append((constant, kind, _target(reader)))
     return SinumerikFlow("CASE", column, (value, tuple(cases)))
 
 
 def _def(reader: SinumerikReader, column: int) -> SinumerikFlow:
-    """DEF REAL depth=-5, field[3,2]; DEF STRING[20] name; data: kind, (name, first value, sizes)."""
+    """Read DEF REAL depth=-5, field[3,2]; DEF STRING[20] name; data: kind, (name, first value, sizes)."""
     while reader.upper() in BEFORE_TYPE:
         reader.at += 1
     kind = _type(reader, "DEF")
@@ -146,7 +146,7 @@ def _def(reader: SinumerikReader, column: int) -> SinumerikFlow:
         token = reader.peek()
         if token is None or token.kind != "name":
             raise reader.fault(
-                "the name of a variable is due here (two letters at least), as in DEF REAL depth=-5"
+                "expected the name of a variable (two letters at least), as in DEF REAL depth=-5"
             )
         reader.at += 1
         size = reader.indices() if reader.upper() == "[" else ()
@@ -158,7 +158,7 @@ def _def(reader: SinumerikReader, column: int) -> SinumerikFlow:
 
 
 def _first_value(reader: SinumerikReader, many: bool) -> Value | None:
-    """A value; of an array that of its elements, where SET(1, 2, 3) gives them the first."""
+    """Return a value; of an array that of its elements, where SET(1, 2, 3) gives them the first."""
     if reader.upper() in ("SET", "REP"):
         reader.at += 1
         return next(iter(reader.optional_arguments()), None)
@@ -178,7 +178,7 @@ def _type(reader: SinumerikReader, what: str) -> str:
 
 
 def _proc(reader: SinumerikReader, column: int) -> SinumerikFlow:
-    """PROC NAME(REAL depth, VAR INT count=3) SAVE; data: name, parameters, whether it restores modal functions."""
+    """Read PROC NAME(REAL depth, VAR INT count=3) SAVE; data: name, parameters, whether it restores modal functions."""
     token = reader.peek()
     if token is None or token.kind not in ("name", "word"):
         raise reader.fault("PROC takes the name of the subprogram")
@@ -211,7 +211,7 @@ _FLOWS: dict[str, Callable[[SinumerikReader, int], SinumerikFlow]] = {
 
 
 def flow_of(reader: SinumerikReader) -> SinumerikFlow | None:
-    """Flow control, where there is some."""
+    """Return the flow control of a line, where there is some."""
     name, column = reader.upper(), reader.column
     if name in ALONE:
         reader.at += 1

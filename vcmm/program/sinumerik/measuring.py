@@ -53,7 +53,7 @@ class SinumerikMeasuring(MeasuringCycle):
         return self.v.number("MVAR") % 10
 
     def off(self, inside: bool) -> float | None:
-        """From outside, and from inside where a protection zone is gone round: over an island."""
+        """Return the distance off: from outside, and from inside where a protection zone is gone round: over an island."""
         zone = self.v.number("MVAR") // 1000 % 10 == 1
         return None if inside and not zone else self.feeler.radius + self.feeler.overtravel
 
@@ -61,7 +61,7 @@ class SinumerikMeasuring(MeasuringCycle):
         return height + self.v["ID"]
 
     def axis(self, allowed: int) -> int:
-        """_MA: 1, 2, 3."""
+        """Return the axis _MA: 1, 2, 3."""
         axis = self.v.number("MA")
         if not 1 <= axis <= allowed:
             self.fault(
@@ -70,7 +70,7 @@ class SinumerikMeasuring(MeasuringCycle):
         return axis - 1
 
     def corrected_offset(self) -> str:
-        """The work offset that is to be corrected, none where it only measures."""
+        """Return the work offset that is to be corrected, none where it only measures."""
         target, number = self.v.number("MVAR") // 100 % 10, self.v.number("KNUM")
         tool = target in (2, 3) or (self.old and target == 0 and number > 0)
         number = number % FINE if number != ACTIVE else number
@@ -101,7 +101,7 @@ class SinumerikMeasuring(MeasuringCycle):
                 memory.store((float(first + k),), value / unit)
 
     def safe(self, off: float, unit: str = "mm") -> None:
-        """_TSA: the cycle stops the machine where it finds more than that."""
+        """Check _TSA: the cycle stops the machine for larger errors."""
         limit = self.v["TSA"]
         if limit and abs(off) > limit:
             self.fault(
@@ -109,7 +109,7 @@ class SinumerikMeasuring(MeasuringCycle):
             )
 
     def report(self, findings: Findings, axes: str = "xy") -> None:
-        """Results, first what is no place, then the axes; the work offset is corrected by what these are off."""
+        """Report results, first those that are no place, then the axes; correct the work offset by the errors of the axes."""
         places = [findings.get(k, (p, p)) for k, p in zip(axes, self.r.p)]
         self.results([*(value for k, value in findings.items() if k not in axes), *places], self.r.unit)
         ends = [findings.get(k, (None, None)) for k in "xyz"]
@@ -125,7 +125,7 @@ class SinumerikMeasuring(MeasuringCycle):
 def measure(
     i: SinumerikControl, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]
 ) -> None:
-    """CYCLE976 to CYCLE979, CYCLE998, with their arguments as they are now. Raises BlockFault for what they cannot do without."""
+    """Run CYCLE976 to CYCLE979, CYCLE998, with their arguments as they are now. Raises BlockFault for missing arguments that they need."""
     old = item.arguments is None
     if item.name == "CYCLE979" and not old:
         i.r.assume(
@@ -151,7 +151,7 @@ def measure(
 
 
 def _parameters(runner: SinumerikRunner) -> dict[str, float]:
-    """What the program has set, without its underscore."""
+    """Return the parameters set by the program, without their underscore."""
     out = {}
     for scope in (runner.memory.scopes[0], runner.memory.scopes[-1]):
         for name, variable in scope.items():
@@ -162,7 +162,7 @@ def _parameters(runner: SinumerikRunner) -> dict[str, float]:
 
 
 def _calibrate(m: SinumerikMeasuring) -> None:
-    """CYCLE976."""
+    """Run CYCLE976."""
     m.r.remark(
         "CYCLE976 calibrates the probe, which is passed over: its length and ball are those of the set-up; what the calibration errs by is u_length and u_radius "
         "of that tool in vcmm cut"
@@ -170,7 +170,7 @@ def _calibrate(m: SinumerikMeasuring) -> None:
 
 
 def _surface(m: SinumerikMeasuring) -> None:
-    """CYCLE978: one surface along _MA, from where the probe stands. _MD: 1 and 2 (with brackets), 0 and 1 (without) are + and -."""
+    """Run CYCLE978: one surface along _MA, from the position of the probe. _MD: 1 and 2 (with brackets), 0 and 1 (without) are + and -."""
     axis, expected = m.axis(3), m.v["size"]
     m.need("SETVAL", "where the surface is expected")
     sense = math.copysign(1.0, expected - m.r.p[axis])
@@ -181,7 +181,7 @@ def _surface(m: SinumerikMeasuring) -> None:
 
 
 def _parallel(m: SinumerikMeasuring) -> None:
-    """CYCLE977: parallel to the axes, about where the probe stands: the set middle."""
+    """Run CYCLE977: parallel to the axes, about the position of the probe: the set middle."""
     inside = m.kind in (1, 3, 5)
     if m.kind not in SHAPES:
         m.fault(
@@ -201,7 +201,7 @@ def _parallel(m: SinumerikMeasuring) -> None:
 
 
 def _points(m: SinumerikMeasuring) -> None:
-    """CYCLE979: hole or spigot by _NUM points from the angle _STA1 (deg) on, _INCA apart, about the set middle _CPA, _CPO."""
+    """Run CYCLE979: hole or spigot by _NUM points from the angle _STA1 (deg) on, _INCA apart, about the set middle _CPA, _CPO."""
     if m.kind not in (1, 2):
         m.fault(
             f"_MVAR = {m.v['MVAR']:g} is not understood; its last digit is 1 (hole) or 2 (spigot), grooves and webs at an angle are not read"
@@ -216,7 +216,7 @@ def _points(m: SinumerikMeasuring) -> None:
 
 
 def _angle(m: SinumerikMeasuring) -> None:
-    """CYCLE998: the angle of an edge by two points _ID apart; _MA = 102: measured along Y, moved on along X. The work offset is turned.
+    """Run CYCLE998: the angle of an edge by two points _ID apart; _MA = 102: measured along Y, moved on along X. The work offset is turned.
 
     _STA1: the set angle from the axis along which it moves on, counter-clockwise.
     """

@@ -1,4 +1,4 @@
-"""What a Sinumerik program remembers: R parameters, variables of all types, arrays, system variables.
+"""State of a Sinumerik program: R parameters, variables of all types, arrays, system variables.
 
 Source: Siemens, SINUMERIK 840D sl / 828D, Programming Manual Job Planning, "Flexible NC programming"; List Manual System Variables.
 What only the machine or the caller knows (machine data, inputs, global user data) is taken as zero, and told.
@@ -85,7 +85,7 @@ class Variable:
     many: bool = False
 
     def store(self, index: tuple[Any, ...], value: Any) -> None:
-        """A value of that kind."""
+        """Store a value of that kind."""
         kinds: dict[str, Callable[[float], float]] = {"INT": round, "BOOL": bool}
         if isinstance(value, str | AffineMap):
             self.elements[index] = value
@@ -95,7 +95,7 @@ class Variable:
         self.elements[index] = value if isinstance(value, str) else float(kinds.get(self.kind, float)(value))
 
     def value(self, index: tuple[Any, ...]) -> Any:
-        """What stands there."""
+        """Return the stored value."""
         return self.elements.get(
             index, self.first if self.first is not None else "" if self.kind in TEXTS else 0.0
         )
@@ -112,7 +112,7 @@ class SinumerikMemory:
     met: bool = False  # whether the last measuring move met anything
 
     def guess(self, what: str, value: str, otherwise: str, column: int = 0) -> None:
-        """A value that only the machine or the caller knows."""
+        """Return a value that only the machine or the caller knows."""
         self.recorder.assume(what, value, otherwise, column=column or None)
         self.sure = False
         self.recorder.states.asked = what
@@ -142,7 +142,7 @@ class SinumerikMemory:
         return 0.0
 
     def element(self, name: str, index: tuple[Any, ...], column: int) -> Any:
-        """FIELD[2], $AA_IM[X]."""
+        """Return an element: FIELD[2], $AA_IM[X]."""
         entry = self._variable(name)
         if entry is not None:
             return entry.value(index)
@@ -163,7 +163,7 @@ class SinumerikMemory:
         return name in self.scopes[-1] or name in self.scopes[0]
 
     def function(self, name: str, arguments: list[Any], column: int, message: str) -> Any:
-        """Functions of texts and axes; others are the machine's."""
+        """Evaluate functions of texts and axes; others are the machine's."""
         if arguments and name in ARITHMETIC:
             try:
                 return ARITHMETIC[name](arguments[0])
@@ -179,7 +179,7 @@ class SinumerikMemory:
         return 0.0
 
     def frame(self, name: str, arguments: list[Any], column: int) -> AffineMap:
-        """CTRANS(X,10,Y,5), CROT(Z,30), CROTS(X,20,Y,10), CSCALE(X,2), CMIRROR(X): a frame as a value."""
+        """Return the frame of CTRANS(X,10,Y,5), CROT(Z,30), CROTS(X,20,Y,10), CSCALE(X,2), CMIRROR(X): a frame as a value."""
         unit, made = self.recorder.unit, AffineMap()
         values = {
             str(a).upper(): 0.0 if b is None or isinstance(b, str) else float(b)
@@ -205,7 +205,7 @@ class SinumerikMemory:
 
     # -- system variables --
     def system(self, name: str, index: tuple[Any, ...], column: int) -> Any:
-        """A system variable: what follows from the program, else zero."""
+        """Return a system variable: a value that follows from the program, else zero."""
         r = self.recorder
         plane = PLANES[r.plane]
         if name in ("$P_AXN1", "$P_AXN2", "$P_AXN3"):
@@ -231,7 +231,7 @@ class SinumerikMemory:
         return 0.0
 
     def _group(self, index: tuple[Any, ...]) -> float | None:
-        """$P_GG: which function of a G group is active: 1 motion, 6 plane, 13 unit, 14 absolute."""
+        """Return $P_GG: the active function of a G group: 1 motion, 6 plane, 13 unit, 14 absolute."""
         r, group = self.recorder, round(index[0]) if index else 0
         values: Mapping[int, float | None] = {
             1: {"G0": 1.0, "G1": 2.0, "G2": 3.0, "G3": 4.0}.get(r.motion or "G1"), 6: {"XY": 1.0, "ZX": 2.0, "YZ": 3.0}[r.plane],
@@ -241,7 +241,7 @@ class SinumerikMemory:
 
     # -- writing --
     def define(self, kind: str, names: Any, variables: Any) -> None:
-        """DEF."""
+        """Read DEF."""
         for name, value, sizes in names:
             variable = Variable(kind, many=bool(sizes))
             first = None if value is None else evaluate(value, variables)
@@ -252,7 +252,7 @@ class SinumerikMemory:
             self.scopes[-1][name] = variable
 
     def store(self, name: str, index: tuple[Any, ...], value: Any, column: int) -> None:
-        """A value to a variable of the program, or of the machine."""
+        """Store a value in a variable of the program, or of the machine."""
         entry = self._variable(name)
         if entry is not None:
             entry.store(index, value)
@@ -273,7 +273,7 @@ class SinumerikMemory:
             self.scopes[0][name] = Variable("REAL", {(): value})
 
     def work_offset(self, index: tuple[Any, ...], value: Any) -> bool:
-        """$P_UIFR[1,X,TR]=5 or $P_UIFR[1]=CTRANS(X,5) sets G54, 2 G55 ... 5 G505; RT turns about Z. False for what is not modelled."""
+        """Set a work offset: $P_UIFR[1,X,TR]=5 or $P_UIFR[1]=CTRANS(X,5) sets G54, 2 G55 ... 5 G505; RT turns about Z. False for unmodelled parts."""
         if len(index) == 1 and isinstance(value, AffineMap):
             return self._whole_offset(
                 f"G{53 + round(index[0])}" if 1 <= index[0] <= 4 else f"G{500 + round(index[0])}", value
@@ -299,7 +299,7 @@ class SinumerikMemory:
         return True
 
     def offset_read(self, number: int, axis: str, part: str) -> float:
-        """$P_UIFR[1,X,TR]: G54 and so on of the set-up, as the program has left it; in the unit of the program, turns in degrees."""
+        """Return $P_UIFR[1,X,TR]: G54 and so on of the set-up, as the program has left it; in the unit of the program, turns in degrees."""
         r, name = self.recorder, f"G{53 + number}" if 1 <= number <= 4 else f"G{500 + number}"
         if part == "RT":
             return math.degrees(r.rotations.get(name, 0.0)) if axis == "Z" else 0.0
@@ -308,7 +308,7 @@ class SinumerikMemory:
         return r.offsets.get(name, ORIGIN)[AXES.index(axis)] / r.unit
 
     def _whole_offset(self, name: str, value: AffineMap) -> bool:
-        """A work offset as a frame: shift, and turn about Z; others are not modelled."""
+        """Return a work offset as a frame: shift, and turn about Z; others are not modelled."""
         r, m = self.recorder, value.matrix
         flat = abs(m[2][2] - 1.0) < 1e-9 and abs(m[0][0] * m[1][1] - m[0][1] * m[1][0] - 1.0) < 1e-9
         if flat:

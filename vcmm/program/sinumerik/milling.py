@@ -1,8 +1,8 @@
 """Milling cycles of Sinumerik as a table: POCKET1 to POCKET4, CYCLE71, CYCLE61, SLOT1, LONGHOLE, CYCLE72, CYCLE90.
 
 Source: Siemens, SINUMERIK 840D/840Di/810D, Programming Guide Cycles (PGZ), "Milling cycles"; SINUMERIK 840D sl / 828D, "Programming cycles
-externally" for POCKET3, POCKET4, CYCLE61 and CYCLE72. What the manual leaves to the control (how a pocket is cleared, how a contour is
-approached) is told.
+externally" for POCKET3, POCKET4, CYCLE61 and CYCLE72. A remark states choices that the manual leaves to the control (clearing of a pocket, approach to a
+contour).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MillingPrimitive = Callable[[MillingCall, Values], None]
 
 
 def face(m: MillingCall, v: Values) -> None:
-    """CYCLE71: rows to and fro over a face, in infeeds MID, FDP beside it at their ends."""
+    """Run CYCLE71: rows to and fro over a face, in infeeds MID, FDP beside it at their ends."""
     count = math.ceil(abs(v["WID"]) / v["MIDA"]) + 1 if v["MIDA"] else 2
     m.note_clearing("in rows to and fro")
     w, out = v["STA"], v["FDP"]
@@ -44,7 +44,7 @@ def face(m: MillingCall, v: Values) -> None:
 
 
 def plane_face(m: MillingCall, v: Values) -> None:
-    """CYCLE61: rows along the first (tens of VARI 1, 3) or the second axis (2, 4), in one direction (1, 2) or to and fro (3, 4); MIDA
+    """Run CYCLE61: rows along the first (tens of VARI 1, 3) or the second axis (2, 4), in one direction (1, 2) or to and fro (3, 4); MIDA
     in mm, or (tens of AMODE 1) in percent of the tool diameter; the tool is beside the face at the ends of rows."""
     way, mode, radius = v.number("VARI") // 10 % 10, v.number("AMODE"), m.radius()
     if mode % 10 or mode > 19 or v.number("LIM") or way not in (1, 2, 3, 4):
@@ -76,7 +76,7 @@ def plane_face(m: MillingCall, v: Values) -> None:
 def _over(
     m: MillingCall, v: Values, ends: list[tuple[float, float]], levels: list[float], to_and_fro: bool
 ) -> None:
-    """Rows between pairs of ends at each level; in one direction the tool goes back above the face."""
+    """Make rows between pairs of ends at each level; in one direction the tool goes back above the face."""
     c, over = m.cutter, v["RFP"] + v["SDIS"]
     for level in levels:
         c.to(None, max(c.height, over), True)
@@ -94,14 +94,14 @@ def _over(
 
 
 def _rays(v: Values) -> list[float]:
-    """Directions of holes or slots on a circle, rad: from STA1 by INDA, or evenly."""
+    """Return the directions of holes or slots on a circle, rad: from STA1 by INDA, or evenly."""
     count = whole_count(v["NUM"])
     step = v["INDA"] or 2.0 * math.pi / max(count, 1)
     return [v["STA1"] + k * step for k in range(count)]
 
 
 def long_holes(m: MillingCall, v: Values) -> None:
-    """LONGHOLE: NUM holes of the width of the tool along rays, LENG long from RAD on. The infeed is at the ends, one after the other."""
+    """Run LONGHOLE: NUM holes of the width of the tool along rays, LENG long from RAD on. The infeed is at the ends, one after the other."""
     c, radius, over = m.cutter, m.radius(), v["RFP"] + v["SDIS"]
     inner, outer = v["RAD"] + radius, v["RAD"] + v["LENG"] - radius
     if inner > outer:
@@ -125,7 +125,7 @@ def long_holes(m: MillingCall, v: Values) -> None:
 
 
 def slots(m: MillingCall, v: Values) -> None:
-    """SLOT1: NUM slots of LENG by WID along rays, from RAD on; FAL stays at their edges where VARI is 1. VARI 1: rough, 2: finish, 0: both."""
+    """Run SLOT1: NUM slots of LENG by WID along rays, from RAD on; FAL stays at their edges where VARI is 1. VARI 1: rough, 2: finish, 0: both."""
     radius, kind = m.radius(), v.number("VARI") % 10
     side = v["FAL"] if kind == 1 else 0.0
     along, across = v["LENG"] / 2 - radius - side, v["WID"] / 2 - radius - side
@@ -149,7 +149,7 @@ def slots(m: MillingCall, v: Values) -> None:
 
 
 def thread(m: MillingCall, v: Values) -> None:
-    """CYCLE90: a helix of the pitch PIT from RFP to DP about CPA, CPO, inside (TYPTH 0) or outside (1), by G2 or G3 (CDIR)."""
+    """Run CYCLE90: a helix of the pitch PIT from RFP to DP about CPA, CPO, inside (TYPTH 0) or outside (1), by G2 or G3 (CDIR)."""
     c, radius = m.cutter, m.cutter.radius("CYCLE90")
     inside, floor = v.number("TYPTH") == 0, m.floor(v)
     if not v["PIT"]:
@@ -161,7 +161,7 @@ def thread(m: MillingCall, v: Values) -> None:
             f"CYCLE90: the tool ({2 * radius:g} mm) does not go into a thread of {v['DIATH']:g} mm; take a smaller one",
         )
     m.note_clearing(
-        "from RFP to DP by its pitch; how it leads in and out is told as half a circle inside, a line outside",
+        "from RFP to DP by its pitch; the way in and out is assumed as half a circle inside, a line outside",
         "G2 and G3 with TURN",
     )
     clockwise, middle = v.number("CDIR") == 2, (v["CPA"], v["CPO"])
@@ -198,6 +198,6 @@ MILLING: Mapping[str, Cycle[MillingPrimitive]] = {
 
 
 def mill(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
-    """The cycle of a call."""
+    """Run the cycle of a call."""
     row = MILLING[item.name]
     row.primitive(MillingCall(i, runner, item, CycleCutter(i.r)), i.values(row, arguments, item.name))

@@ -1,4 +1,4 @@
-"""A call of a milling cycle of Sinumerik: who reads it, what its table leaves to all of them."""
+"""A call of a milling cycle of Sinumerik: its reader, and the values common to all tables."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class MillingCall(NamedTuple):
-    """A call of a milling cycle: who reads, the call as it stands, the tool."""
+    """A call of a milling cycle: its reader, the written call, the tool."""
 
     paths: SinumerikPaths
     runner: SinumerikRunner
@@ -23,7 +23,7 @@ class MillingCall(NamedTuple):
     cutter: CycleCutter
 
     def floor(self, v: Values) -> float:
-        """DP, or RFP less DPR; refused where it lies above RFP."""
+        """Return DP, or RFP less DPR; refused where it lies above RFP."""
         depth = v["DP"] if v["DP"] or not v["DPR"] else v["RFP"] - v["DPR"]
         if depth >= v["RFP"]:
             raise BlockFault(
@@ -32,16 +32,16 @@ class MillingCall(NamedTuple):
         return depth
 
     def radius(self) -> float:
-        """Of the tool, mm."""
+        """Return the radius of the tool, mm."""
         return self.cutter.radius("a pocket")
 
     def note_clearing(self, how: str, codes: str = "G1") -> None:
-        """What the control does in its own way."""
+        """Note the control's own way of clearing."""
         what = f"how {self.item.name} clears"
         self.paths.r.assume(
             what, how, f"{what} is the control's own affair and not known; write its motion with {codes}", column=self.item.first,
         )  # fmt: skip
 
     def note(self, what: str, value: str) -> None:
-        """What hangs on setting data, or moves the tool beside the workpiece alone."""
+        """Note effects that depend on setting data, or move the tool beside the workpiece alone."""
         self.paths.r.assume(f"{what} in {self.item.name}", value, column=self.item.first, matters=False)

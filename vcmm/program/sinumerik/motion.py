@@ -1,4 +1,4 @@
-"""What the words of a Sinumerik block do. Source: Siemens, SINUMERIK 840D sl / 828D, Programming Manual Fundamentals."""
+"""Effects of the words of a Sinumerik block. Source: Siemens, SINUMERIK 840D sl / 828D, Programming Manual Fundamentals."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class SinumerikInterpreter(SinumerikSpecials):
     """Executes blocks on a recorder."""
 
     def work(self, runner: SinumerikRunner, block: SinumerikBlock) -> bool:
-        """One block. True where the program or subprogram ends with it."""
+        """Execute one block. True where the program or subprogram ends with it."""
         made, before = len(self.r.moves), self.r.modal() if self.r.tracer else None
         words = self.collect(runner, block)
         if not (words.items or words.commands or words.g or words.m):
@@ -61,7 +61,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         return ended
 
     def short(self, block: SinumerikBlock) -> bool:
-        """A plain block where nothing special is in force: as `work` does it, without the ceremony. False: nothing is done."""
+        """Execute a plain block where nothing special is in force: as `work`, but faster. False: nothing is done."""
         r, modes, line = self.r, self.modes, block.read()
         if (
             line is None
@@ -88,7 +88,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         return True
 
     def note(self, made: int, before: Modal | None, runner: SinumerikRunner, block: SinumerikBlock) -> None:
-        """What the moves since `made` came from, where traces are kept."""
+        """Note the origin of the moves since `made`, where traces are kept."""
         tracer = self.r.tracer
         if tracer is not None and before is not None and len(self.r.moves) > made:
             words = words_of(block, tracer.lines[block.line - 1])
@@ -120,7 +120,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         return words
 
     def execute_name(self, words: SinumerikWords, item: Item) -> None:
-        """A command, or a variable that the program does not define."""
+        """Execute a command, or a variable that the program does not define."""
         has_value = item.value is not None or item.text
         if has_value and item.name not in CALLS and item.name not in SWITCHES:
             words.runner.assign(item)
@@ -128,7 +128,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             words.commands.append(item)
 
     def execute_indexed(self, words: SinumerikWords, item: Item) -> None:
-        """AX[_Z]=5, POS[X]=10: an axis named by a variable; an element of an array; ACC[X]=50 and its like move nothing."""
+        """Execute AX[_Z]=5, POS[X]=10: an axis named by a variable; an element of an array; ACC[X]=50 and its like move nothing."""
         if item.name not in AXIAL:
             words.runner.assign(item)
             return
@@ -175,7 +175,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             )  # fmt: skip
             return
         if name in words.items:
-            raise BlockFault(item.first, f"{name} stands twice in this block; remove one")
+            raise BlockFault(item.first, f"{name} appears twice in this block; remove one")
         words.items[name] = item._replace(name=name)
 
     def whole(self, words: SinumerikWords, item: Item) -> int:
@@ -220,7 +220,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             words.commands[:] = [c for c in words.commands if not c.name.startswith("COMP")]
 
     def technology(self, words: SinumerikWords) -> None:
-        """F S T D, ADIS and other values that are kept."""
+        """Execute F S T D, ADIS and other values that are kept."""
         r, dwell = self.r, "G4" in words.g
         if words.has("LIMS"):
             r.speed_limit = words.take("LIMS") or math.inf
@@ -267,7 +267,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             )
 
     def position_spindle(self, words: SinumerikWords) -> None:
-        """SPOS=30, SPOS[1]=30: where tools are driven the first spindle holds the part, and is axis C."""
+        """Position the spindle, SPOS=30, SPOS[1]=30: where tools are driven the first spindle holds the part, and is axis C."""
         r = self.r
         names = ("SPOS1", "SPOS", "SPOSA") if self.modes.master == 1 else ("SPOS1",)
         for name in names if has_driven(r.setup) else ():
@@ -277,7 +277,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         words.items.pop("SPOS1", None)
 
     def spindle_of(self, number: int, letter: str, value: float) -> None:
-        """S2=2000 M2=3: another spindle than the master, that of a driven tool."""
+        """Set the spindle of S2=2000 M2=3: another spindle than the master, that of a driven tool."""
         if number == self.modes.master:
             if letter == "S":
                 self.r.speed = value
@@ -292,7 +292,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         self.modes.turning[number] = (sense, speed)
 
     def master(self, number: int) -> None:
-        """SETMS(2): S, M3 and feeds per turn are those of this spindle from here on; SETMS: of the first."""
+        """Set the master spindle by SETMS(2): S, M3 and feeds per turn are those of this spindle from here on; SETMS: of the first."""
         modes, r = self.modes, self.r
         if number != modes.master:
             modes.turning[modes.master] = (r.sense, r.speed)
@@ -341,7 +341,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             self.r.set_length(self.r.tool_data.offset)
 
     def functions(self, words: SinumerikWords, before: bool) -> bool:
-        """M functions: M3 M4 M6 act before the motion, M5 after it. True at the end of the program."""
+        """Execute M functions: M3 M4 M6 act before the motion, M5 after it. True at the end of the program."""
         for m in words.m:
             if before and m in (3, 4):
                 self.r.sense = 1 if m == 3 else -1
@@ -358,7 +358,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         return any(m in (2, 17, 30) for m in words.m)
 
     def command(self, runner: SinumerikRunner, item: Item, times: int = 1) -> None:
-        """A named command left over: a cycle, MCALL, or a subprogram of this file or beside it."""
+        """Execute a named command left over: a cycle, MCALL, or a subprogram of this file or beside it."""
         if item.name in CALLS[:-1]:
             called = item.text.replace("\\", "/").split("/")[-1].upper()
             item = item._replace(
@@ -394,7 +394,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             runner.memory.sure = False  # it may have changed what the program goes on with
 
     def subprogram(self, runner: SinumerikRunner, item: Item, times: int) -> None:
-        """A call; with SAVE, modal functions and frames are the caller's again behind it."""
+        """Call a subprogram; with SAVE, modal functions and frames are the caller's again behind it."""
         before = self.modal_state() if runner.sections[item.name].saves else None
         runner.call(item, times)
         if before is not None:

@@ -43,7 +43,7 @@ class SinumerikPaths(SinumerikControl):
             self.modes.calling = False
 
     def modal_call(self, words: SinumerikWords) -> None:
-        """MCALL CYCLE81(...), MCALL L70: after each motion; MCALL alone ends it."""
+        """Execute MCALL CYCLE81(...), MCALL L70: after each motion; MCALL alone ends it."""
         called = next((c for c in words.commands if c.name == "MCALL"), None)
         if called is None:
             return
@@ -56,7 +56,7 @@ class SinumerikPaths(SinumerikControl):
         words.commands[:] = [c for c in words.commands if c not in rest[:1]]
 
     def command(self, runner: SinumerikRunner, item: Item, times: int = 1) -> None:
-        """A cycle or a subprogram."""
+        """Call a cycle or a subprogram."""
         raise NotImplementedError
 
     def interpolate(self, words: SinumerikWords) -> None:
@@ -87,9 +87,10 @@ class SinumerikPaths(SinumerikControl):
             self.r.straight(self.target(words), motion == "G0" or words.positioned, turned)
 
     def measure(self, words: SinumerikWords, turned: Point | None) -> None:
-        """MEAS=1 (the rest of the way is deleted) and MEAW=1 (it goes on to the end): straight until the probe answers; $AA_MM, $AA_MW, $AC_MEA hold where.
+        """Measure by MEAS=1 (the rest of the way is deleted) and MEAW=1 (it goes on to the end): straight until the probe answers;
+        $AA_MM, $AA_MW, $AC_MEA hold where.
 
-        Source: Siemens, Programming Manual Job Planning, "Measuring with touch-trigger probe (MEAS, MEAW)".
+         Source: Siemens, Programming Manual Job Planning, "Measuring with touch-trigger probe (MEAS, MEAW)".
         """
         stops, r = words.has("MEAS"), self.r
         number = words.take("MEAS") or words.take("MEAW") or 0.0
@@ -110,13 +111,13 @@ class SinumerikPaths(SinumerikControl):
             )
 
     def turn_along(self, turned: Point | None) -> None:
-        """Rotary axes that go along with an arc."""
+        """Turn rotary axes that go along with an arc."""
         if turned is not None:
             self.r.moves[-1] = self.r.moves[-1]._replace(rotary_end=turned)
             self.r.rotary = turned
 
     def thread(self, words: SinumerikWords, motion: str, turned: Point | None) -> None:
-        """G33: a line of I, J or K mm per turn; G331, G332: tapping with the spindle as an axis, at K times its speed."""
+        """Cut a thread, G33: a line of I, J or K mm per turn; G331, G332: tapping with the spindle as an axis, at K times its speed."""
         leads = [abs(v) for v in (words.take(c) for c in CENTRES) if v is not None]
         lead = max(leads) * self.r.unit if leads else 0.0
         target = self.target(words)
@@ -132,7 +133,7 @@ class SinumerikPaths(SinumerikControl):
         r.p = target
 
     def tangential(self, words: SinumerikWords) -> None:
-        """CT: the arc that leaves along the direction of the last move; centre at k n with k = |d|^2 / (2 n.d), n left of it."""
+        """Make an arc, CT: the arc that leaves along the direction of the last move; centre at k n with k = |d|^2 / (2 n.d), n left of it."""
         r = self.r
         one, two, _ = PLANES[r.plane]
         last = next((m for m in reversed(r.moves) if planar(m)), None)
@@ -155,7 +156,7 @@ class SinumerikPaths(SinumerikControl):
         )
 
     def machine_move(self, words: SinumerikWords) -> None:
-        """G53, G153, SUPA: coordinates of the machine for this block, tool offset kept."""
+        """Move by G53, G153, SUPA: coordinates of the machine for this block, tool offset kept."""
         tip, shift = list(self.r.tip()), self.modes.turns
         self.modes.turns = ORIGIN
         turned = self.turning(words)
@@ -183,11 +184,11 @@ class SinumerikPaths(SinumerikControl):
         return self.polar(words, point) if words.has("AP", "RP") else point_of(point)
 
     def halves(self, absolute: bool) -> bool:
-        """Whether a word of X is a diameter: with DIAMON always, with DIAM90 where it counts from the work zero."""
+        """Return whether a word of X is a diameter: with DIAMON always, with DIAM90 where it counts from the work zero."""
         return self.r.diameter == "always" or (self.r.diameter == "absolute" and absolute)
 
     def incline(self, words: SinumerikWords, point: list[float], axes: set[int]) -> None:
-        """ANG=: the angle of a line with the first axis, deg; one coordinate of its end point gives the other."""
+        """Incline by ANG=: the angle of a line with the first axis, deg; one coordinate of its end point gives the other."""
         one, two, _ = PLANES[self.r.plane]
         angle = math.radians(words.take("ANG") or 0.0)
         along, across = math.cos(angle), math.sin(angle)
@@ -197,12 +198,12 @@ class SinumerikPaths(SinumerikControl):
             point[one] = self.r.p[one] + (point[two] - self.r.p[two]) * along / across
         elif not {one, two} <= axes:
             self.r.assume(
-                "ANG= without one coordinate of the end point", "the end point as it stands",
+                "ANG= without one coordinate of the end point", "the unchanged end point",
                 "ANG= without one coordinate of the end point is not understood; program both coordinates",
             )  # fmt: skip
 
     def polar(self, words: SinumerikWords, point: list[float]) -> Point:
-        """AP= RP=: angle (deg) and radius about the pole of G110 to G112; what is missing stays as it is."""
+        """Return the point of AP= RP=: angle (deg) and radius about the pole of G110 to G112; what is missing stays as it is."""
         one, two, _ = PLANES[self.r.plane]
         a, b = self.r.p[one] - self.modes.pole[one], self.r.p[two] - self.modes.pole[two]
         item = words.items.get("AP")
@@ -219,7 +220,7 @@ class SinumerikPaths(SinumerikControl):
         return point_of(point)
 
     def set_pole(self, words: SinumerikWords) -> None:
-        """G110 from where the tool is, G111 from the work zero, G112 from the pole: X Y Z, or AP= RP=."""
+        """Set the pole of G110 from where the tool is, G111 from the work zero, G112 from the pole: X Y Z, or AP= RP=."""
         base = self.r.p if "G110" in words.g else self.modes.pole if "G112" in words.g else ORIGIN
         if words.has("AP", "RP"):
             one, two, _ = PLANES[self.r.plane]
@@ -231,7 +232,7 @@ class SinumerikPaths(SinumerikControl):
         self.modes.pole = point_of(point)
 
     def turning(self, words: SinumerikWords) -> Point | None:
-        """Rotary axes, degrees in the program."""
+        """Return the rotary axes, degrees in the program."""
         if not words.has(*ROTARY):
             return None
         angles = list(self.r.rotary)
@@ -276,7 +277,7 @@ class SinumerikPaths(SinumerikControl):
         arc_or_chords(self.r, end, centre, clockwise, turns)
 
     def centre(self, words: SinumerikWords) -> Point:
-        """I J K: from the start point, of X a radius; AC(...) from the work zero, a diameter with DIAMON and DIAM90.
+        """Return the centre from I J K: from the start point, of X a radius; AC(...) from the work zero, a diameter with DIAMON and DIAM90.
 
         Source: Siemens, Programming Manual Fundamentals, "Channel-specific diameter/radius programming (DIAMON, DIAM90)".
         """
@@ -301,7 +302,7 @@ class SinumerikPaths(SinumerikControl):
         return point_of(point)
 
     def by_angle(self, start: Point, end: Point, angle: float, clockwise: bool) -> Point:
-        """Centre from end point and opening angle: R = chord / (2 sin(angle / 2))."""
+        """Return the centre from end point and opening angle: R = chord / (2 sin(angle / 2))."""
         if not 0 < angle < 360:
             self.r.fault("AR= takes an angle between 0 and 360 deg; full circles take I J K")
         radius = _chord(start, end, self.r.plane) / (2 * math.sin(math.radians(angle) / 2))
@@ -311,7 +312,8 @@ class SinumerikPaths(SinumerikControl):
         return centre
 
     def circle_through(self, words: SinumerikWords) -> None:
-        """CIP: through the intermediate point I1 J1 K1, absolute with G90 (of X a diameter with DIAMON), from the start with G91, a radius."""
+        """Make an arc, CIP: through the intermediate point I1 J1 K1, absolute with G90 (of X a diameter with DIAMON), from the start with
+        G91, a radius."""
         one, two, normal = PLANES[self.r.plane]
         start, middle = self.r.p, list(self.r.p)
         for k, name in enumerate(("I1", "J1", "K1")):
@@ -340,7 +342,7 @@ class SinumerikPaths(SinumerikControl):
         arc_or_chords(self.r, end, point_of(point), twice < 0)
 
     def corner(self, words: SinumerikWords) -> None:
-        """RND= CHF= CHR= at the end of this move."""
+        """Read the corner RND= CHF= CHR= at the end of this move."""
         unit = self.r.unit
         for name, kind in (("RND", "round"), ("CHF", "width"), ("CHR", "chamfer")):
             size = words.take(name)

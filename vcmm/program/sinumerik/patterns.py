@@ -20,28 +20,28 @@ Pattern = Callable[[SinumerikPaths, Values], list[Flat]]
 
 
 def row(i: SinumerikPaths, v: Values) -> list[Flat]:
-    """HOLES1: on a line, from the end that is nearer to the tool."""
+    """Return the places of HOLES1: on a line, from the end that is nearer to the tool."""
     distances = [v["FDIS"] + k * v["DBH"] for k in range(whole_count(v["NUM"]))]
     out, here = hole_line((v["SPCA"], v["SPCO"]), v["STA1"], distances), CycleCutter(i.r).here()
     return out[::-1] if out and math.dist(out[-1], here) < math.dist(out[0], here) else out
 
 
 def circle(i: SinumerikPaths, v: Values) -> list[Flat]:
-    """HOLES2: INDA 0 spreads them evenly."""
+    """Return the places of HOLES2: INDA 0 spreads them evenly."""
     step = v["INDA"] or 360.0 / max(v["NUM"], 1.0)
     angles = [math.radians(v["STA1"] + k * step) for k in range(whole_count(v["NUM"]))]
     return hole_circle((v["CPA"], v["CPO"]), v["RAD"], angles)
 
 
 def rows(i: SinumerikPaths, v: Values) -> list[Flat]:
-    """CYCLE801: along the shorter of the two distances."""
+    """Return the places of CYCLE801: along the shorter of the two distances."""
     counts = whole_count(abs(v["NUM1"])), whole_count(abs(v["NUM2"]))
     along = v["DIS1"] <= v["DIS2"]
     return hole_grid((v["SPCA"], v["SPCO"]), v["STA"], counts, (v["DIS1"], v["DIS2"]), along)
 
 
 def list_spots(i: SinumerikPaths, v: Values) -> list[Flat]:
-    """CYCLE802: X0 and Y0 as they are; 9 points at most."""
+    """Return the places of CYCLE802: X0 and Y0 as they are; 9 points at most."""
     count = math.ceil(sum(v.has(name) for k in range(9) for name in (f"X{k}", f"Y{k}")) / 2)
     return [(v[f"X{k}"], v[f"Y{k}"]) for k in range(count)]
 
@@ -55,7 +55,7 @@ PATTERNS: Mapping[str, Cycle[Pattern]] = {
 
 
 def visit(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
-    """Rapid to each point; the modal cycle at each."""
+    """Visit each point at rapid; the modal cycle at each."""
     row = PATTERNS[item.name]
     for a, b in row.primitive(i, i.values(row, arguments, item.name)):
         CycleCutter(i.r).to((a, b), None, True)

@@ -1,4 +1,4 @@
-"""Front-end for Sinumerik programs (840D sl, 828D, One): text -> canonical moves. What is understood stands in the docs."""
+"""Front-end for Sinumerik programs (840D sl, 828D, One): text -> canonical moves. The docs list the supported blocks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["read", "tokenize"]
 
 
 def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
-    """The moves of a program. `file` is its name for messages.
+    """Return the moves of a program. `file` is its name for messages.
 
     Raises ProgramFault (file, line, column, reason, fix) for what cannot be understood, and ModelLimit for a contour that
     the tool cannot follow. A tool change takes place at M6 where the program has M6 anywhere, else at T.

@@ -33,7 +33,7 @@ class Section:
     reached: int = -1  # the last block that was executed
 
     def tell_rest(self, r: Recorder) -> None:
-        """The first block behind an end of the program (outside of IF and loops) that no label makes a target, once that end was reached."""
+        """Note the first block behind an end of the program (outside of IF and loops) that no label makes a target, once that end was reached."""
         spans = [*self.partner.items()]
         over = True  # the block before ends the program
         for k in range(self.reached + 1, len(self.blocks)):
@@ -43,14 +43,14 @@ class Section:
             if over and not any(head < k - 1 < end for head, end in spans):
                 r.source = Source(block.line, block.first, block.last)
                 r.remark(
-                    "the text after the end of the program is not read; a subprogram begins with PROC, or stands in a file of its own"
+                    "the text after the end of the program is not read; a subprogram begins with PROC, or is in a file of its own"
                 )
                 return
             over = _ends(block)
 
 
 def sections_of(text: str, file: str) -> list[Section]:
-    """The main program first. A new section begins at %_N_NAME_MPF (SPF) and at PROC."""
+    """Return the main program first. A new section begins at %_N_NAME_MPF (SPF) and at PROC."""
     sections = [Section("")]
     for line, written in enumerate(split_lines(text), 1):
         plain = plain_block(written, line)
@@ -88,7 +88,7 @@ def _header(sections: list[Section], name: str) -> None:
 
 
 def _match(section: Section, file: str) -> None:
-    """Pairs the heads and ends of loops and IF."""
+    """Pair the heads and ends of loops and IF."""
     stack: list[tuple[str, int]] = []
 
     def fail(block: SinumerikBlock, text: str) -> ProgramFault:
@@ -107,7 +107,7 @@ def _match(section: Section, file: str) -> None:
         elif kind in _OPENERS.values():
             if not stack or stack[-1][0] != kind:
                 open_one = (
-                    f"; {stack[-1][0]} is due first"
+                    f"; expected {stack[-1][0]} first"
                     if stack
                     else f"; write its beginning ({next(o for o, e in _OPENERS.items() if e == kind)}) before it"
                 )
@@ -121,7 +121,7 @@ def _match(section: Section, file: str) -> None:
 
 
 def _ends(block: SinumerikBlock) -> bool:
-    """Whether a block is the end of a program or subprogram."""
+    """Return whether a block is the end of a program or subprogram."""
     if block.plain:
         return False
     ends = ("2", "02", "17", "30")
@@ -131,7 +131,7 @@ def _ends(block: SinumerikBlock) -> bool:
 
 
 def _leads_on(block: SinumerikBlock) -> bool:
-    """Whether a block may end a loop: a jump, an M function, a subprogram or whatever else is called."""
+    """Return whether a block may end a loop: a jump, an M function, a subprogram or whatever else is called."""
     if block.flow is not None and block.flow.kind in ("JUMP", "CASE", "RET"):
         return True
     return any(item.name in ("M", "L", "P") or item.value is None for item in block.items)

@@ -42,7 +42,7 @@ class SinumerikSpecials(SinumerikPaths):
         return False
 
     def shift(self, words: SinumerikWords, is_fine: bool) -> None:
-        """G58, G59: the shift of the programmed frame in the axes that are named. G58 sets the part of TRANS and leaves that of G59 and
+        """Shift by G58, G59: the shift of the programmed frame in the axes that are named. G58 sets the part of TRANS and leaves that of G59 and
         ATRANS, G59 the other way round (Siemens, Programming Manual Fundamentals, "Programmable work offset (G58, G59)")."""
         m, fine = self.modes.frame, list(self.modes.fine)
         shift = list(m.shift)
@@ -67,7 +67,7 @@ class SinumerikSpecials(SinumerikPaths):
             self.r.fault("G4 takes F (seconds) or S (turns of the spindle), as in G4 F1.5")
 
     def reference(self, words: SinumerikWords, fixed: bool) -> None:
-        """G74 X1=0: the named axes go to their reference point; G75: to a fixed point of the machine, which is taken to be there."""
+        """Execute G74 X1=0: the named axes go to their reference point; G75: to a fixed point of the machine, which is taken to be there."""
         axes = [
             k for k in range(3) if words.take(AXES[k]) is not None or words.take(f"{AXES[k]}1") is not None
         ]
@@ -109,7 +109,7 @@ class SinumerikSpecials(SinumerikPaths):
         self.frames(base.then(made))
 
     def turn_shift(self, words: SinumerikWords, name: str) -> None:
-        """TRANS B=10: rotary axes are shifted too."""
+        """Shift by TRANS B=10: rotary axes are shifted too."""
         before = self.modes.turns if name == "ATRANS" else ORIGIN
         values = [words.take(a) for a in ROTARY]
         self.modes.turns = point_of([b + math.radians(v or 0.0) for b, v in zip(before, values)])
@@ -127,7 +127,7 @@ class SinumerikSpecials(SinumerikPaths):
         return made
 
     def rotation(self, words: SinumerikWords, values: list[float | None]) -> AffineMap:
-        """RPL= in the plane, or X Y Z in the order of RPY angles: about Z, the new Y, the new X."""
+        """Return the rotation of RPL= in the plane, or X Y Z in the order of RPY angles: about Z, the new Y, the new X."""
         angle = words.take("RPL")
         if angle is not None:
             return rotation(PLANES[self.r.plane][2], math.radians(angle))

@@ -1,4 +1,4 @@
-"""What a Sinumerik control remembers beyond the state that all languages share, and the words of one block."""
+"""State of a Sinumerik control beyond the state common to all languages, and the words of one block."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class SinumerikModes:
 
 @dataclass(eq=False)
 class SinumerikWords:
-    """The words of one block, taken as they are used; what is left over at the end is refused."""
+    """The words of one block, taken as they are used; words left over at the end are refused."""
 
     runner: SinumerikRunner
     block: SinumerikBlock
@@ -97,7 +97,7 @@ class SinumerikControl:
     def values(
         self, row: Cycle[Any], arguments: Sequence[float | None] | Mapping[str, float], name: str = ""
     ) -> Values:
-        """What a cycle of a table is given: arguments in their order, or numbers by name. Those behind the last one that is known are told."""
+        """Return the inputs of a cycle of a table: arguments in their order, or numbers by name. Those behind the last known one are noted."""
         named = arguments if isinstance(arguments, Mapping) else row.by_name(arguments)
         count = len(row.parameters)
         if not isinstance(arguments, Mapping) and name and any(arguments[count:]):
@@ -108,17 +108,17 @@ class SinumerikControl:
         return row.read(named, in_units(self.r.unit, self.modes.feed_unit))
 
     def frames(self, frame: AffineMap, swivel: AffineMap | None = None) -> None:
-        """The frame of the program, and that of CYCLE800 around it."""
+        """Set the frame of the program, and that of CYCLE800 around it."""
         self.modes.frame = frame
         self.modes.swivel = self.modes.swivel if swivel is None else swivel
         self.r.set_frame(self.modes.swivel.then(frame))
 
     def modal_state(self) -> tuple[object, ...]:
-        """Modal G functions and frames, for PROC ... SAVE."""
+        """Return the modal G functions and frames, for PROC ... SAVE."""
         return (*(getattr(self.r, name) for name in SAVED_MODES), self.modes.frame, self.modes.swivel)
 
     def restore(self, before: tuple[object, ...]) -> None:
-        """The modal G functions and frames of the caller."""
+        """Restore the modal G functions and frames of the caller."""
         for name, value in zip(SAVED_MODES, before):
             setattr(self.r, name, value)
         if before[-2:] != (self.modes.frame, self.modes.swivel):
@@ -131,7 +131,7 @@ def point_of(values: list[float]) -> Point:
 
 
 def written_word(words: SinumerikWords, item: Item) -> str:
-    """The word of an item that is left over: K-2, CR=5; its name alone where it has no number."""
+    """Return the word of an item that is left over: K-2, CR=5; its name alone where it has no number."""
     if item.value is None:
         return item.name
     number = f"{words.number(item):g}"

@@ -32,7 +32,7 @@ DIRECTION = 13  # number of the argument DIR
 
 
 def swivel(i: SinumerikControl, item: Item, arguments: Sequence[float | None]) -> None:
-    """One CYCLE800. arguments: None where one is left out."""
+    """Execute one CYCLE800. arguments: None where one is left out."""
     v = [x or 0.0 for x in (*arguments, *[None] * DIRECTION)][:DIRECTION]
     u, mode = i.r.unit, round(v[3]) or 57
     made = (
@@ -56,7 +56,7 @@ def swivel(i: SinumerikControl, item: Item, arguments: Sequence[float | None]) -
 
 
 def _rotation(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float]) -> AffineMap:
-    """The rotations of a mode; angles: A, B, C in deg."""
+    """Return the rotations of a mode; angles: A, B, C in deg."""
     kind = mode >> 6 & 3
     if kind == DIRECT and any(angles):
         i.r.assume(
@@ -79,7 +79,7 @@ def _rotation(i: SinumerikControl, item: Item, mode: int, angles: Sequence[float
 
 
 def _rotation_by_projection(item: Item, mode: int, angles: Sequence[float]) -> AffineMap:
-    """Projection angles: angles a about the first and b about the second axis, as they are seen in the planes square to these, then a
+    """Return the projection angles: angles a about the first and b about the second axis, as they are seen in the planes square to these, then a
     turn about the new third. With the axes X, Y: (0, cos a, sin a) and the new X (cos b, 0, -sin b) lie in the plane; others in turn.
     """
     first, second = mode & 3 or 1, mode >> 2 & 3 or 2
@@ -105,7 +105,7 @@ def _rotation_by_projection(item: Item, mode: int, angles: Sequence[float]) -> A
 
 
 def _set_direction(i: SinumerikControl, item: Item, direction: float | None) -> None:
-    """Which position of the rotary axes, or none where only the coordinates turn."""
+    """Set the position of the rotary axes, or none where only the coordinates turn."""
     r, is_plane = i.r, i.modes.swivel != AffineMap()
     r.tilted, r.posture = is_plane, None
     if not is_plane:
@@ -131,4 +131,4 @@ def _set_direction(i: SinumerikControl, item: Item, direction: float | None) -> 
         value = f"the {'larger' if sense > 0 else 'smaller'} value of rotary axis 1, the one of the head, else the one nearer to the bed"
         r.assume(what, value, column=item.first, matters=False)
     else:
-        raise BlockFault(item.first, f"CYCLE800: DIR is -1, 0 or 1, {direction:g} stands there")
+        raise BlockFault(item.first, f"CYCLE800: DIR is -1, 0 or 1, found {direction:g}")

@@ -52,7 +52,7 @@ _TOKEN = re.compile(
 
 
 def _same(a: float, b: float) -> bool:
-    """Comparison of REAL values is relative (manual: "Precision correction on comparison errors")."""
+    """Return whether two REAL values are equal within a relative limit (manual: "Precision correction on comparison errors")."""
     return math.isclose(a, b, rel_tol=1e-12, abs_tol=1e-12)
 
 
@@ -87,12 +87,12 @@ CONSTANTS = {"TRUE": 1.0, "FALSE": 0.0, "$PI": math.pi}
 
 
 def tokenize(text: str) -> Iterator[Token]:
-    """All tokens of a text, in order; together they are the text."""
+    """Yield all tokens of a text, in order; together they are the text."""
     return match_tokens(_TOKEN, text)
 
 
 def lines_of(text: str) -> list[list[Token]]:
-    """The tokens of each line without blanks, comments and line ends."""
+    """Return the tokens of each line without blanks, comments and line ends."""
     lines: list[list[Token]] = [[]]
     for token in tokenize(text):
         if token.kind == "end":
@@ -103,12 +103,12 @@ def lines_of(text: str) -> list[list[Token]]:
 
 
 def line_tokens(line: str) -> list[Token]:
-    """The tokens of one line without blanks and comments."""
+    """Return the tokens of one line without blanks and comments."""
     return [t for t in tokenize(line) if t.kind not in ("space", "comment")]
 
 
 def number_of(text: str) -> float:
-    """12.5, -3, 1.5EX-3, 'B101', 'H7F'."""
+    """Return a number: 12.5, -3, 1.5EX-3, 'B101', 'H7F'."""
     if text[0] == "'":
         return float(int(text[2:-1], 2 if text[1] in "Bb" else 16))
     return float(re.sub(r"\s", "", text).upper().replace("EX", "E"))
@@ -118,7 +118,7 @@ def number_of(text: str) -> float:
 class VariableValue:
     """A variable as it is read: an element of an array where there is an index. Called with the program under way, it gives the value.
 
-    A number of R parameters is told by `parameter`.
+    `parameter` recognises a number of R parameters.
     """
 
     name: str
@@ -134,19 +134,19 @@ class VariableValue:
         return variables.variable(self.name, self.column)
 
     def indices(self, variables: Any) -> tuple[Any, ...]:
-        """Numbers and names of axes between the brackets."""
+        """Return the numbers and names of axes between the brackets."""
         return tuple(i(variables) if callable(i) else i for i in self.index)
 
 
 def _text(text: str) -> Callable[[Any], Any]:
-    """A text as a value."""
+    """Return a text as a value."""
     return lambda variables: text
 
 
 def _compare(
     operator: str, left: Value, right: Value, plain: Callable[[Any], float | None]
 ) -> Callable[[Any], Any]:
-    """== and <> of texts, << of anything; numbers go the plain way."""
+    """Return the comparison: == and <> of texts, << of any values; numbers go the plain way."""
 
     def result(variables: Any) -> Any:
         a, b = (v(variables) if callable(v) else v for v in (left, right))
@@ -171,16 +171,16 @@ class SinumerikReader(ExpressionReader):
     grammar = GRAMMAR
 
     def join(self, operator: str, left: Value, right: Value, column: int) -> Evaluation:
-        """Texts can be compared and put together."""
+        """Return the evaluation: texts can be compared and put together."""
         made = super().join(operator, left, right, column)
         return _compare(operator, left, right, made) if operator in ("==", "<>", "<<", ":") else made
 
     def atom(self) -> Value:
-        """A number, an R parameter, a constant, a variable or a call of a function."""
+        """Return a number, an R parameter, a constant, a variable or a call of a function."""
         token = self.peek()
         if token is None:
             raise self.fault(
-                "a number or expression is due here, and the line ends; write for example 12.5 or R1*2"
+                "expected a number or expression, found the end of the line; write for example 12.5 or R1*2"
             )
         if token.kind == "number":
             self.at += 1
@@ -200,12 +200,12 @@ class SinumerikReader(ExpressionReader):
             self.at += 1  # the name of an axis
             return _text(token.text.upper())
         if token.kind == "letter" and self.upper(1) in (",", ")"):
-            self.at += 1  # a letter that stands for itself: CONTPRON(TAB,"L",N)
+            self.at += 1  # a letter used as itself: CONTPRON(TAB,"L",N)
             return _text(token.text.upper())
-        raise self.fault(f'a number or expression is due here, "{token.text}" stands there')
+        raise self.fault(f'expected a number or expression, found "{token.text}"')
 
     def index(self) -> Callable[[object], int]:
-        """The number of a parameter, R10 or R[expression], as a function."""
+        """Return the number of a parameter, R10 or R[expression], as a function."""
         token = self.next()
         if token.kind == "word":
             digits = token.text[1:].strip()
@@ -220,7 +220,7 @@ class SinumerikReader(ExpressionReader):
         return lambda variables: whole(number(inside, variables), "the number of a parameter", column, 1e-6)
 
     def read_name(self, token: Token) -> Value:
-        """A constant, a variable, or a function with its arguments."""
+        """Return a constant, a variable, or a function with its arguments."""
         name, column = token.text.upper(), token.column
         if name in CONSTANTS:
             return CONSTANTS[name]
@@ -231,7 +231,7 @@ class SinumerikReader(ExpressionReader):
         return VariableValue(name, column)
 
     def indices(self) -> tuple[Value, ...]:
-        """[ a, b ]: numbers, names of axes, TR and its like."""
+        """Read [ a, b ]: numbers, names of axes, TR and its like."""
         self.expect("[", "before the index")
         out: list[Value] = []
         while not self.accept("]"):
@@ -247,14 +247,14 @@ class SinumerikReader(ExpressionReader):
         return tuple(out)
 
     def arguments(self) -> list[Value]:
-        """( a, b )."""
+        """Read ( a, b )."""
         values = self.optional_arguments()
         if any(a is None for a in values):
             raise self.fault("an argument is missing between the commas")
         return [a for a in values if a is not None]
 
     def optional_arguments(self) -> list[Value | None]:
-        """( a, , b ): an argument left out is None."""
+        """Read ( a, , b ): an argument left out is None."""
         self.expect("(", "before the arguments")
         values: list[Value | None] = []
         while not self.accept(")"):

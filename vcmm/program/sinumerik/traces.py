@@ -1,4 +1,4 @@
-"""Where the words of a Sinumerik block stand, and how the block reads without expressions, calls and jumps."""
+"""Places of the words of a Sinumerik block, and the block without expressions, calls and jumps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _KEYS = {"CR": "R"}
 
 
 class Running(Protocol):
-    """What is asked of a program under way."""
+    """Interface of a program under way."""
 
     @property
     def sections(self) -> Mapping[str, Any]: ...
@@ -42,7 +42,7 @@ class Running(Protocol):
 
 
 def span_of(item: Item, line: str) -> tuple[int, int, str] | None:
-    """Columns of the value of a word, and AC, IC, or how a rotary axis goes there: DC, ACP, ACN."""
+    """Return the columns of the value of a word, and AC, IC, or the way of a rotary axis: DC, ACP, ACN."""
     match = _WORD.match(line[item.first - 1 : item.last - 1])
     if match is None:
         return None
@@ -51,7 +51,7 @@ def span_of(item: Item, line: str) -> tuple[int, int, str] | None:
 
 
 def words_of(block: SinumerikBlock, line: str) -> dict[str, WordAt]:
-    """SinumerikWords by address: CR= as "R", I1= as "I1", A3= as "A3"."""
+    """Return SinumerikWords by address: CR= as "R", I1= as "I1", A3= as "A3"."""
     out: dict[str, WordAt] = {}
     for item in block.items:
         span = None if item.name == "R" or item.value is None else span_of(item, line)
@@ -66,7 +66,7 @@ def words_of(block: SinumerikBlock, line: str) -> dict[str, WordAt]:
 
 
 def argument_spans(item: Item, line: str) -> list[tuple[int, int]]:
-    """Columns of the arguments of NAME(a, , b), without the blanks around them."""
+    """Return the columns of the arguments of NAME(a, , b), without the blanks around them."""
     begin = line.index("(", item.first - 1) + 1
     out, depth, start, quoted = [], 0, begin, False
     for at in range(begin, item.last - 1):
@@ -84,7 +84,7 @@ def argument_spans(item: Item, line: str) -> list[tuple[int, int]]:
 
 
 def cycle_words(item: Item, line: str, at: int) -> dict[str, WordAt]:
-    """Arguments of a drilling cycle by name."""
+    """Return the arguments of a drilling cycle by name."""
     if item.arguments is None:
         return {}
     names = DEEP if item.name == "CYCLE83" else ARGUMENTS
@@ -97,7 +97,7 @@ def cycle_words(item: Item, line: str, at: int) -> dict[str, WordAt]:
 
 
 def cuts_of(runner: Running, block: SinumerikBlock, line: str, call: int) -> list[TextCut]:
-    """What changes when the block is written out where it is executed."""
+    """Return the replacements when the block is written out at its execution."""
     out: list[TextCut] = []
     for item in block.items:
         text = _replacement(runner, item, line, call)
@@ -115,7 +115,7 @@ def cuts_of(runner: Running, block: SinumerikBlock, line: str, call: int) -> lis
 
 
 def _replacement(runner: Running, item: Item, line: str, call: int) -> tuple[int, int, str] | None:
-    """Columns and text of an item that does not stay."""
+    """Return the columns and text of a replaced item."""
     if item.name in ("MSG", "SETAL"):
         return _message(runner, item, line)
     if item.name == "R" or (item.value is not None and runner.is_defined(item.name)):
@@ -133,7 +133,7 @@ def _replacement(runner: Running, item: Item, line: str, call: int) -> tuple[int
 
 
 def _message(runner: Running, item: Item, line: str) -> tuple[int, int, str] | None:
-    """MSG("PASS "<<R2) with the number that R2 has now, as a text of its own: the assignment of R2 goes."""
+    """Return MSG("PASS "<<R2) with the number that R2 has now, as a text of its own: the assignment of R2 goes."""
     tokens = [t for t in lines_of(line[: item.last - 1])[0] if t.column > item.first][1:-1]
     borders = [-1, *(i for i, t in enumerate(tokens) if t.text in ("<<", ",")), len(tokens)]
     text = line[: item.last - 1]
@@ -148,7 +148,7 @@ def _message(runner: Running, item: Item, line: str) -> tuple[int, int, str] | N
 
 
 def _number_in(runner: Running, piece: Sequence[Token]) -> float | None:
-    """The value of a part of a message that hangs on parameters of the program; None for any other part."""
+    """Return the value of a part of a message that depends on parameters of the program; None for any other part."""
     names = [t for t in piece if t.kind == "name" and runner.is_defined(t.text.upper())]
     words = [t for t in piece if t.kind == "word" and t.text[0] in "Rr"]
     are_set = all(t.text[1:].strip().isdigit() and int(t.text[1:]) in runner.parameters for t in words)

@@ -26,7 +26,7 @@ LIFT = 1.0  # mm: VRT where it is zero or left out
 
 # -- threads --------------------------------------------------------------------------------------------------------------
 def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item, v: Values) -> None:
-    """CYCLE97."""
+    """Run CYCLE97."""
     r = i.r
     lead = v["PIT"] or COARSE.get(round(abs(v["MPIT"])), 0.0)
     if not lead or not v["TDEP"]:
@@ -59,7 +59,7 @@ def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item, v: Values) ->
 
 
 def _infeeds(v: Values) -> Iterator[Flat]:
-    """Depth of each cut and its way along the flank, mm: NRC cuts to TDEP - FAL, equal (VARI 1, 2) or of equal section (3, 4), one to
+    """Yield the depth of each cut and its way along the flank, mm: NRC cuts to TDEP - FAL, equal (VARI 1, 2) or of equal section (3, 4), one to
     TDEP where an allowance is left, NID without infeed. IANG < 0: on both flanks in turn."""
     depth, allowance, count = v["TDEP"], v["FAL"], whole_count(max(v["NRC"], 1.0))
     slope = math.tan(abs(v["IANG"]))
@@ -86,7 +86,7 @@ def _thread(i: SinumerikPaths, end: Flat, lead: float) -> None:
 
 # -- stock removal --------------------------------------------------------------------------------------------------------
 def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item, v: Values) -> None:
-    """CYCLE95: VARI 1 to 4 rough (along, across, outside; along, across,
+    """Run CYCLE95: VARI 1 to 4 rough (along, across, outside; along, across,
     inside), 5 to 8 finish, 9 to 12 both. The depth is divided evenly into cuts of MID at most."""
     name = next((evaluate(a, runner) for a in item.arguments or () if a is not None), "")
     before, i.r.feed = (
@@ -143,7 +143,7 @@ def _run(i: SinumerikPaths, cuts: list[Cut], feed: float) -> None:
 
 
 def contour_moves(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item) -> list[Move] | None:
-    """The moves of the contour in programmed coordinates; None where it is missing. Nothing of the state is changed by them."""
+    """Return the moves of the contour in programmed coordinates; None where it is missing. No part of the state is changed by them."""
     r, start, _, end = i.r, *name.upper().partition(":")
     section = next(
         (
@@ -192,6 +192,6 @@ TURNING: Mapping[str, Cycle[Callable[[SinumerikPaths, SinumerikRunner, Item, Val
 
 
 def turn(i: SinumerikPaths, runner: SinumerikRunner, item: Item, arguments: Sequence[float | None]) -> None:
-    """The cycle of a call."""
+    """Run the cycle of a call."""
     row = TURNING[item.name]
     row.primitive(i, runner, item, i.values(row, arguments, item.name))
