@@ -115,10 +115,10 @@ def execute(c: IsoControl, w: IsoWords) -> None:
     c.source = (
         Source(c.line, words[0].first, words[-1].last) if words else Source(c.line, 1, len(w.block.text) + 1)
     )
-    if w.block.spaced:
+    if w.block.blank_column:
         c.remark(
             "blanks inside a number are passed over, as controls do; check that one number is meant",
-            w.block.spaced,
+            w.block.blank_column,
             kind="blanks",
         )
     feed_and_speed(c, w)
