@@ -8,11 +8,12 @@ import pytest
 
 from vcmm.program.cycle_tables import KINDS, cycle, in_units
 from vcmm.program.fagor.pockets import ROWS
+from vcmm.program.heidenhain.contours import CONTOUR_CYCLES
 from vcmm.program.heidenhain.cycles import MACHINING, OLD
 from vcmm.program.heidenhain.patterns import PATTERNS as KLARTEXT_PATTERNS
 from vcmm.program.heidenhain.touch_cycles import CYCLES as TOUCH
 from vcmm.program.iso.cycles import DRILLING
-from vcmm.program.iso.grooving import GROOVING
+from vcmm.program.iso.grooving import GROOVING, SINGLE
 from vcmm.program.iso.probing_macros import MACROS
 from vcmm.program.iso.turning import CONTOURED
 from vcmm.program.sinumerik.drilling import DRILLING as SINUMERIK_DRILLING
@@ -53,6 +54,8 @@ def test_every_row_names_each_parameter_once():
     turning = [r for t in (*GROOVING.values(), *CONTOURED.values()) for r in (t.first, t.second, t.single)]
     tables = (
         MACHINING,
+        CONTOUR_CYCLES,
+        SINGLE,
         KLARTEXT_PATTERNS,
         DRILLING,
         SINUMERIK_DRILLING,

@@ -15,7 +15,7 @@ from tests.hostile.judge import ask, inside
 from vcmm.program import repeating
 from vcmm.program.faults import ProgramFault
 from vcmm.program.interpret import interpret
-from vcmm.program.repeating import FIRST, RepeatedStates, frozen
+from vcmm.program.repeating import FIRST, RepeatedStates, content_of
 from vcmm.program.setup import Setup
 
 ISO = "%\nO1\nG21 G90 G94 G54\nT1 M6\nG43 H1\nS1000 M3\nG0 X0 Y0 Z5\n{}\nM30\n%\n"
@@ -81,13 +81,13 @@ class Sample:
 
 
 def test_what_blocks_may_ask_counts_and_what_they_cannot_does_not():
-    assert frozen(Sample(moves=[1])) == frozen(Sample(moves=[1, 2]))
-    assert frozen(Sample()) != frozen(Sample(a=math.nextafter(1.0, 2.0)))
-    assert frozen(Sample(inner=[np.zeros(2)])) != frozen(Sample(inner=[np.ones(2)]))
-    assert frozen(0.0) != frozen(-0.0)  # 1/#1 would tell them apart
-    assert frozen(1) != frozen(1.0)
+    assert content_of(Sample(moves=[1])) == content_of(Sample(moves=[1, 2]))
+    assert content_of(Sample()) != content_of(Sample(a=math.nextafter(1.0, 2.0)))
+    assert content_of(Sample(inner=[np.zeros(2)])) != content_of(Sample(inner=[np.ones(2)]))
+    assert content_of(0.0) != content_of(-0.0)  # 1/#1 would tell them apart
+    assert content_of(1) != content_of(1.0)
     one = [1]
-    assert frozen([one, one]) != frozen([[1], [1]])  # what is changed in one is changed in the other
+    assert content_of([one, one]) != content_of([[1], [1]])  # what is changed in one is changed in the other
 
 
 def test_states_are_compared_with_the_one_kept_at_a_power_of_two():

@@ -18,7 +18,7 @@ FAR = 1e3  # mm, of a lead that is longer than any tool is wide
 CLOSED = 1e-6  # mm from the end of a contour to its begin
 
 
-READING_NOTES = frozenset(("assumed", "unused", "misfits", "remarks", "remarked", "called"))
+READING_NOTES = frozenset(("assumed", "unused", "misfits", "remarks", "remark_keys", "called"))
 
 
 @dataclass(eq=False)

@@ -62,7 +62,7 @@ class Recorder(ModalState):
     corners: list[RoundedCorner] = field(default_factory=list)
     finishes: list[Finish] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
-    remarked: set[str] = field(default_factory=set)
+    remark_keys: set[str] = field(default_factory=set)
     assumed: dict[str, Assumption] = field(default_factory=dict)  # by what it is
     unused: dict[tuple[int, str], UnusedWord] = field(default_factory=dict)
     selected: dict[str, Source] = field(default_factory=dict)  # work offsets, and where they are first named
@@ -92,9 +92,9 @@ class Recorder(ModalState):
     def remark(self, text: str, column: int | None = None, kind: str = "", every: bool = False) -> None:
         """Add a remark at the block being executed; one of each kind (where none is named: of each text), or `every` one."""
         if not every:
-            if (kind or text) in self.remarked:
+            if (kind or text) in self.remark_keys:
                 return
-            self.remarked.add(kind or text)
+            self.remark_keys.add(kind or text)
         self.remarks.append(Remark(self.line, self.source.first if column is None else column, text))
 
     def assume(

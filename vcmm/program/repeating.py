@@ -21,8 +21,8 @@ LATEST = 3  # moves that later ones may look back at
 FIRST = 1024  # passes backwards before states are looked at: hardly a program has as many
 OUTSIDE_STATE = frozenset({  # what is read or written only, never asked by a block: text, results, counts of blocks
     "setup", "language", "text", "main", "others", "lines", "labels", "sections", "folders", "work", "short", "current", "missing",
-    "moves", "sides", "finishes", "remarks", "remarked", "assumed", "unused", "misfits", "selected", "called", "markers", "tracer", "flow", "source", "column",
-    "executed", "moved", "moves_seen", "idle", "repeated", "block_count", "states",
+    "moves", "sides", "finishes", "remarks", "remark_keys", "assumed", "unused", "misfits", "selected", "called", "markers", "tracer", "flow", "source", "column",
+    "blocks_run", "moved", "moves_seen", "idle", "repeated", "block_count", "states",
 })  # fmt: skip
 ENDLESS = (
     "this loop is endless: position, variables and modes are exactly those of an earlier pass, and clocks and signals of the "
@@ -59,10 +59,10 @@ class RepeatedStates:
         if self.passes < FIRST:
             return False
         if self.passes & (self.passes - 1) == 0:
-            self.place, self.values, self.whole = place, values(), frozen(whole())
+            self.place, self.values, self.whole = place, values(), content_of(whole())
             self.asked = ""
             return False
-        return place == self.place and values() == self.values and frozen(whole()) == self.whole
+        return place == self.place and values() == self.values and content_of(whole()) == self.whole
 
     def left(self, recorder: Telling, column: int, sure: bool = True) -> bool:
         """Return where a state repeats: whether the loop waits for what only the machine knows. A survey goes on behind it, and says so.
@@ -94,30 +94,30 @@ def own_states(recorder: WaitingRecorder) -> Iterator[None]:
         recorder.states = outer
 
 
-def frozen(thing: Any) -> Hashable:
+def content_of(thing: Any) -> Hashable:
     """Return The contents of objects, except values that no block uses, as nested tuples that can be compared; what cannot be looked into
     counts as itself."""
-    return _frozen(thing, {})
+    return _content_of(thing, {})
 
 
-def _frozen(thing: Any, met: dict[int, int]) -> Hashable:
+def _content_of(thing: Any, met: dict[int, int]) -> Hashable:
     if isinstance(thing, PLAIN):
         return (type(thing).__name__, repr(thing))
     if id(thing) in met:
         return ("met", met[id(thing)])
     met[id(thing)] = len(met)
     if isinstance(thing, dict):
-        return ("dict", tuple((_frozen(k, met), _frozen(v, met)) for k, v in thing.items()))
+        return ("dict", tuple((_content_of(k, met), _content_of(v, met)) for k, v in thing.items()))
     if isinstance(thing, list | tuple):
-        return (type(thing).__name__, tuple(_frozen(v, met) for v in thing))
+        return (type(thing).__name__, tuple(_content_of(v, met) for v in thing))
     if isinstance(thing, set | frozenset):
-        return ("set", tuple(sorted(repr(_frozen(v, {})) for v in thing)))
+        return ("set", tuple(sorted(repr(_content_of(v, {})) for v in thing)))
     if isinstance(thing, np.ndarray):
         return ("array", thing.shape, thing.tobytes())
     fields = sorted(_fields(thing))
     if not fields:
         return (type(thing).__name__, id(thing))  # functions and the like
-    return (type(thing).__name__, tuple((name, _frozen(getattr(thing, name), met)) for name in fields))
+    return (type(thing).__name__, tuple((name, _content_of(getattr(thing, name), met)) for name in fields))
 
 
 def _fields(thing: Any) -> Iterable[str]:

@@ -23,9 +23,9 @@ def test_assignments_flow_and_signs():
     block = parse_block("IF[#1 GT 2] GOTO 30", 1, FANUC)
     assert (block.flow.kind, block.flow.values[1]) == ("if-goto", 30.0)
     assert parse_block("o<side> call [1] [2]", 1, LINUXCNC).flow[:2] == ("call", "side")
-    assert parse_block("/2 G0", 1, FANUC).deleted
+    assert parse_block("/2 G0", 1, FANUC).has_slash
     assert parse_block(" % ", 1, FANUC).percent
-    assert parse_block("X1 0", 1, FANUC).spaced == 1
+    assert parse_block("X1 0", 1, FANUC).blank_column == 1
 
 
 def test_comments_leave_blanks_so_that_columns_stay():

@@ -138,7 +138,7 @@ class FagorLines:
             if letter == "G" and (code in CORNERS or code in special or code in ("36", "39")):
                 continue
             out += self.word(letter, number)
-        out += self.renewed(words, codes)
+        out += self.length_words(words, codes)
         if special:
             return self.alone(line, special.pop(), out, values)
         if codes & HOLES:
@@ -163,7 +163,7 @@ class FagorLines:
         self.length = self.length and not (letter == "G" and code == "44")
         return [(letter, number)]
 
-    def renewed(self, words: Words, codes: set[str]) -> Words:
+    def length_words(self, words: Words, codes: set[str]) -> Words:
         """The length of the offset that comes into force with this block, where G43 is in force; the block may say G43 itself."""
         letters = {letter for letter, n in words if letter != "M" or (n.lstrip("0") == "6")}
         comes = letters & ({"T", "D", "M"} if self.at_t else {"D", "M"})

@@ -11,22 +11,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from vcmm.program.contouring import beside, flat, is_closed, pieces, reverse
+from vcmm.program.cycle_tables import Cycle, cycle
 from vcmm.program.drilling import depths_of
 from vcmm.program.heidenhain.areas import Contours, drill_pilots, entry_height, finish_floor, rough_out
 from vcmm.program.heidenhain.machining import MachiningCycle
 from vcmm.program.moves import Move
 from vcmm.program.radius import HEIDENHAIN
 
-NEEDED = {
-    "21": ("Q10", "Q11", "Q13"), "22": ("Q10", "Q11", "Q12"), "23": ("Q11", "Q12"), "24": ("Q10", "Q11", "Q12"),
-    "25": ("Q1", "Q5", "Q7", "Q10", "Q11", "Q12"),
-}  # fmt: skip
-CONTOUR_DATA = ("Q1", "Q3", "Q5", "Q7")  # of cycle 20 for 21 to 24
-AREAS: Mapping[str, Callable[[MachiningCycle, Contours], None]] = {
-    "21": drill_pilots,
-    "22": rough_out,
-    "23": finish_floor,
-}
+CONTOUR_DATA = cycle("Q1 mm!, Q3 mm!, Q5 mm!, Q7 mm!", None)  # of cycle 20 for 21 to 24
+
+
+SidedContours = list[tuple[list[Move], str | None]]  # moves of each, and the side of its compensation
+ContourPrimitive = Callable[[MachiningCycle, SidedContours], None]
 
 
 @dataclass(eq=False)
@@ -44,12 +40,7 @@ class ContourCycles:
             r.fault(f"cycle {c.number} has no contour; add CYCL DEF 14.1 with its label before it")
         if c.number == "25" and len(self.labels) > 1:
             r.fault(f"cycle 25 mills one contour, and cycle 14 names {len(self.labels)}; name one")
-        found = [self._contour(c, name) for name in self.labels]
-        if c.number in AREAS:
-            AREAS[c.number](c, [(path, side or "left") for path, side in found])
-            return
-        for path, side in found:
-            self._along(c, path, side)
+        CONTOUR_CYCLES[c.number].primitive(c, [self._contour(c, name) for name in self.labels])
 
     def _contour(self, c: MachiningCycle, name: str) -> tuple[list[Move], str | None]:
         """Return the moves of a label, and its side."""
@@ -63,32 +54,53 @@ class ContourCycles:
             c.recorder.fault(f"LBL {name} has no RL or RR: on which side cycle {c.number} mills is not known")
         return path, side
 
-    def _along(self, c: MachiningCycle, path: list[Move], side: str | None) -> None:
-        """Mill along one contour, cycles 24 and 25."""
-        closed = is_closed(path)
-        left = c.mm("Q14") if c.number == "24" else c.mm("Q3")
-        made = beside(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)
-        sense = round(c.plain("Q9" if c.number == "24" else "Q15", 1.0))
-        if side is not None and sense == (-1 if side == "left" else 1):
-            made = reverse(made)
-        way = "rapid to Q6 above the surface, then" if "Q6" in c.values else "from Q7"
-        c.recorder.assume(
-            f"where cycle {c.number} goes in and out", f"straight down at its first point, {way} at Q11; up at its last",
-            f"where cycle {c.number} goes in is the control's own affair and not known; write its contour with APPR and DEP",
-        )  # fmt: skip
-        surface, floor, high = c.mm("Q5"), c.mm("Q5") + c.mm("Q1"), c.mm("Q7")
-        if floor >= surface:
-            c.recorder.fault(f"cycle {c.number} needs a negative depth Q1: it counts from the surface Q5")
-        c.to(None, None, high, True)
-        for level in depths_of(surface, floor, abs(c.mm("Q10"))):
-            begin = flat(made[0], False)
-            if c.here() != begin:
-                c.to(None, None, high, True)
-                c.to(*begin, None, True)
-                c.to(None, None, entry_height(c), True)
-            with c.feed_at(c.feed("Q11")) as rapid:
-                c.to(None, None, level, rapid)
-            with c.feed_at(c.feed("Q12")):
-                c.cutter.follow(pieces(made), level)
-            made = reverse(made) if sense == 0 else made
-        c.to(None, None, high, True)
+
+def along(c: MachiningCycle, contours: SidedContours) -> None:
+    """24 and 25: each contour in its infeeds."""
+    for path, side in contours:
+        _follow(c, path, side)
+
+
+def over(clear: Callable[[MachiningCycle, Contours], None]) -> ContourPrimitive:
+    """21 to 23: what lies between the contours, which all have a side."""
+    return lambda c, contours: clear(c, [(path, side or "left") for path, side in contours])
+
+
+def _follow(c: MachiningCycle, path: list[Move], side: str | None) -> None:
+    """One contour in its infeeds."""
+    closed = is_closed(path)
+    left = c.mm("Q14") if c.number == "24" else c.mm("Q3")
+    made = beside(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)
+    sense = round(c.plain("Q9" if c.number == "24" else "Q15", 1.0))
+    if side is not None and sense == (-1 if side == "left" else 1):
+        made = reverse(made)
+    way = "rapid to Q6 above the surface, then" if "Q6" in c.values else "from Q7"
+    c.recorder.assume(
+        f"where cycle {c.number} goes in and out", f"straight down at its first point, {way} at Q11; up at its last",
+        f"where cycle {c.number} goes in is the control's own affair and not known; write its contour with APPR and DEP",
+    )  # fmt: skip
+    surface, floor, high = c.mm("Q5"), c.mm("Q5") + c.mm("Q1"), c.mm("Q7")
+    if floor >= surface:
+        c.recorder.fault(f"cycle {c.number} needs a negative depth Q1: it counts from the surface Q5")
+    c.to(None, None, high, True)
+    for level in depths_of(surface, floor, abs(c.mm("Q10"))):
+        begin = flat(made[0], False)
+        if c.here() != begin:
+            c.to(None, None, high, True)
+            c.to(*begin, None, True)
+            c.to(None, None, entry_height(c), True)
+        with c.feed_at(c.feed("Q11")) as rapid:
+            c.to(None, None, level, rapid)
+        with c.feed_at(c.feed("Q12")):
+            c.cutter.follow(pieces(made), level)
+        made = reverse(made) if sense == 0 else made
+    c.to(None, None, high, True)
+
+
+CONTOUR_CYCLES: Mapping[str, Cycle[ContourPrimitive]] = {
+    "21": cycle("Q10 mm!, Q11 feed!, Q13 count!", over(drill_pilots)),
+    "22": cycle("Q10 mm!, Q11 feed!, Q12 feed!", over(rough_out)),
+    "23": cycle("Q11 feed!, Q12 feed!", over(finish_floor)),
+    "24": cycle("Q10 mm!, Q11 feed!, Q12 feed!", along),
+    "25": cycle("Q1 mm!, Q5 mm!, Q7 mm!, Q10 mm!, Q11 feed!, Q12 feed!", along),
+}

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from vcmm.program.heidenhain.contours import CONTOUR_DATA, NEEDED, ContourCycles
+from vcmm.program.heidenhain.contours import CONTOUR_CYCLES, CONTOUR_DATA, ContourCycles
 from vcmm.program.heidenhain.holes import HOLES, OLD_HOLES
 from vcmm.program.heidenhain.machining import MachiningCycle, of_row, read_row
 from vcmm.program.heidenhain.milling import OLD_POCKETS, POCKETS
@@ -65,7 +65,7 @@ class KlartextCycles:
         if not dot and int(number) >= 200:
             self.with_parameters(number, reader, parameters, token.column)
             return
-        if number in ("20", *NEEDED) and not dot:
+        if number in ("20", *CONTOUR_CYCLES) and not dot:
             self.of_contours(number, reader, parameters, token.column)
             return
         self.classic(number, int(part or 0), reader, token.column)
@@ -102,9 +102,9 @@ class KlartextCycles:
             self.contours.data = values
             return
         if number != "25":
-            self.check("20", CONTOUR_DATA, self.contours.data, column)
+            self.check("20", CONTOUR_DATA.required_names, self.contours.data, column)
             values = {**self.contours.data, **values}
-        self.check(number, NEEDED[number], values, column)
+        self.check(number, CONTOUR_CYCLES[number].required_names, values, column)
         self.active = MachiningCycle(self.recorder, number, values, self.contours.mill, self.auto_feed)
         if self.recorder.tracer is not None:
             self.words = words_of(reader, self.recorder.tracer)

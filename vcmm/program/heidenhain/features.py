@@ -77,7 +77,7 @@ def _reset(frames: KlartextFrames, kind: str) -> None:
     elif kind == "ROTATION":
         frames.turn_by(0.0)
     elif kind == "MIRROR":
-        frames.mirrored = frozenset()
+        frames.mirror_axes = frozenset()
         frames.put(MIRROR, AffineMap())
     else:
         frames.scales = [1.0] * 3

@@ -44,7 +44,7 @@ class KlartextParameters:
     recorder: Recorder
     values: dict[str, float] = field(default_factory=dict)
     texts: KlartextTexts = field(default_factory=KlartextTexts)
-    guessed: bool = False  # a value has been taken that only the machine knows
+    is_guessing: bool = False  # a value has been taken that only the machine knows
 
     def unset(self, name: str) -> float:
         """Return a parameter that nothing has set: those that the control keeps, else zero."""
@@ -60,7 +60,7 @@ class KlartextParameters:
             r.remark(f"{name} is used before it is set; 0 is taken")
         else:
             r.assume(f"the value of {name}", ZERO)
-            self.guessed = True
+            self.is_guessing = True
         return 0.0
 
     # -- assignment --
@@ -86,7 +86,7 @@ class KlartextParameters:
         try:
             return reader.formula()
         except BlockFault as fault:
-            if not self.guessed or self.recorder.setup.strict or fault.column < column:
+            if not self.is_guessing or self.recorder.setup.strict or fault.column < column:
                 raise
             self.recorder.assume(f"{name}, which hangs on what only the machine knows", ZERO)
             reader.rest()
@@ -216,7 +216,7 @@ class KlartextParameters:
                 f"{what} is known to the machine only; set {name} in the program instead",
                 column=column,
             )
-            self.guessed = True
+            self.is_guessing = True
             self.recorder.states.asked = what
         self.values[name] = value or 0.0
 

@@ -74,7 +74,7 @@ class _Runner:
     returns: list[int] = field(default_factory=list)
     left: dict[int, int] = field(default_factory=dict)  # repetitions left, by block
     at: int = 0
-    executed: int = 0
+    blocks_run: int = 0
     pole: dict[str, WordAt] = field(default_factory=dict)  # words of the CC in force, where traces are kept
     spots: list[Spot] = field(default_factory=list)  # of PATTERN DEF
     probing: KlartextProbing = field(init=False)
@@ -93,8 +93,8 @@ class _Runner:
             if self.free.waiting and not self.free.goes_on(line) and self.free.flush():
                 return True
             self.recorder.source = Source(line.number, line.first, line.last)
-            self.executed += 1
-            if self.executed > LONGEST + len(self.lines):
+            self.blocks_run += 1
+            if self.blocks_run > LONGEST + len(self.lines):
                 self.recorder.fault(
                     f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its jumps"
                 )

@@ -34,7 +34,7 @@ class KlartextTechnology:
     auto_feed: float | None = None
     extra_radius: float = 0.0
     said: list[ApproachBlock] = field(default_factory=list)
-    defined: dict[int, Tool] = field(default_factory=dict)  # by TOOL DEF
+    definitions: dict[int, Tool] = field(default_factory=dict)  # by TOOL DEF
     known: set[int] = field(default_factory=set)  # axes that have been sent somewhere
     shortest: bool = False  # M126
     per_turn: bool = False  # M136

@@ -48,7 +48,7 @@ def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
                 f"tool {value:g}, an index of tool {number}", f"the numbers of tool {number}",
                 f"TOOL CALL {value:g} takes length and radius of an index of tool {number}, which a set-up does not know; call a tool with a number of its own",
             )  # fmt: skip
-        tool = p.defined.get(number) or tools.get(number)
+        tool = p.definitions.get(number) or tools.get(number)
         if tool is None and number:
             unknown_tool(p.r, number, f"TOOL CALL {number}")
         return tool or Tool(number), f"TOOL CALL {number}"
@@ -81,7 +81,7 @@ def define_tool(p: KlartextPaths, reader: KlartextReader) -> None:
             p.r.remark(
                 f"TOOL DEF {number}: the {what} {value * p.r.unit:g} mm of the program counts, not the {entry:g} mm of the set-up"
             )
-    p.defined[number] = replace(
+    p.definitions[number] = replace(
         base, length=base.length if length is None else length * p.r.unit,
         diameter=base.diameter if radius is None else 2 * radius * p.r.unit,
     )  # fmt: skip

@@ -33,7 +33,7 @@ class KlartextFrames:
 
     recorder: Recorder
     shifts: dict[str, list[float]] = field(default_factory=lambda: {SHIFT: [0.0] * 3, INNER: [0.0] * 3})
-    mirrored: frozenset[int] = frozenset()
+    mirror_axes: frozenset[int] = frozenset()
     turn: float = 0.0  # deg
     scales: list[float] = field(default_factory=lambda: [1.0] * 3)
     maps: dict[str, AffineMap] = field(default_factory=dict)
@@ -109,8 +109,8 @@ class KlartextFrames:
         if any(a not in AXES for a in axes):
             raise reader.fault(f"a mirror image takes X, Y, Z, got {axes}")
         self.together(bool(axes), TURN)
-        self.mirrored = frozenset(AXES.index(a) for a in axes)
-        self.put(MIRROR, stretch(_three([-1.0 if k in self.mirrored else 1.0 for k in range(3)])))
+        self.mirror_axes = frozenset(AXES.index(a) for a in axes)
+        self.put(MIRROR, stretch(_three([-1.0 if k in self.mirror_axes else 1.0 for k in range(3)])))
 
     def together(self, wanted: bool, other: str) -> None:
         """Mirror and rotation: the one programmed later lies inside the other."""
@@ -173,7 +173,7 @@ class KlartextFrames:
             )  # fmt: skip
         for name in (SHIFT, MIRROR, TURN, SCALE):
             self.maps.pop(name, None)
-        self.shifts[SHIFT], self.mirrored, self.turn, self.scales = [0.0] * 3, frozenset(), 0.0, [1.0] * 3
+        self.shifts[SHIFT], self.mirror_axes, self.turn, self.scales = [0.0] * 3, frozenset(), 0.0, [1.0] * 3
         self.put(SHIFT, AffineMap())
         if 1 <= number <= 6:
             self.recorder.set_offset(f"G{53 + number}")

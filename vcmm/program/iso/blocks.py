@@ -82,11 +82,11 @@ class IsoBlock:
     flow: IsoFlow | None = None
     n: int | None = None
     percent: bool = False
-    deleted: bool = False
+    has_slash: bool = False
     optional: tuple[int, int] | None = (
         None  # how many words and assignments stand before a / within the block
     )
-    spaced: int = 0  # column of a number with blanks inside
+    blank_column: int = 0  # column of a number with blanks inside
     called: tuple[str, int] | None = None  # M98 <NAME> L2: the subprogram by its name, and how often
     beside: str = (
         ""  # what it is, where no axis has to do with it: output to a printer, a command of the console
@@ -113,7 +113,7 @@ def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
         return block
     reader = LineReader(clean, dialect.words)
     if reader.accept("/"):
-        block.deleted = True
+        block.has_slash = True
         if clean[reader.at : reader.at + 1].isdigit():  # /2: one of nine switches
             reader.at += 1
     while reader.skip():
@@ -282,7 +282,7 @@ def _word(reader: LineReader, block: IsoBlock, comma: str = "", open_value: bool
         block.n = int(value)
         return
     if not callable(value) and re.search(r"\d[ \t]+[\d.]|\.[ \t]+\d", text):
-        block.spaced = first + 1
+        block.blank_column = first + 1
     block.words.append(Word(letter, value, first + 1, last, text))
 
 

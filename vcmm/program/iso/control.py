@@ -87,8 +87,8 @@ class IsoControl(Recorder):
     counted_on: frozenset[str] = frozenset()  # of R and Z (the depth) of the cycle: those given under G91
     met: bool = False  # whether the last probing move met anything
     ended: bool = False
-    saved: tuple[object, ...] | None = None  # M70
-    autosaved: list[tuple[object, ...] | None] = field(
+    state_of_m70: tuple[object, ...] | None = None  # M70
+    states_of_m73: list[tuple[object, ...] | None] = field(
         default_factory=list
     )  # M73, for each subprogram under way
     parameters: Parameters = field(init=False)  # set by parameters.attach

@@ -16,7 +16,7 @@ from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import AXES, IsoControl, PolarWords
 from vcmm.program.iso.cycles import DRILLING, drill, lathe_cycle, rigid_tap
-from vcmm.program.iso.grooving import SINGLE, single_cut
+from vcmm.program.iso.grooving import SINGLE, THREADED, single_cut
 from vcmm.program.iso.groups import PROBING
 from vcmm.program.iso.lengths import length, pass_over_axes, waiting
 from vcmm.program.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
@@ -115,10 +115,10 @@ def execute(c: IsoControl, w: IsoWords) -> None:
     c.source = (
         Source(c.line, words[0].first, words[-1].last) if words else Source(c.line, 1, len(w.block.text) + 1)
     )
-    if w.block.spaced:
+    if w.block.blank_column:
         c.remark(
             "blanks inside a number are passed over, as controls do; check that it is one number",
-            w.block.spaced,
+            w.block.blank_column,
             kind="blanks",
         )
     feed_and_speed(c, w)
@@ -340,7 +340,7 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
         w.used |= set(w.values)
     elif mode in SINGLE:
         c.marker = mode
-        single_cut(c, w, mode, _lead(c, w, column) if SINGLE[mode] == "thread" else 0.0)
+        single_cut(c, w, mode, _lead(c, w, column) if mode in THREADED else 0.0)
         c.marker = ""
     elif mode in ("G32", "G33", "G34"):
         thread(c, w, _lead(c, w, column))

@@ -161,7 +161,7 @@ class IsoRunner:
             self.table.named_locals.append({})
             call.own = True
         self.calls.append(call)
-        self.c.autosaved.append(None)
+        self.c.states_of_m73.append(None)
 
     def pop(self) -> None:
         """End a subprogram: again from its start, or back."""
@@ -171,7 +171,7 @@ class IsoRunner:
             self.at = call.start
             return
         self.calls.pop()
-        if self.c.autosaved and (saved := self.c.autosaved.pop()) is not None:
+        if self.c.states_of_m73 and (saved := self.c.states_of_m73.pop()) is not None:
             restore(self.c, saved)
         if call.own:
             self.table.locals.pop()

@@ -20,7 +20,6 @@ from vcmm.program.iso.motion import target
 from vcmm.program.iso.settings import keep_setting, setting_kept, tell_pull_out, tell_return
 
 MOST_PECKS = 100_000
-SINGLE = {"G90": "turn", "G92": "thread", "G94": "face", "G77": "turn", "G78": "thread", "G79": "face"}
 Flat = tuple[float, float]  # X (radius), Z
 TurningPrimitive = Callable[[IsoControl, IsoWords, Values], None]
 
@@ -62,27 +61,39 @@ def _ends(c: IsoControl, w: IsoWords) -> tuple[Flat, Flat]:
 
 # -- one cut ----------------------------------------------------------------------------------------------------------
 def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
-    """Run G90, G92, G94: there, along, back. The words stay in force; R is the distance of the start of the cut beside its end."""
+    """Run G90, G92, G94 (G77 to G79): there, along, back. The words stay in force; R is the distance of the start of the cut beside its end."""
     start, _ = _ends(c, w)
     p, _ = target_kept(c, w)
     corner = c.world.apply(p)
-    x, z = corner[0], corner[2]
-    if w.take("R") is not None:
-        c.cycle["R"] = length(c, w, "R", w.values["R"])
-    taper, kind = c.cycle.get("R", 0.0), SINGLE[code]
-    if kind == "face":
-        to_tip(c, (start[0], z + taper), True)
-        to_tip(c, (x, z), False)
-        to_tip(c, (x, start[1]), False)
-    else:
-        to_tip(c, (x + taper, start[1]), True)
-        if kind == "thread":
-            tell_pull_out(c, code, None)
-            thread_tip(c, (x, z), lead)
-        else:
-            to_tip(c, (x, z), False)
-        to_tip(c, (start[0], z), kind == "thread")
+    given = read_words(c, w, SINGLE[code])
+    if given.has("taper"):
+        c.cycle["R"] = given["taper"]
+    if code in THREADED:
+        tell_pull_out(c, code, None)
+    v = Values({"taper": c.cycle.get("R", 0.0), "lead": lead})
+    SINGLE[code].primitive(c, start, (corner[0], corner[2]), v)
     to_tip(c, start, True)
+
+
+def turn(c: IsoControl, start: Flat, corner: Flat, v: Values) -> None:
+    """Down to X, along at feed, out at feed."""
+    to_tip(c, (corner[0] + v["taper"], start[1]), True)
+    to_tip(c, corner, False)
+    to_tip(c, (start[0], corner[1]), False)
+
+
+def screw(c: IsoControl, start: Flat, corner: Flat, v: Values) -> None:
+    """Down to X, along as a thread, out at rapid."""
+    to_tip(c, (corner[0] + v["taper"], start[1]), True)
+    thread_tip(c, corner, v["lead"])
+    to_tip(c, (start[0], corner[1]), True)
+
+
+def face(c: IsoControl, start: Flat, corner: Flat, v: Values) -> None:
+    """To Z, across at feed, back at feed."""
+    to_tip(c, (start[0], corner[1] + v["taper"]), True)
+    to_tip(c, corner, False)
+    to_tip(c, (corner[0], start[1]), False)
 
 
 def target_kept(c: IsoControl, w: IsoWords) -> tuple[tuple[float, float, float], None]:
@@ -209,6 +220,12 @@ def groove(c: IsoControl, w: IsoWords, code: str) -> None:
     form.primitive(c, w, read_words(c, w, form))
 
 
+_TAPER = "R=taper mm?"
+SINGLE: Mapping[str, Cycle[Callable[[IsoControl, Flat, Flat, Values], None]]] = {  # X Z U W stay in force; F is the lead of a thread
+    "G90": cycle(_TAPER, turn), "G92": cycle(_TAPER, screw), "G94": cycle(_TAPER, face),
+    "G77": cycle(_TAPER, turn), "G78": cycle(_TAPER, screw), "G79": cycle(_TAPER, face),
+}  # fmt: skip
+THREADED = ("G92", "G78")
 _Z, _X = partial(peck, along=1), partial(peck, along=0)
 _ASIDE = "R=aside mm, D plain"  # D: nothing here
 GROOVING: Mapping[str, TurningCycle] = {

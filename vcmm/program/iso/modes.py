@@ -187,15 +187,15 @@ def _saved_state(c: IsoControl, code: int) -> None:
     """Execute M70 to M73 of LinuxCNC: save, forget, restore the modal state; M73: save, and restore when the subprogram ends. The motion code is not
     restored (LinuxCNC, G code reference, "M70 save modal state")."""
     if code in (70, 73):
-        c.saved = snapshot(c)
-        if code == 73 and c.autosaved:
-            c.autosaved[-1] = c.saved
+        c.state_of_m70 = snapshot(c)
+        if code == 73 and c.states_of_m73:
+            c.states_of_m73[-1] = c.state_of_m70
     elif code == 71:
-        c.saved = None
-        if c.autosaved:
-            c.autosaved[-1] = None
-    elif c.saved is not None:
-        restore(c, c.saved)
+        c.state_of_m70 = None
+        if c.states_of_m73:
+            c.states_of_m73[-1] = None
+    elif c.state_of_m70 is not None:
+        restore(c, c.state_of_m70)
 
 
 def snapshot(c: IsoControl) -> tuple[object, ...]:

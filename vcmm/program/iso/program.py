@@ -162,7 +162,7 @@ def _alone(r: IsoRunner) -> None:
         if label in called:
             continue
         r.calls.clear()
-        r.c.ended, r.c.source, r.c.autosaved = False, Source(start + 1, 1, 1), []
+        r.c.ended, r.c.source, r.c.states_of_m73 = False, Source(start + 1, 1, 1), []
         r.c.assume(f"the call of o<{label}>, a subprogram on its own", "one without arguments: they are 0")
         r.push(ActiveCall(r.main, len(r.main.lines), "o", f"o<{label}>", start + 1), {}, 1)
         r.enter(r.main, start + 1)
@@ -224,7 +224,7 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
     if block.percent:
         c.ended = not r.calls or r.text is r.main
         return
-    if block.deleted and c.setup.block_delete:
+    if block.has_slash and c.setup.block_delete:
         return
     if block.beside:
         c.remark(f"{block.beside}: no axis moves; it is passed over", 1, block.beside)
@@ -238,7 +238,7 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
     if block.optional is not None and c.setup.block_delete:
         words, assigns = block.optional
         block = replace(block, words=block.words[:words], assigns=block.assigns[:assigns], flow=None)
-    elif block.deleted or block.optional is not None:
+    elif block.has_slash or block.optional is not None:
         c.remark(
             'blocks with "/" are executed; write block_delete = true in the set-up file to leave them out',
             kind="delete",
@@ -337,7 +337,7 @@ def _plain_lines(r: IsoRunner) -> None:
         return
     lines, match, emit, sides = r.text.lines, _PLAIN.match, c.moves.append, c.sides.append
     rapid_tail, line_tail = _tails(c)
-    strict = c.language.words == "macro" and "decimal point" not in c.remarked
+    strict = c.language.words == "macro" and "decimal point" not in c.remark_keys
     unit, absolute, compensation, rapid = c.unit, c.absolute, c.compensation, c.motion == "G0"
     (x, y, z), (sx, sy, sz), start, at, end = (
         c.p,

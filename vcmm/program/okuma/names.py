@@ -45,7 +45,7 @@ def is_system(name: str) -> bool:
 class OkumaNames:
     """Numbers for the names of a text. assigned: variables that it sets; read: names that nothing sets, in order."""
 
-    assigned: frozenset[str]
+    assignments: frozenset[str]
     variables: dict[str, int] = field(default_factory=dict)
     labels: dict[str, int] = field(default_factory=dict)
     programs: dict[str, int] = field(default_factory=dict)
@@ -79,7 +79,7 @@ class OkumaNames:
         name = match[2].upper()
         if name in FUNCTIONS:
             return match[0]
-        if is_system(name) or name not in self.assigned:
+        if is_system(name) or name not in self.assignments:
             label = f"{name}[{match[3]}]" if match[3] else name
             if label not in self.read:
                 self.read.append(label)

@@ -272,7 +272,7 @@ def _face(on: bool) -> Callable[[SinumerikControl], None]:
             face_ends(i.r, i.modes.face)
             i.modes.face = None
         if on:
-            i.modes.face = i.modes.faced = face_begins(i.r)
+            i.modes.face = i.modes.last_face = face_begins(i.r)
         else:
             _lead_tip(False)(i)
 

@@ -47,10 +47,10 @@ class SinumerikRunner:
     work: Work
     short: Callable[[SinumerikBlock], bool] | None = None  # executes a plain block
     memory: SinumerikMemory = field(init=False)
-    executed: int = 0
+    blocks_run: int = 0
     moved: tuple[int, int] = (0, 0)  # moves made, and blocks executed when the last was seen
     missing: set[str] = field(default_factory=set)  # subprograms that are nowhere
-    nested: int = 0  # repeated parts inside one another
+    nesting: int = 0  # repeated parts inside one another
     ended: bool = False
     current: Section | None = None  # the one whose blocks are being executed
 
@@ -112,7 +112,7 @@ class SinumerikRunner:
         at, self.current = first, section
         while first <= at <= last:
             block = section.blocks[at]
-            section.reached = max(section.reached, at)
+            section.furthest = max(section.furthest, at)
             self.recorder.source = Source(block.line, block.first, block.last)
             self._count()
             before = at
@@ -159,20 +159,20 @@ class SinumerikRunner:
         return True
 
     def _count(self) -> None:
-        self.executed += 1
+        self.blocks_run += 1
         if len(self.recorder.moves) != self.moved[0]:
-            self.moved = len(self.recorder.moves), self.executed
-        if self.executed > UNSURE + self.block_count and not self.memory.sure:
+            self.moved = len(self.recorder.moves), self.blocks_run
+        if self.blocks_run > UNSURE + self.block_count and not self.memory.sure:
             self.recorder.assume(
                 "the end of a loop, which hangs on values that only the caller or the machine knows",
                 "the program is read no further",
             )
             self.ended = True
-        if self.executed > LONGEST + self.block_count:
+        if self.blocks_run > LONGEST + self.block_count:
             self.recorder.fault(
                 f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its loops and jumps"
             )
-        if self.executed > IDLE + self.moved[1] + self.block_count:
+        if self.blocks_run > IDLE + self.moved[1] + self.block_count:
             self.recorder.fault(
                 f"{IDLE} blocks have been executed again without a motion; the program seems to be endless, check its loops and jumps"
             )
@@ -311,16 +311,16 @@ class SinumerikRunner:
         )
         closing = next((k for k in range(first, last) if section.blocks[k].label == "ENDLABEL"), None)
         last = closing if closing is not None and len(names) == 1 else last
-        if first <= at <= last or self.nested >= DEEPEST:
+        if first <= at <= last or self.nesting >= DEEPEST:
             raise BlockFault(
                 flow.column,
                 "the repeated part holds its own REPEAT; end it before, with ENDLABEL: or a second label",
             )
-        self.nested += 1
+        self.nesting += 1
         for _ in range(self.bound_repetitions(number(times, self), flow.column)):
             if self.part(section, first, last):
                 break
-        self.nested -= 1
+        self.nesting -= 1
 
     # -- subprograms --
     def folders(self) -> list[Path]:

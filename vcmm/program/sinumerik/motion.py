@@ -137,7 +137,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             words.items["SPOS1"] = item._replace(name="SPOS1", indices=())
             return
         if item.name in ("AX", "POS", "POSA", "POSP", "PO") and isinstance(axis, str) and axis:
-            words.positioned |= item.name.startswith("POS")
+            words.by_itself |= item.name.startswith("POS")
             self.add(words, item._replace(name=axis.upper(), indices=()))
         elif item.name in ("AX", "POS", "POSA", "POSP"):
             self.r.assume(

@@ -72,7 +72,7 @@ class SinumerikPaths(SinumerikControl):
             self.measure(words, turned)
         elif "G63" in words.g:
             self.r.straight(self.target(words), False, turned)
-        elif motion in ("G33", "G331") and not words.positioned:
+        elif motion in ("G33", "G331") and not words.by_itself:
             self.thread(words, motion, turned)
         elif motion in ("G2", "G3"):
             self.arc(words, clockwise=motion == "G2")
@@ -84,7 +84,7 @@ class SinumerikPaths(SinumerikControl):
             self.tangential(words)
             self.turn_along(turned)
         else:
-            self.r.straight(self.target(words), motion == "G0" or words.positioned, turned)
+            self.r.straight(self.target(words), motion == "G0" or words.by_itself, turned)
 
     def measure(self, words: SinumerikWords, turned: Point | None) -> None:
         """Measure by MEAS=1 (the rest of the way is deleted) and MEAW=1 (it goes on to the end): straight until the probe answers;
@@ -165,7 +165,7 @@ class SinumerikPaths(SinumerikControl):
             value = words.take(name)
             if value is not None:
                 tip[k] = value * self.r.unit / (2.0 if k == 0 and self.r.diametral() else 1.0)
-        self.r.to_machine(point_of(tip), self.r.motion in (None, "G0") or words.positioned, turned)
+        self.r.to_machine(point_of(tip), self.r.motion in (None, "G0") or words.by_itself, turned)
 
     def target(self, words: SinumerikWords) -> Point:
         point, axes = list(self.r.p), set()

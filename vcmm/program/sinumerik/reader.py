@@ -40,5 +40,5 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     )
     runner.run_alone(sections[0])
     sections[0].tell_rest(recorder)
-    program, face = recorder.program(file), interpreter.modes.faced
+    program, face = recorder.program(file), interpreter.modes.last_face
     return program if face is None else replace(program, moves=with_angles(program.moves, face))

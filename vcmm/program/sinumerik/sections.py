@@ -30,13 +30,13 @@ class Section:
     saves: bool = False
     file: str = ""
     endless: set[int] = field(default_factory=set)
-    reached: int = -1  # the last block that was executed
+    furthest: int = -1  # the last block that was executed
 
     def tell_rest(self, r: Recorder) -> None:
         """Note the first block behind an end of the program (outside of IF and loops) that no label makes a target, once that end was reached."""
         spans = [*self.partner.items()]
         over = True  # the block before ends the program
-        for k in range(self.reached + 1, len(self.blocks)):
+        for k in range(self.furthest + 1, len(self.blocks)):
             block = self.blocks[k]
             if over and block.label:
                 over = False

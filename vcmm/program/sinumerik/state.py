@@ -40,7 +40,7 @@ class SinumerikModes:
     turns: Point = ORIGIN  # shift of the rotary axes by TRANS, rad
     by_axes: bool = False  # PTP is on
     face: EndFace | None = None  # TRANSMIT is on
-    faced: EndFace | None = None  # the last one
+    last_face: EndFace | None = None  # the last one
     master: int = 1  # the spindle of S and M3 without a number (SETMS)
     turning: dict[int, tuple[int, float]] = field(
         default_factory=dict
@@ -58,7 +58,7 @@ class SinumerikWords:
     m: list[int] = field(default_factory=list)
     items: dict[str, Item] = field(default_factory=dict)
     commands: list[Item] = field(default_factory=list)
-    positioned: bool = False  # POS[X]=: an axis on its own, at rapid
+    by_itself: bool = False  # POS[X]=: an axis on its own, at rapid
 
     def has(self, *names: str) -> bool:
         return not self.items.keys().isdisjoint(names)
