@@ -1,6 +1,7 @@
 """Poses of a touch probe: chosen, better than chance, and what was expected is what a fit then states."""
 
 import json
+import os
 import re
 from pathlib import Path
 
@@ -170,6 +171,10 @@ def test_program_log_and_calibration_close(folder, capsys):
     said = json.loads(capsys.readouterr().out)
     assert said["poses"] == 10
     assert said["read_back"]["farthest_mm"] < 1e-4
+    # the files name the machine as seen from where they lie, so that the whole folder can be moved
+    seen = os.path.relpath(folder / "machine.toml", out)
+    for name in ("touch.toml", "setup.toml"):
+        assert f'machine = "{Path(seen).as_posix()}"' in (out / name).read_text()
     rng = np.random.default_rng(11)
     machine = own.draw(rng)
     lines = control((out / "TOUCH.nc").read_text(), machine, rng)
@@ -195,7 +200,19 @@ def test_design_document_says_poses_and_u(folder, capsys):
     assert set(said["poses"][0]) >= {"A_deg", "C_deg", "touches"}
     names = [one["error"] for one in said["expected"]]
     assert names == ["EAA", "ECC", *own.LOCATIONS]
-    assert all(one["u"] >= one["u_all_poses"] for one in said["expected"])
+    assert all(one["u_before"] >= one["u"] >= one["u_all_poses"] for one in said["expected"])
+    # before any touch a rotary axis may be off by a millimetre and a milliradian: 1000 of each unit, which no pose has told
+    before = {one["error"]: one["u_before"] for one in said["expected"]}
+    assert [before[n] for n in own.LOCATIONS] == pytest.approx([1000.0] * len(own.LOCATIONS), rel=0.01)
+
+
+def test_the_tables_name_what_is_before_and_what_is_after(folder, capsys):
+    assert run(["calibrate", "design", str(folder / "plan.toml")]) == 0
+    said = capsys.readouterr().out
+    head = next(line for line in said.splitlines() if "u before" in line)
+    assert "u expected after the chosen" in head
+    row = next(line for line in said.splitlines() if " X0C " in line)
+    assert "1000 um" in row
 
 
 def test_simulated_touches_follow_the_plan(folder, capsys):

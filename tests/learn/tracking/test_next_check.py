@@ -13,7 +13,7 @@ from tests.learn.tracking.test_track import TASK
 from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.check_list import load_checks
-from vcmm.learn.tracking.follow import again
+from vcmm.learn.tracking.joined_state import state_by_draws
 from vcmm.learn.tracking.next_check import ShopCheck, plan_checks
 from vcmm.learn.tracking.rates import GroupRates
 from vcmm.learn.tracking.task_limits import limits_of
@@ -63,7 +63,10 @@ def test_a_check_is_due_on_the_day_that_pencil_says(followed):
         found.followed.rates[0].walk
         * vcmm.effects.ScaleFactor.__dataclass_fields__["k"].metadata["typical"].amount
     )
-    alone = again(replace(found.followed, rates=(GroupRates(found.followed.rates[0].walk, 0.0, 0.0),)), ())
+    rates, seen = (GroupRates(found.followed.rates[0].walk, 0.0, 0.0),), found.followed.seen
+    alone = replace(
+        found.followed, rates=rates, state=state_by_draws(found.followed.tracked, [rates], seen, ())
+    )
     p = 16 / 3 * 1e-12
     # U / 2 = 1.25 um: rest^2 + 204^2 (p + walk^2 d / 365.25) = 1.25^2
     free = ((1.25e-3**2 - limit.rest**2) / 204.0**2 - p) / walk**2 * 365.25
@@ -151,3 +154,28 @@ def test_a_limit_below_what_else_counts_is_said_to_be_beyond_every_check(followe
         planned = (limits, *plan_checks(found.followed, found.dated.when, [laser], limits, 30))
         caption = next_checks(planned, found).caption
         assert ("U of length is 1.41 µm without any error of the machine" in caption) is beyond
+
+
+def test_why_no_check_keeps_a_limit_stands_in_answer_and_document(followed, tmp_path, capsys):
+    """1.4 um is below the rest (1.41 um); 1.5 um leaves sqrt(1.5^2 - 1.41^2) = 0.5 um for 204 mm of machine: 2.45 um/m (k = 2), less than a laser
+    of two readings of 3 um can tell."""
+    (tmp_path / "list.toml").write_text(LIST)
+    places = [str(tmp_path / "machine.toml"), str(tmp_path / "checks"), "--task", str(tmp_path / "task.toml")]
+    for text, is_beyond, why in (
+        (
+            "1.4 um",
+            True,
+            "U of length is 1.41 µm without any error of the machine, so no check of it keeps 1.4 µm",
+        ),
+        ("1.5 um", False, "the best check by itself (laser) leaves U of length at"),
+    ):
+        words = ["track", *places, "--limit", f"length = {text}", "--checks", str(tmp_path / "list.toml")]
+        assert run([*words, "--json"]) == 0
+        document = json.loads(capsys.readouterr().out)
+        assert document["plan"]["kept"] is False
+        assert document["plan"]["because"].startswith(why)
+        assert document["limits"][0]["can_be_kept"] is not is_beyond
+        assert run(words) == 0
+        said = capsys.readouterr().out.split("\n\n")[0]
+        assert "Next check: none of the list" in said
+        assert why in " ".join(said.split())

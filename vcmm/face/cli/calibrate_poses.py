@@ -101,12 +101,19 @@ def _pose(candidate: PoseCandidate) -> dict[str, Any]:
 
 
 def _expected_uncertainties(plan: PosePlan, chosen: list[int], everything: list[int]) -> list[dict[str, Any]]:
-    """Return u of every error by the chosen poses, and by all."""
-    here, best = plan.expected(chosen), plan.expected(everything)
-    return [
-        {"error": n, "unit": unit_of(n)[0], "u": u * unit_of(n)[1], "u_all_poses": best[n] * unit_of(n)[1]}
-        for n, u in here.items()
-    ]
+    """Per error its u before any touch, after the chosen poses, and after all."""
+    before, here, best = plan.before(), plan.expected(chosen), plan.expected(everything)
+    out = []
+    for name, u in here.items():
+        unit, scale = unit_of(name)
+        after = {"u": u * scale, "u_all_poses": best[name] * scale}
+        out.append({"error": name, "unit": unit, "u_before": before[name] * scale, **after})
+    return out
+
+
+def _two_digits(u: float) -> str:
+    """0.078, 1.1, 1000: never as a power of ten."""
+    return f"{u:.2g}" if u < 100 else f"{u:.0f}"
 
 
 def _show(plan: PosePlan, chosen: list[int], everything: list[int], body: dict[str, Any]) -> None:
@@ -128,11 +135,18 @@ def _show(plan: PosePlan, chosen: list[int], everything: list[int], body: dict[s
             "rotary positions, in this order", ("", *(a.replace("_deg", " / deg") for a in angles)), steps
         )
     )
-    table_rows = [
-        (e["error"], f"{e['u']:.2g} {e['unit']}", f"{e['u_all_poses']:.2g} {e['unit']}")
+    said = [
+        (e["error"], *(f"{_two_digits(e[k])} {e['unit']}" for k in ("u_before", "u", "u_all_poses")))
         for e in body["expected"]
     ]
-    show_table(listing("u expected", ("error", "chosen", "all of the plan"), table_rows))
+    columns = ("error", "u before", "u expected after the chosen", "u expected after all of the plan")
+    show_table(
+        listing(
+            "standard uncertainty of every error: by its usual size before any touch, and after",
+            columns,
+            said,
+        )
+    )
     for c in plan.identified(everything).combinations:
         print(f"not identified, even by all: {c.text}")
     for pair in body["correlated"]:

@@ -53,8 +53,8 @@ class ProgramJob(Job[TouchPlan, ProbingProgram]):
         chosen, minutes = _poses(loaded)
         job = probing_job(loaded, chosen, STANDOFF, ABOVE, self.tool)
         texts = probing_texts(job, self.control)
-        texts["touch.toml"] = recording_text(loaded, LOG)
-        texts["setup.toml"] = setup_text(loaded, job, self.control)
+        texts["touch.toml"] = recording_text(loaded, LOG, self.folder)
+        texts["setup.toml"] = setup_text(loaded, job, self.control, self.folder)
         farthest = _read_back(job, texts, self.control)
         if farthest > SAME:
             raise VcmmError(f"the program reads back {farthest:.4f} mm beside its plan; nothing is written")

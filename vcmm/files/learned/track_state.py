@@ -17,6 +17,7 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm.core.errors import DataError
+from vcmm.core.run import Array
 from vcmm.core.whole_files import write_files
 from vcmm.files.toml import check_version, find_file, read_toml
 from vcmm.learn.tracking.compress import SeenRecording
@@ -26,7 +27,7 @@ from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.learn.tracking.rates import GroupRates
 
 TEXT, NUMBERS = "track.toml", "track.npz"
-SHAPES = 4  # of what changes: 2 gives tables a straight line first, 3 leaves out coefficients that a control was given, 4 has numbers of its own for what passes
+SHAPES = 5  # of what changes: 2 gives tables a straight line first, 3 leaves out coefficients that a control was given, 4 has numbers of its own for what passes, 5 keeps draws of the rates
 PLAIN = tuple(k for k in SeenRecording.__dataclass_fields__ if k not in ("columns", "value"))
 
 
@@ -70,7 +71,11 @@ def recording_hash(path: Path) -> str:
 def write_state(folder: Path, followed: FollowedMachine, machine: str, files: tuple[KnownFile, ...]) -> None:
     """Write both files, each whole: the text names the hash of the numbers. machine: hash of the machine file."""
     folder.mkdir(parents=True, exist_ok=True)
-    arrays = {"mean": followed.state.mean, "factor": followed.state.factor}
+    arrays = {
+        "mean": followed.state.mean,
+        "factor": followed.state.factor,
+        "draws": _as_numbers(followed.draws),
+    }
     for i, one in enumerate(followed.seen):
         arrays |= {f"columns_{i}": one.columns, f"value_{i}": one.value}
     stream = io.BytesIO()
@@ -149,10 +154,24 @@ def read_state(
             SeenRecording(columns=arrays[f"columns_{i}"], value=arrays[f"value_{i}"], **r["seen"])
             for i, r in enumerate(known)
         )
-        state = GaussianState(arrays["mean"], arrays["factor"])
+        state, draws = GaussianState(arrays["mean"], arrays["factor"]), _as_rates(arrays["draws"])
     checks = tuple(
         FollowedCheck(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in known
     )
     rates = tuple(GroupRates(**{k: r[k] for k in GroupRates.__dataclass_fields__}) for r in data["rates"])
     files = tuple(KnownFile(r["file"], r["date"], r["sha256"]) for r in known)
-    return FollowedMachine(tracked, float(data["alpha"]), rates, state, seen, checks), files
+    return FollowedMachine(tracked, float(data["alpha"]), rates, state, seen, checks, draws), files
+
+
+def _as_numbers(draws: tuple[tuple[GroupRates, ...], ...]) -> Array:
+    """(draws, groups, 5): walk, trend, season, swing and tau."""
+    return np.array([[list(asdict(r).values()) for r in draw] for draw in draws], dtype=float)
+
+
+def _as_rates(numbers: Array) -> tuple[tuple[GroupRates, ...], ...]:
+    return tuple(tuple(map(_rates_of, draw.tolist())) for draw in numbers)
+
+
+def _rates_of(numbers: list[float]) -> GroupRates:
+    walk, trend, season, swing, tau = numbers
+    return GroupRates(walk, trend, season, int(swing), int(tau))

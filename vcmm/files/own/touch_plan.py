@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -149,10 +150,9 @@ def _lift_where_rotary_axes_turn(run: Run, z: float) -> Run:
     return Run({**run.position, "Z": np.full(run.n, z)}, run.offset)
 
 
-def recording_text(given: TouchPlan, log: str) -> str:
-    """Return the recording file for the log that the program prints."""
-    table = given.table
-    machine = f'machine = "{given.machine_file.resolve()}"\n' if given.machine_file else ""
+def recording_text(given: TouchPlan, log: str, folder: Path) -> str:
+    """Return the recording file for the log that the program prints; folder: where it will lie."""
+    table, machine = given.table, _machine_line(given, folder)
     parts = [
         f'vcmm = "recording/1"\nname = "touch"\ndata = "{log}"\nformat = "touches"\n{machine}kind = "probe"\n[noise]\nu = "{table.u}"\n'
     ]
@@ -168,12 +168,24 @@ def recording_text(given: TouchPlan, log: str) -> str:
     return "".join(parts)
 
 
-def setup_text(given: TouchPlan, job: ProbingJob, control: str) -> str:
-    """Return the set-up file with which `vcmm nc` reads the program."""
+def _machine_line(given: TouchPlan, folder: Path) -> str:
+    """The machine file of the plan as seen from a folder, so that both can be moved together; of another drive whole."""
+    if given.machine_file is None:
+        return ""
+    there = given.machine_file.resolve()
+    try:
+        name = Path(os.path.relpath(there, folder.resolve()))
+    except ValueError:
+        name = there
+    return f'machine = "{name.as_posix()}"\n'
+
+
+def setup_text(given: TouchPlan, job: ProbingJob, control: str, folder: Path) -> str:
+    """Return the set-up file with which `vcmm nc` reads the program; folder: where it will lie."""
     x, y, z = (f'"{v:g} mm"' for v in given.table.zero)
     length = given.ball - given.table.tip[2]
     dialect = {"fanuc": "fanuc", "haas": "haas"}.get(control, control)
-    machine = f'machine = "{given.machine_file.resolve()}"\n' if given.machine_file else ""
+    machine = _machine_line(given, folder)
     return (
         f'vcmm = "setup/1"\n{machine}dialect = "{dialect}"\n[offsets]\n{job.offset} = [{x}, {y}, {z}]\n'
         f'[tools.{job.tool}]\nlength = "{length:g} mm"\ndiameter = "{given.table.tip_diameter:g} mm"\nshape = "probe"\n'

@@ -100,12 +100,16 @@ class ForecastOfNumber(DocumentTable):
 
 
 class LimitOfTask(DocumentTable):
-    """limit of U = 2 u; u_rest: standard uncertainty of everything but the machine."""
+    """limit of U = 2 u; u_rest: standard uncertainty of everything but the machine.
+
+    can_be_kept: false where 2 u_rest is above the limit, so that no check of the machine keeps it.
+    """
 
     name: str
     limit: float
     u_rest: float
     unit: Unit
+    can_be_kept: bool
 
 
 class CheckToDo(DocumentTable):
@@ -129,6 +133,7 @@ class PlanOfChecks(DocumentTable):
     days: int
     cost: float
     kept: bool
+    because: str | None = Field(description="why the limits are not kept; null where they are")
     checks: list[CheckToDo]
     fixed_interval: FixedInterval | None
 

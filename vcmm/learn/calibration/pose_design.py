@@ -110,7 +110,13 @@ class PosePlan:
 
     def expected(self, chosen: Sequence[int]) -> dict[str, float]:
         """Name -> standard uncertainty, mm or rad; of a curve the rms over its travel."""
-        variance = np.diag(self.expected_covariance(chosen))
+        return self._by_name(np.diag(self.expected_covariance(chosen)))
+
+    def before(self) -> dict[str, float]:
+        """Name -> standard uncertainty before any touch, mm or rad: the prior of vcmm.learn.calibration.prior; of a curve the rms over its travel."""
+        return self._by_name((self.factor**2).sum(axis=1))
+
+    def _by_name(self, variance: Array) -> dict[str, float]:
         return {name: float(np.sqrt(variance[self.model.slices[name]].mean())) for name in self.model.names}
 
     def correlated(self, chosen: Sequence[int], above: float = 0.9) -> list[tuple[str, str, float]]:

@@ -129,16 +129,27 @@ def _number_line(c: NumberOverTime, day: str) -> AnswerLine:
 
 
 def _next_line(track: Track, planned: Planned) -> AnswerLine:
-    _, each, plan = planned
-    first = plan.checks[0] if plan.checks else each[0]
+    """The first check of the plan; where no plan keeps the limits, why, and no check is advised."""
+    from vcmm.show.tables.track import beyond_checks, why_not_kept
+
+    limits, each, plan = planned
+    first, why = plan.checks[0] if plan.checks else each[0], why_not_kept(planned)
+    cost = f"plan of {plan.days} days, cost {plan.cost:g}"
     return AnswerLine(
         "Next check",
-        f"{first.check.name}, {date_of(track.dated.when + first.day)}",
+        f"{first.check.name}, {date_of(track.dated.when + first.day)}" if plan.kept else "none of the list",
         verdict="every limit is kept" if plan.kept else "limits are not kept",
         kind="good" if plan.kept else "bad",
-        limits=f"plan of {plan.days} days, cost {plan.cost:g}",
+        limits=cost if plan.kept else f"plan of {plan.days} days",
+        because=why,
         link="What to check next",
-        numbers={"check": first.check.name, "kept": plan.kept, "cost": plan.cost},
+        numbers={
+            "check": first.check.name,
+            "kept": plan.kept,
+            "cost": plan.cost,
+            "because": why or None,
+            "never_kept": [x.name for x in beyond_checks(limits)],
+        },
         labels=("", "", ""),
     )
 

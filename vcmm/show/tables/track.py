@@ -119,8 +119,12 @@ def _date(track: Track, day: int) -> str:
     return date_of(track.dated.when + day)
 
 
-def _u_after(check: NextCheck, limits: Sequence[TaskLimit]) -> str:
-    return ", ".join(f"{x.name} {_small(check.u_after[x.name], x)}" for x in limits)
+def _u_after(one: NextCheck, limits: Sequence[TaskLimit]) -> str:
+    return ", ".join(f"{x.name} {_u_of(one, x)}" for x in limits)
+
+
+def _u_of(one: NextCheck, limit: TaskLimit) -> str:
+    return _small(one.u_after[limit.name], limit)
 
 
 def _small(value: float, limit: TaskLimit) -> str:
@@ -163,13 +167,25 @@ def _beyond(limit: TaskLimit) -> str:
     )
 
 
+def why_not_kept(planned: Planned) -> str:
+    """Why the plan does not keep every limit, of each limit that is to blame; "" where it keeps them."""
+    limits, each, found = planned
+    if found.kept:
+        return ""
+    beyond = beyond_checks(limits)
+    reasons = [_beyond(x) for x in beyond]
+    for x in (x for x in limits if x not in beyond):
+        best = min(each, key=lambda n: n.u_after[x.name])
+        if best.u_after[x.name] > x.limit:
+            reasons.append(
+                f"the best check by itself ({best.check.name}) leaves U of {x.name} at {_u_of(best, x)}, above {_small(x.limit, x)}"
+            )
+    return "; ".join(reasons) or "no order of these checks that was searched keeps all limits on every day"
+
+
 def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
-    limits, _, schedule = planned
-    kept = (
-        "keeps every limit"
-        if schedule.kept
-        else "does NOT keep the limits: no searched order of the checks does"
-    )
+    limits, _, found = planned
+    kept = "keeps every limit" if found.kept else f"does NOT keep the limits: {why_not_kept(planned)}"
     fixed = (
         f"; at a fixed interval: {schedule.fixed[0]} every {schedule.fixed[1]} d, cost {schedule.fixed[2]:g}"
         if schedule.fixed
@@ -180,14 +196,17 @@ def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
 
 
 def plan_document(planned: Planned, track: Track) -> dict[str, object]:
-    """Return next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
-    limits, each, schedule = planned
+    """next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
+    limits, each, found = planned
+    beyond = beyond_checks(limits)
     return {
-        "limits": [{"name": x.name, "limit": x.limit, "u_rest": x.rest, "unit": x.unit} for x in limits],
+        "limits": [
+            {"name": x.name, "limit": x.limit, "u_rest": x.rest, "unit": x.unit, "can_be_kept": x not in beyond} for x in limits
+        ],
         "next_checks": [_next_document(n, track) for n in each],
         "plan": {
-            "days": schedule.days, "cost": schedule.cost, "kept": schedule.kept, "checks": [_next_document(n, track) for n in schedule.checks],
-            "fixed_interval": schedule.fixed and {"check": schedule.fixed[0], "days": schedule.fixed[1], "cost": schedule.fixed[2]},
+            "days": found.days, "cost": found.cost, "kept": found.kept, "because": why_not_kept(planned) or None, "checks": [_next_document(n, track) for n in found.checks],
+            "fixed_interval": found.fixed and {"check": found.fixed[0], "days": found.fixed[1], "cost": found.fixed[2]},
         },
     }  # fmt: skip
 
