@@ -5,14 +5,14 @@ nearly a changed guide and nearly a table's gaps. The unknown deserves the same 
 kernels) over a covariate that the residual follows, with or without the other names; its evidence is the mean over its
 smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds what machines usually have.
 
-    lead = evidence(field and S) - evidence(all names) + price(names not in S) - VERY_STRONG - mismatch
-    p(names not in S) = 1 / (1 + exp(lead))
+    S(names, field) = evidence(names, field) - price(names) - VERY_STRONG - mismatch - [the threshold, where names are left out]
+    p(name) = sum of exp S of what was weighed with it / sum of exp S of all that was weighed
 
-price: what was free in choosing these names, the prior of their places and scanned values, and the threshold for each of
-them beyond the first: the unknown is one thing, and several names that together follow one smooth course are a coincidence.
+price: what was free in choosing the names, the prior of their places and scanned values, and the threshold for each of
+them; the unknown is one thing, and several names that together follow one smooth course are a coincidence. Weighed are the names with
+nothing beside them, and every subset of them beside each of the fields and shapes that explain most, or with nothing but these.
 
-S: the names that pay for themselves beside the field, each the threshold of the null and its prior. They are kept. Where all are,
-the field is no rival: it is the residual.
+The names of the best are kept. Where all are, the field is no rival: it is the residual.
 
 A field has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is
 outside its span (Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy), for a field of such a course is no
@@ -83,15 +83,14 @@ def probability_left(name: str, weighed: Sequence[Hypothesis]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A field instead of the terms with the numbers `refused`. lead: nats beyond theirs and the price; weighed: every set of names with
-    and without a field; shares: what this list leaves to each term.
+    """A field instead of the terms with the numbers `refused`. lead: nats beyond theirs and the price; shares: what the list of
+    everything that was weighed leaves to each term.
     """
 
     lead: float
     unknown: Unknown
     refused: Subset
     columns: Array  # (m, k) of the observation, mm or rad: covariance = columns @ columns.T
-    weighed: tuple[Hypothesis, ...] = ()
     shares: tuple[float, ...] = ()
 
     @property
@@ -103,11 +102,6 @@ class Field:
     def wins(self) -> bool:
         """Whether it is more probable than some names, and makes them superfluous."""
         return self.stands and bool(self.refused)
-
-    @property
-    def score(self) -> float:
-        """Nats of the best of what was weighed."""
-        return max(h.score for h in self.weighed)
 
 
 def rival_field(
@@ -158,7 +152,6 @@ def rival_field(
         w.describe(problem, selection, kept, white, says),
         refused,
         w.covariance(kept, sigma, setting),
-        weighed,
         tuple(probability_left(i, weighed) for i in ids),
     )
 

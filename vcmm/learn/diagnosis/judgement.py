@@ -44,17 +44,19 @@ from vcmm.learn.diagnosis.candidates import Catalogue, Family, first_place
 from vcmm.learn.diagnosis.confusion import Standing, lower_standing, standing
 from vcmm.learn.diagnosis.constants import (
     CHANCE,
+    EVEN_ODDS,
     FALSE_ALARM,
     FAR,
     FEW,
     LEAST_SPREAD,
     MISMATCH,
+    MOSTLY,
     UNSEEN,
 )
 from vcmm.learn.diagnosis.evidence import orthonormal
 from vcmm.learn.diagnosis.families import by_simplest
-from vcmm.learn.diagnosis.field import Field, kept_terms, probability_left, rival_field
-from vcmm.learn.diagnosis.holdout import Fold, folds, gate, is_free_curve, tells
+from vcmm.learn.diagnosis.field import Field, kept_terms, rival_field
+from vcmm.learn.diagnosis.holdout import Fold, folds, gate, is_free_curve, tells, wins_everywhere
 from vcmm.learn.diagnosis.kernels import departure
 from vcmm.learn.diagnosis.locate import path_speed, short
 from vcmm.learn.diagnosis.log_mistakes import Mistake
@@ -62,7 +64,7 @@ from vcmm.learn.diagnosis.noise import Audit, chain_noise
 from vcmm.learn.diagnosis.problem import FIELD, Problem, generator
 from vcmm.learn.diagnosis.result import Unknown
 from vcmm.learn.diagnosis.search import SearchResult, Stage, build_stage, search, setting_of
-from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again, joint, mismatch
+from vcmm.learn.diagnosis.select import Selection, Setting, Term, basis_of, joint, mismatch
 
 CONDITIONS = (
     "time_s",
@@ -209,30 +211,11 @@ def beside_field(
     beside = first.problem.with_statement(FIELD, field.columns)
     stage = build_stage(beside, _simple(known), generics, first.stage.noise, seed, nulls, first.stage.screen)
     chosen = search(beside, stage)
-    again = _weigh_again(first, chosen.selection.terms)
-    if again is None or not _is_better(again, field, chosen.selection.terms):
-        return first
     second = judge_terms(chosen, chosen.stage, seed, in_field=True)
-    weighed = (*field.weighed, *again.weighed)
-    ids = [t.family.id for t in second.selection.terms]
-    places = [lower_standing(p, probability_left(i, weighed)) for i, p in zip(ids, second.places)]
+    if not second.selection.terms or _loses_name(first, second) or not _told_before(first, second):
+        return first
     what = describe_shape(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
-    return replace(second, mistake=first.mistake, field=None, rest=what, places=places)
-
-
-def _weigh_again(first: Judgement, terms: Sequence[Term]) -> Field | None:
-    """What was found beside a field, with and without a field in the rows as the first names were weighed in them."""
-    if not terms:
-        return None
-    names = replace(fitted_again(terms, first.setting, rounds=1), y=first.selection.y)
-    return rival_field(first.problem, names, first.setting, first.stage.sample, first.stage.generic)
-
-
-def _is_better(again: Field, field: Field, terms: Sequence[Term]) -> bool:
-    """Are these names beside a field worth more than all that was weighed before, or are they its best?"""
-    names = frozenset(t.family.id for t in terms)
-    best = max(field.weighed, key=lambda h: h.score)
-    return names == best.names or max(h.score for h in again.weighed if h.names == names) > best.score
+    return replace(second, mistake=first.mistake, field=None, rest=what)
 
 
 def _simple(known: Catalogue) -> Catalogue:
@@ -242,6 +225,48 @@ def _simple(known: Catalogue) -> Catalogue:
         few = tuple(o for o in family.options if o.columns.shape[1] <= FEW)
         kept += [replace(family, options=few)] if few else []
     return replace(known, families=tuple(kept))
+
+
+def _told_before(first: Judgement, second: Judgement) -> bool:
+    """Is most of what the second search names what the first one named, perhaps as a curve? A field takes the place of what
+    a name has too much; what is new beside it is a shadow of what it leaves out, and names of more numbers than the first
+    ones had are one of them in parts.
+    """
+    if _freedom(second.selection.terms) > _freedom(first.thought):
+        return False
+    white = first.stage.white
+    basis = basis_of(first.thought, first.problem.m)
+    fit = second.selection.fit
+    assert fit is not None
+    for i, term in enumerate(second.selection.terms):
+        signal = white.apply(term.option.columns @ fit.mean[second.selection.span(i)])
+        if float(np.sum((basis.T @ signal) ** 2)) < MOSTLY * float(signal @ signal):
+            return False
+    return True
+
+
+def _freedom(terms: Sequence[Term]) -> int:
+    """Free numbers of some names, scanned ones among them."""
+    return sum(t.option.freedom for t in terms)
+
+
+def _loses_name(first: Judgement, second: Judgement) -> bool:
+    """Is a name gone that was found and wins all its folds? A free curve may be: it is as free as the field."""
+    kept = _probable_ids(second)
+    own = first.selection
+    gone = [i for i, t in enumerate(own.terms) if t.family.id in _probable_ids(first) - kept]
+    return any(
+        wins_everywhere(first.problem, first.parts, own, i)
+        for i in gone
+        if not is_free_curve(own.terms[i].family.name)
+    )
+
+
+def _probable_ids(one: Judgement) -> set[str]:
+    """Ids of the names that are more probable than not, with what repeats them exactly; none that a field makes superfluous."""
+    refused = one.field.refused if one.field is not None and one.field.stands else ()
+    pairs = enumerate(zip(one.selection.terms, one.places))
+    return {t.family.id for i, (t, p) in pairs if i not in refused and p.with_aliases >= EVEN_ODDS}
 
 
 def _gate_terms(problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting) -> Selection:
