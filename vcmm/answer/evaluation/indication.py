@@ -73,13 +73,12 @@ def _decision(result: CharacteristicResult, statement: Statement, rule: str) -> 
     )  # fmt: skip
 
 
-def _beyond_one_limit(
-    result: CharacteristicResult, y: float, decision: Decision | None
-) -> Decision | None:
+def _beyond_one_limit(result: CharacteristicResult, y: float, decision: Decision | None) -> Decision | None:
     """A rejection stands where the true value lies beyond one and the same limit (ISO 14253-1:2017); both together prove nothing."""
     if decision is None or decision.text != REJECTED or decision.rule == GUARD_BAND or result.one_sided:
         return decision
-    assert result.truth is not None and result.tolerance is not None
+    assert result.truth is not None
+    assert result.tolerance is not None
     low, high = result.tolerance
     for side in ((low, math.inf), (-math.inf, high)):
         statement = result.truth.state(y, result.p, result.interval_kind, side)

@@ -40,7 +40,8 @@ def with_form(c: CharacteristicResult, told: Sequence[FormTold]) -> Characterist
     rest = (c.u / u) ** 2 if np.isfinite(u) else 1.0
     lines = [replace(line, share=line.share * rest) for line in c.budget]
     lines += [_line(one, own, u) for one, own in added]
-    law = widen(truth.law, together([one.sizes for one, _ in added]))
+    largest_first = sorted(added, key=lambda one: -one[1])  # not as the file lists the features
+    law = widen(truth.law, together([one.sizes for one, _ in largest_first]))
     return replace(
         c, u=u, budget=PlottedBudget(sorted(lines, key=lambda line: -line.u)), truth=replace(truth, law=law),
         interaction_share=c.interaction_share * rest,
