@@ -62,6 +62,23 @@ def test_what_is_shared_and_what_is_not():
     assert judged("touch", 0.02).decision == "does not conform"
 
 
+def test_a_wide_uncertainty_rejects_neither_a_size_nor_the_part():
+    """Limits of 30 um +-0.02 um, u = 1 um each: P(-0.02 < z < 0.02) = 0.016; read at nominal nothing is proved, 1.7 u above the limit it is."""
+    base = rings("touch")
+    wanted = tuple(replace(c, limits=(-2e-5, 2e-5)) for c in base.part.characteristics)
+    result = evaluate(replace(base, part=replace(base.part, characteristics=wanted)).task(), QUICK)
+
+    def decide_at(y: float) -> tuple[list[str], str]:
+        parts = [at_indication(c, y, QUICK.rule) for c in result.characteristics]
+        joint = judged_jointly(result.model, parts, [y, y], 1)
+        assert joint is not None and parts[0].decision.p_conform < 0.05
+        return [c.decision.text for c in parts], joint.decision
+
+    assert decide_at(30.0) == (["undecided"] * 2, "undecided")
+    assert decide_at(30.0 + 2e-5 + 1.6e-3) == (["undecided"] * 2, "undecided")
+    assert decide_at(30.0 + 2e-5 + 1.7e-3) == (["does not conform"] * 2, "does not conform")
+
+
 def test_an_extreme_value_gives_bounds():
     round_ = Characteristic("round", "roundness", of=("a",), zone=0.02)
     result = evaluate(rings("touch", 25, (round_,)).task(), QUICK)

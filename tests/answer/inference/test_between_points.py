@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from vcmm.answer.evaluation.linear import prepare_model
-from vcmm.answer.inference.between_points import forms_of
+from vcmm.answer.inference.between_points import Shape, forms_of
 from vcmm.answer.inference.noises import STATED
 from vcmm.face.cli import run
 from vcmm.files.own.scenario import load_scenario
@@ -246,6 +246,29 @@ def test_reach_of_a_bow_by_pencil(tmp_path) -> None:
     reach = {s.words: float(np.linalg.norm(s.reach[0])) for s in top.shapes(STATED)}
     assert reach["a bow along its second side"] == pytest.approx(0.594, rel=0.025)
     assert reach["2 half waves along its second side"] == pytest.approx(0.339, rel=0.015)
+
+
+def test_what_a_form_moves_by_pencil() -> None:
+    """Size 0.5, strength 2, residual 3: 1 + 0.5^2 2^2 = 2. The amount that is seen has the mean 0.25 x 2 x 3 / 2 = 0.75 and the variance
+    0.25 / 2; it moves the result by 4 of it: 3 and 2. One that is not seen moves it by 3 x 0.5: variance 2.25. In all 3 +- sqrt(4.25).
+    """
+    shape = Shape("a wave", np.array([[1.0]]), np.array([2.0]), {0: np.array([4.0, 3.0])})
+    moved = shape.motion(0, np.array([3.0]), np.array([0.5, 0.5]), np.array([0.0, 1.0]))
+    assert moved == pytest.approx([3.0, 3.0 + math.sqrt(4.25)], rel=1e-12)
+
+
+def test_the_order_of_the_rows_moves_no_digit(tmp_path, capsys) -> None:
+    """The form line moved by 5 % with the order of the rows, as axes of shapes that look alike were chosen by chance."""
+    rng = np.random.default_rng(14)
+    rows, _ = bowed(rng, 0.0)
+    mixed = [rows[i] for i in rng.permutation(len(rows))]
+    part, shuffled = (
+        evaluated(tmp_path, capsys, THREE_ROWS, [(r, {"h": 10.0})])[0]["h"] for r in (rows, mixed)
+    )
+    assert shuffled["U_mm"] == pytest.approx(part["U_mm"], rel=1e-9)
+    lines = [{b["input"]: b["u_mm"] for b in c["budget"]} for c in (part, shuffled)]
+    assert lines[0] == pytest.approx(lines[1], rel=1e-8)
+    assert lines[0]["form[top]"] > 0
 
 
 @pytest.mark.thorough

@@ -16,6 +16,7 @@ from vcmm.part.gps.decision import (
     REJECT,
     REJECTED,
     UNDECIDED,
+    WIDER_THAN_TOLERANCE,
     Decision,
     decide,
     no_decision,
@@ -56,7 +57,8 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
     return replace(
         result, summary=law if isinstance(law, Summary) else None, value=statement.estimate if summed else y, bias=bias,
-        interval=statement.interval, k=half / result.u if is_finite else math.nan, decision=_decision(result, statement, rule), true_value=true,
+        interval=statement.interval, k=half / result.u if is_finite else math.nan,
+        decision=_beyond_one_limit(result, y, _decision(result, statement, rule)), true_value=true,
     )  # fmt: skip
 
 
@@ -75,6 +77,21 @@ def _decision(result: CharacteristicResult, statement: Statement, rule: str) -> 
         where, result.tolerance, statement.p_conform, u=result.u if math.isfinite(result.u) else None, U=(high - low) / 2,
         rule=rule, one_sided=result.one_sided,
     )  # fmt: skip
+
+
+def _beyond_one_limit(result: CharacteristicResult, y: float, decision: Decision | None) -> Decision | None:
+    """A rejection stands where the true value lies beyond one and the same limit (ISO 14253-1:2017); both together prove nothing."""
+    if decision is None or decision.text != REJECTED or decision.rule == GUARD_BAND or result.one_sided:
+        return decision
+    assert result.truth is not None
+    assert result.tolerance is not None
+    low, high = result.tolerance
+    for side in ((low, math.inf), (-math.inf, high)):
+        statement = result.truth.state(y, result.p, result.interval_kind, side)
+        within = statement.p_conform if statement.p_reach is None else statement.p_reach[1]
+        if within is not None and within <= REJECT:
+            return decision
+    return replace(decision, text=UNDECIDED, reason=WIDER_THAN_TOLERANCE)
 
 
 def _with_bias(result: CharacteristicResult, statement: Statement, rule: str) -> Decision:

@@ -24,7 +24,7 @@ from vcmm.answer.evaluation.sampling import with_products
 from vcmm.answer.evaluation.truth import Additive
 from vcmm.answer.evaluation.widened_law import WidenedLaw
 from vcmm.core.run import Array
-from vcmm.part.gps.decision import ACCEPT, CONFORMS, REJECT, REJECTED, UNDECIDED
+from vcmm.part.gps.decision import ACCEPT, CONFORMS, REJECT, REJECTED, UNDECIDED, WIDER_THAN_TOLERANCE
 
 TRIALS = 100_000
 FORMS = 5  # names the stream of forms between points
@@ -66,6 +66,8 @@ def judged_jointly(
     least, most = max(common.true - doubt, 0.0), min([common.true, *alone])
     each = [c.decision.text for c, _ in toleranced if c.decision is not None]
     reach = common.least - doubt, min([common.most, *others])
+    if any(c.decision is not None and c.decision.reason == WIDER_THAN_TOLERANCE for c, _ in toleranced):
+        reach = reach[0], 1.0  # a share that is small because U is wide speaks against no part
     return JointJudgement(names, min(least, most), most, math.prod(alone), _decision(each, *reach))
 
 

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from statistics import NormalDist
 
 import numpy as np
 
@@ -45,6 +46,7 @@ BENT = (2, 3)  # degrees of planes and lines as clamping, heat or a bent guidewa
 BENT_WORDS = {2: "a bow", 3: "a bow of third degree"}
 POWERS = (0.0, 1.0, 2.0)  # by which waves fall with their number
 DRAWS, SIZES = 400, 64
+NORMAL = np.array([NormalDist().inv_cdf((i + 0.5) / DRAWS) for i in range(DRAWS)])  # equal parts of the law
 MOST_POINTS = 2000  # points of a feature of which residuals are read: forms of a few waves ask for no more
 CAP = 1000.0  # largest form over noise or residuals that is thought of
 LEAST_SHAPE = 1e-4  # of a shape, left by the fit: less is the spacing of the points by chance
@@ -64,11 +66,6 @@ class Shape:
     strength: Array
     reach: Mapping[int, Array]
 
-    @property
-    def waves(self) -> int:
-        """Number of amounts."""
-        return len(next(iter(self.reach.values())))
-
     def evidence(self, residuals: Array, grid: Array) -> Array:
         """Return log P(residuals | size), with the prior probability of each size (g,), for every size of the grid, mm.
 
@@ -81,12 +78,17 @@ class Shape:
         likelihood = 0.5 * (z**2 * share - np.log(more)).sum(axis=1)
         return np.asarray(likelihood + np.log(before / before.sum()))
 
-    def amounts(self, residuals: Array, size: Array, normals: Array) -> Array:
-        """Sample the amounts (c, m) mm given the residuals, for forms of these sizes (m,); normals (c, m)."""
-        z, s = self.filter @ residuals, self.strength
-        more, k = 1.0 + np.multiply.outer(s**2, size**2), len(s)
-        amounts = size**2 * (s * z)[:, None] / more + size / np.sqrt(more) * normals[:k]
-        return np.concatenate([amounts, size * normals[k : self.waves]])
+    def motion(self, characteristic: int, residuals: Array, size: Array, normal: Array) -> Array:
+        """(m,) mm or rad: drawn given the residuals, of forms of these sizes (m,); normal (m,): standard normal numbers.
+
+        Given its size the amounts of a form are normal and independent, so that what they move together is normal too: no axes of
+        the shape are chosen, and neither the order of the points nor the last digit of a place moves the answer.
+        """
+        z, s, reach = self.filter @ residuals, self.strength, self.reach[characteristic]
+        less, k = 1.0 / (1.0 + np.multiply.outer(size**2, s**2)), len(s)  # (m, k)
+        mean = size**2 * (less @ (reach[:k] * s * z))
+        variance = size**2 * (less @ reach[:k] ** 2 + (reach[k:] ** 2).sum())
+        return np.asarray(mean + np.sqrt(variance) * normal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +102,6 @@ class Waves:
     whole: Array
     basis: Array
     effects: Mapping[int, Array]
-
-    @property
-    def most(self) -> int:
-        """Number of waves of the kind that has most of them."""
-        return max(int((weight > 0).sum()) for _, weight in self.kinds)
 
     def shapes(self, whitening: Array) -> tuple[Shape, ...]:
         """Return shapes for residuals whose noise this (d, d) makes independent."""
@@ -123,8 +120,7 @@ class FeatureForms:
     every: int
     waves: Waves
     noises: Noises
-    machine_share: Array  # (n,) share of the known errors of the machine in the residuals
-    normals: Array  # (c, m) standard normal numbers, the same for every part
+    machine_share: Array  # (n,) what of the known errors of the machine stands in the residuals
     _shapes: dict[Rung, tuple[Shape, ...]] = field(default_factory=dict, repr=False)
 
     @property
@@ -193,11 +189,9 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     basis = basis[:, strengths > LEAST_SHAPE]
     kinds = [(words, weight * kept) for words, weight in _kinds(feature) if (weight * kept).any()]
     waves = Waves(tuple(kinds), left, whole, basis, met)
-    normals = np.random.default_rng(0).standard_normal((waves.most, DRAWS))
-    form = error - moved @ (moved.T @ error)
+    known = error - moved @ (moved.T @ error)
     return FeatureForms(
-        name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), machine_share=form,
-        normals=normals,
+        name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), machine_share=known,
     )  # fmt: skip
 
 
@@ -344,23 +338,19 @@ def _read_with(
     for shapes, weight, likelihood, is_open in zip(of_shapes, weights, evidence, endless):
         if is_open or likelihood * slim(p) < evidence.mean():
             continue
-        drawn = _amounts(shapes, residuals, grid, weight, forms.normals)
+        rung, size = _sizes_drawn(grid, weight)
         for i in floors:
-            sizes = np.abs(np.concatenate([s.reach[i] @ d for s, d in zip(shapes, drawn)]))
+            parts = [(s, rung == k) for k, s in enumerate(one)]
+            sizes = np.abs(np.concatenate([s.motion(i, residuals, size[of], NORMAL[of]) for s, of in parts]))
             if np.quantile(sizes, p) > np.quantile(moved[i][0], p):
                 moved[i] = sizes, shapes[0].words
 
 
-def _amounts(
-    of_rungs: Sequence[Shape], residuals: Array, grid: Array, weight: Array, normals: Array
-) -> list[Array]:
-    """Sample amounts (c, m) mm for every rung, given the residuals, as many of each as its weights (rung, size) say, DRAWS in all."""
+def _sizes_drawn(grid: Array, weight: Array) -> tuple[Ints, Array]:
+    """Rung and size, mm, of DRAWS forms, as many of each as its weights (rung, size) say, in an order of their own."""
     at = np.searchsorted(np.cumsum(weight), (np.arange(DRAWS) + 0.5) / DRAWS).clip(0, weight.size - 1)
-    at = np.random.default_rng(2).permutation(at)
-    rung, size = np.divmod(at, len(grid))
-    return [
-        s.amounts(residuals, grid[size[rung == k]], normals[:, rung == k]) for k, s in enumerate(of_rungs)
-    ]
+    rung, size = np.divmod(np.random.default_rng(2).permutation(at), len(grid))
+    return rung, grid[size]
 
 
 def _matters(reach: Array, forms: FeatureForms, floor: float) -> bool:

@@ -1,8 +1,10 @@
 """Decide about conformity by the rules of ISO 14253-1, for a measured value with its uncertainty.
 
-"probability 95 %"  conforms when the conformance probability is at least 95 %, does not conform when it is
-                    at most 5 %, else undecided. With a normal law and one limit in reach that is a guard
-                    band of 1.645 u.
+"probability 95 %"  conforms when the conformance probability is at least 95 %, does not conform when the true
+                    value lies beyond one and the same limit with at least 95 %, else undecided. With a normal
+                    law that is a guard band of 1.645 u outside the limit (ISO 14253-1:2017). Both limits
+                    together are no proof: with U of many tolerances hardly any true value lies between them,
+                    wherever the part was found.
 "guard band U"      the limits are moved inwards by the expanded uncertainty U to accept, outwards to reject.
 """
 
@@ -18,6 +20,9 @@ PROBABILITY, GUARD_BAND = "probability 95 %", "guard band U"
 RULES = (PROBABILITY, GUARD_BAND)
 CONFORMS, UNDECIDED, REJECTED = "conforms", "undecided", "does not conform"
 ACCEPT, REJECT = 0.95, 0.05
+WIDER_THAN_TOLERANCE = (
+    "U is larger than the tolerance: the true value may lie beyond either limit; measure with a smaller U"
+)
 
 
 @dataclass(frozen=True)
@@ -50,8 +55,8 @@ def decide(
     """Decide about `value` against `limits` (lower, upper; -inf or inf where there is none), all in one
     unit.
 
-    probability_of_conformance: from the whole distribution; without it a normal law with standard
-    uncertainty u is taken. U: expanded uncertainty, 2 u when left out. one_sided: the lower limit is a bound
+    probability_of_conformance: from the whole distribution (the caller asks it whether a rejection is beyond one
+    limit); without it a normal law with standard uncertainty u is taken. U: expanded uncertainty, 2 u when left out. one_sided: the lower limit is a bound
     of nature (the 0 of a tolerance zone) and cannot be violated. UsageError: unknown rule, what the rule
     needs is missing, bad numbers.
     """
@@ -66,8 +71,13 @@ def decide(
         return _by_guard_band(value, lower, upper, p, u, U)
     if p is None:
         raise UsageError(f'The rule "{rule}" needs u or the probability of conformance; give one of them.')
+    guard = None if u is None else NormalDist().inv_cdf(ACCEPT) * u
     text = CONFORMS if p >= ACCEPT else REJECTED if p <= REJECT else UNDECIDED
-    return Decision(text, rule, p, None if u is None else NormalDist().inv_cdf(ACCEPT) * u)
+    if text == REJECTED and probability_of_conformance is None and u is not None:
+        sides = ((lower, math.inf), (-math.inf, upper))
+        if min(conformance_probability(value, side, u) for side in sides) > REJECT:
+            return Decision(UNDECIDED, rule, p, guard, WIDER_THAN_TOLERANCE)
+    return Decision(text, rule, p, guard)
 
 
 def conformance_probability(value: float, limits: tuple[float, float], u: float) -> float:
