@@ -128,9 +128,9 @@ def test_the_page_holds_what_the_command_prints() -> None:
     page = (folder.parents[1] / "docs" / "exam.md").read_text(encoding="utf-8")
     complete = (folder / "tables.md").read_text(encoding="utf-8")
     assert pages(results.read([folder / "results.jsonl.gz"])) in complete
-    balanced = results.read([folder / "results_balanced.jsonl.gz"])
-    assert bars_table(balanced) in page
-    assert set_table(balanced) in page
+    fresh = results.read([folder / "results_fresh.jsonl.gz"])
+    assert bars_table(fresh) in page
+    assert set_table(fresh) in page
 
 
 def test_next_measurement_is_printed() -> None:
