@@ -48,7 +48,7 @@ def resolve(
     blocks: Sequence[ApproachBlock],
     file: str,
 ) -> tuple[list[Move], Sides]:
-    """Return the Replace the placeholders of kind "approach" (from PS to PA) by their moves. `seconds` of a placeholder is its
+    """Replace the placeholders of kind "approach" (from PS to PA) by their moves. `seconds` of a placeholder is its
     number in `said`."""
     out: list[Move] = []
     sides_out: Sides = []

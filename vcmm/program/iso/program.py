@@ -394,7 +394,7 @@ def _pointless(*words: str | None) -> bool:
 
 
 def _tails(c: IsoControl) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Return The fields of a rapid and a line behind their ends: of a move that goes nowhere."""
+    """Return the fields of a rapid and a line behind their ends: of a move that goes nowhere."""
     here = c.tip()
     feed = None if c.feed is None else c.feed * c.feed_scale
     return tuple(c.move("rapid", here, here)[4:]), tuple(c.move("line", here, here, feed=feed)[4:])
