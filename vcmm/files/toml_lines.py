@@ -1,4 +1,4 @@
-"""Where every key and list element of a TOML text stands. tomllib says what, this says on which line.
+"""Lines of all keys and list elements of a TOML text. tomllib gives the values, this module their lines.
 
 The text has been read by tomllib before, so it is valid TOML and the scanner only follows it: headers, keys, inline
 tables and lists over any number of lines, strings of all four kinds, comments.

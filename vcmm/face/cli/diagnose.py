@@ -96,7 +96,7 @@ def diagnose_command(
 
 
 class Diagnosed(NamedTuple):
-    """What was found; improved: file name -> text of the machine file; page: the report, "" where none is requested; attempt: the error
+    """Result of a diagnosis. improved: file name -> text of the machine file; page: the report, "" where none is requested; attempt: the error
     after the names were found, which the answer names."""
 
     diagnosis: Diagnosis

@@ -26,7 +26,7 @@ KINDS = ("LT", "LN", "CT", "LCT")
 
 
 class Approach(NamedTuple):
-    """What an APPR or DEP block says; mm, rad. length: LEN, radius: R, angle: CCA."""
+    """Data of an APPR or DEP block; mm, rad. length: LEN, radius: R, angle: CCA."""
 
     kind: str
     length: float = 0.0

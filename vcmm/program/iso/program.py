@@ -1,4 +1,4 @@
-"""From the text of a G-code program to a Program: block after block, with a short cut for plain lines.
+"""Read the text of a G-code program as a Program: block after block, with a short cut for plain lines.
 A plain line holds nothing but N, G0 or G1, X, Y, Z and F with plain numbers; while nothing special is in force it is read by one regular
 expression. All other lines go through the block reader.
 """

@@ -1,4 +1,4 @@
-"""Where a measured part departs from its prediction: by feature, line of the program and covariate, with their significance.
+"""Departures of a measured part from its prediction: by feature, line of the program and covariate, with their significance.
 
     rest = measured - predicted = B b + X c + scatter      cov(rest) = C + s^2 1
 
