@@ -31,7 +31,7 @@ def test_what_moves_several_directions_at_once_is_the_sum_of_its_directions():
     warm = ThermalVector("xy", "air", np.array([1e-3, -2e-3]), 300.0).error_motion(_run([300.0], log=log))
     # 1 K, one time constant: 0.632121 of 1 um and of -2 um
     assert warm[0, :3] == pytest.approx([0.632121e-3, -1.264241e-3, 0.0], abs=1e-9)
-    with pytest.raises(UsageError, match="has 3 numbers; 2 are due"):
+    with pytest.raises(UsageError, match="has 3 numbers; expected 2"):
         StepVector("xy", np.ones(3))
     with pytest.raises(UsageError, match="allowed: xyz, xy, xz, yz"):
         DriftVector("x")

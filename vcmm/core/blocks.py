@@ -114,7 +114,7 @@ class Shards:
 
 @dataclass(frozen=True)
 class Sharing:
-    """How a job is shared out: who computes (crew), where results are kept (store), and which part is wanted (share; None for all)."""
+    """Sharing of a job: the computing crew, the store of results, and the wanted part (share; None for all)."""
 
     crew: Crew = alone
     store: Store = field(default_factory=Nowhere)

@@ -24,7 +24,7 @@ OWNERS = ("machine", "tool", "setup", "part")
 
 @dataclass(frozen=True)
 class Typical:
-    """How large one element of a linear parameter is when it matters, and where the figure comes from.
+    """Size of one element of a linear parameter when it matters, and the source of the figure.
 
     amount: canonical unit (mm, rad, s, N, kg and what is made of them); turn: the same for a rotation (component EA.,
     EB., EC., or along an axis that turns); most: the largest size that a machine has, 0 = 64 times the amount;
@@ -57,7 +57,7 @@ class Opposite:
 
 @dataclass(frozen=True)
 class Words:
-    """What a diagnosis of the effect means at the machine: what is seen, what usually causes it, what confirms it.
+    """Meaning of a diagnosis of the effect at the machine: its signs, its usual cause, its confirmation.
 
     {where} is the place, {axis}, {direction} ... a place field, {gap} ... a parameter with its unit under the name that
     reports use. signed: parameters shown with their sign; of the others the size is shown.
@@ -83,7 +83,7 @@ class Trade:
 
 @dataclass(frozen=True)
 class Prior:
-    """How probable an effect is before anything was recorded, beside the equal share that every name has.
+    """Prior probability of an effect, relative to the equal share of every name.
 
     share: of a second shape of a family, against the first, also where it sits at places of its own. rare_in: kinds of recording in which it is ten times rarer;
     rare_without: it is so where the recording lacks this label; rare_with: where it has this column.
@@ -108,7 +108,7 @@ class KnownRange:
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """Where candidates are placed: the machine's own effects, the axes on the side of part and tool, the recorded rows."""
+    """Places of candidates: the machine's own effects, the axes on the side of part and tool, the recorded rows."""
 
     effects: tuple[Any, ...]
     work: tuple[str, ...]
@@ -123,7 +123,7 @@ def _named_at(cls: Any, place: Mapping[str, Any], site: Site) -> Any:
 
 @dataclass(frozen=True)
 class ForDiagnosis:
-    """What diagnosis asks of an effect beside its formula, all optional.
+    """Data of an effect for the diagnosis beside its formula, all optional.
 
     family              the effect that it is a second shape of, and reported as
     is_named            whether diagnosis may name it; not the forms of a stored table nor what setting up may err by
@@ -184,7 +184,7 @@ def reported_name(kind: Any) -> str:
 
 @dataclass(frozen=True)
 class About:
-    """What files, reports and jobs know of an effect beside its formula, all optional.
+    """Data of an effect for files, reports and jobs beside its formula, all optional.
 
     cites            source of the formula
     words            what an answer means at the machine, see Words

@@ -76,7 +76,7 @@ def uncertainty(
     progress: Progress | None = None,
     sharing: Sharing | None = None,
 ) -> UncertaintyResult:
-    """Task-specific uncertainty of every characteristic: value, U, interval, decision, budget (GUM, JCGM 101, ISO 14253-1).
+    """Evaluate the task-specific uncertainty of every characteristic: value, U, interval, decision, budget (GUM, JCGM 101, ISO 14253-1).
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def evaluate(
     trials: int | None = None,
     progress: Progress | None = None,
 ) -> tuple[EvaluatedPart, ...]:
-    """What measured points or values say of the true ones, with decisions; see docs/evaluate.md.
+    """Estimate the true values from measured points or values, with decisions; see docs/evaluate.md.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def place(
     trials: int | None = None,
     progress: Progress | None = None,
 ) -> PlacementResult | PlacedCut:
-    """The pose of a part that serves best: with the smallest objective of a measuring task, or where a part that is cut comes out best.
+    """Find the best pose of a part: with the smallest objective of a measuring task, or where a part that is cut comes out best.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ def routes(
     trials: int | None = None,
     progress: Progress | None = None,
 ) -> RoutesResult:
-    """The same task by independent routes: virtual CMM, calibrated part (ISO 15530-3), several positions; and E_n between them.
+    """Evaluate the same task by independent routes: virtual CMM, calibrated part (ISO 15530-3), several positions; and E_n between them.
 
     Without measured data all of it is measured on a machine and parts that are drawn and hidden from the routes.
 
@@ -134,7 +134,7 @@ def certificate(
     seed: int | None = None,
     progress: Progress | None = None,
 ) -> CertificateWorth:
-    """What the certificate of a machine is worth for a part: U under three priors and with every further fact, coverage counted.
+    """Find the value of the certificate of a machine for a part: U under three priors and with every further fact, coverage counted.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ def nc(
     setup: str | Path | Setup | None = None,
     strict: bool = False,
 ) -> ProgramMeaning:
-    """What an NC program means: its moves as tool-tip positions in the machine frame, extents, remarks.
+    """Read an NC program: its moves as tool-tip positions in the machine frame, extents, remarks.
 
     Parameters
     ----------

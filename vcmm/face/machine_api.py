@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def field(
     machine: Machine | str | Path, run: Run | None = None, exact: bool = False, nodes: int = 5
 ) -> ErrorField:
-    """Volumetric error map: tip errors, actual - nominal, in workpiece axes.
+    """Compute the volumetric error map: tip errors, actual - nominal, in workpiece axes.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def diagnose(
     extra_effects: Sequence[type[Effect]] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """What physics a recording holds that the machine lacks: causes, rivals, held-out improvement, next measurement.
+    """Find the physics in a recording that the machine lacks: causes, rivals, held-out improvement, next measurement.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def calibrate(
     interpolation: str = "spline",
     correlated: Mapping[str, Array] | None = None,
 ) -> Calibration:
-    """The errors of a machine, with their joint covariance, from any mixture of recordings.
+    """Estimate the errors of a machine, with their joint covariance, from any mixture of recordings.
 
     Parameters
     ----------
@@ -257,7 +257,7 @@ def test(
     seed: int = 0,
     trials: int = 1000,
 ) -> ReadableRows:
-    """Figures of an acceptance test: predicted for a machine with uncertainty, or evaluated from recordings.
+    """Return the figures of an acceptance test: predicted for a machine with uncertainty, or evaluated from recordings.
 
     Parameters
     ----------
@@ -298,7 +298,7 @@ test.__test__ = False  # type: ignore[attr-defined]  # a verb, which pytest must
 def compare(
     recordings: str | Path | Sequence[str | Path], machines: Sequence[str | Path] = (), *, seed: int = 0
 ) -> ReadableRows:
-    """Simulation against recording for any machine files: rows as they are, nuisance refitted, nothing clipped or named.
+    """Compare simulation and recording for any machine files: rows as they are, nuisance refitted, nothing clipped or named.
 
     Parameters
     ----------

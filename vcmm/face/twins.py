@@ -39,7 +39,7 @@ def open_folder() -> None:
 
 
 def twin(name: str) -> ModuleType:
-    """The package of a twin of a published study, which lies beside its scenario.
+    """Return the package of a twin of a published study, which lies beside its scenario.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ class TableProblems(UsageError):
 
 
 class Problems:
-    """What is wrong in a document."""
+    """Problems of a document."""
 
     def __init__(self, document: Document) -> None:
         self.document = document

@@ -88,7 +88,7 @@ def _two_sizes(dimension: str, example: str, value: object) -> tuple[float, ...]
 def _exactly(n: int, word: str, numbers: tuple[float, ...], value: object, example: str) -> tuple[float, ...]:
     if len(numbers) != n:
         raise UsageError(
-            f"{NAME} = {shorten(value)} has {_count(len(numbers), 'number')} where {word} are due; "
+            f"{NAME} = {shorten(value)} has {_count(len(numbers), 'number')}, expected {word}; "
             f'write for example {NAME} = "{example}"'
         )
     return numbers

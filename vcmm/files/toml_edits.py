@@ -41,7 +41,7 @@ def _texts(holder: Any) -> Iterator[tuple[Any, Any, str]]:
 
 
 def with_value_for_table(document: Any, key: str, value: str) -> None:
-    """`key = "value"` at the head of the file in place of the value or of all tables [key...].
+    """Return the text with `key = "value"` at the head of the file in place of the value or of all tables [key...].
 
     A table goes with the comments inside it; the comments and blank lines over the table that follows stay.
     """
@@ -65,7 +65,7 @@ def _taken_out(document: Any, key: str) -> list[tuple[Any, str]]:
 
 
 def _put_back(document: Any, left: Sequence[tuple[Any, str]]) -> None:
-    """The comments where the tables were."""
+    """Put the comments back to the place of the tables."""
     import tomlkit
 
     for i, (_, item) in enumerate(list(document.body)):

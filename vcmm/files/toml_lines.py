@@ -1,4 +1,4 @@
-"""Where every key and list element of a TOML text stands. tomllib says what, this says on which line.
+"""Lines of all keys and list elements of a TOML text. tomllib gives the values, this module their lines.
 
 The text has been read by tomllib before, so it is valid TOML and the scanner only follows it: headers, keys, inline
 tables and lists over any number of lines, strings of all four kinds, comments.
@@ -49,7 +49,7 @@ class _Scanner:
             self.lines.setdefault(location[:depth], line)
 
     def header(self) -> Location:
-        """[a.b] or [[a.b]]; names that stand for a list mean its last table."""
+        """Read [a.b] or [[a.b]]; the name of a list is its last table."""
         several = self.text.startswith("[[", self.at)
         begin = self.at
         self.at += 2 if several else 1
@@ -74,7 +74,7 @@ class _Scanner:
         return (*location, self.counts[location]) if location in self.counts else location
 
     def assignment(self, table: Location) -> Location:
-        """key = value below `table`; returns `table`."""
+        """Read key = value below `table`; return `table`."""
         begin = self.at
         name = self.key()
         end, self.at = self.at, begin
@@ -110,7 +110,7 @@ class _Scanner:
         self.at = match.end() if match else len(self.text)
 
     def items(self, location: Location, closing: str) -> None:
-        """The inside of a list or of an inline table, up to and with its closing bracket."""
+        """Read the inside of a list or of an inline table, up to and with its closing bracket."""
         index = 0
         while self.skip_blank() < len(self.text) and self.text[self.at] != closing:
             if closing == "]":

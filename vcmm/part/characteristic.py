@@ -12,7 +12,7 @@ from vcmm.core.errors import DataError, choose_from
 
 @dataclass(frozen=True)
 class Roles:
-    """How many features a type of characteristic names, (least, most), in `of`, `between` and `datums`."""
+    """Numbers of features of a type of characteristic, (least, most), in `of`, `between` and `datums`."""
 
     of: tuple[int, int] = (1, 1)
     between: tuple[int, int] = (0, 0)

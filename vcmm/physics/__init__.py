@@ -1,4 +1,4 @@
-"""What may be wrong: one family of effects per file, listed here with one line each.
+"""Errors of machines: one family of effects per file, listed here with one line each.
 
 `structure` holds the effects that the program itself creates; modules import them directly. No module imports a file of `catalogue`: code that needs
 to know something of such an effect reads its declaration, and any of those files can be deleted with its lines here.

@@ -54,7 +54,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Area:
-    """Where the centre of the tool may be: between the rings, each with the area on its left."""
+    """Allowed region of the tool centre: between the rings, each with the area on its left."""
 
     rings: tuple[Ring, ...]
 

@@ -16,7 +16,7 @@ Vec = tuple[float, float]
 
 
 class PathPiece(NamedTuple):
-    """From where the tool is to `end`: straight, or an arc about `centre`."""
+    """Path from the tool position to `end`: straight, or an arc about `centre`."""
 
     end: Vec
     centre: Vec | None = None

@@ -52,7 +52,7 @@ def in_units(length: float, feed: float) -> Conversion:
 
 @dataclass(frozen=True)
 class Values:
-    """What a cycle is given, by meaning: mm, rad, mm/min. A meaning that its table has not is zero."""
+    """Inputs of a cycle, by meaning: mm, rad, mm/min. A meaning missing in its table is zero."""
 
     numbers: Mapping[str, float]
 

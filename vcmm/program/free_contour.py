@@ -35,7 +35,7 @@ class Reference(NamedTuple):
 
 @dataclass(frozen=True)
 class FreeElement:
-    """What a block says of a line or an arc. turn: centre angle; length: of a line, chord of an arc; closes: + or - of CLSD."""
+    """Data of a block on a line or an arc. turn: centre angle; length: of a line, chord of an arc; closes: + or - of CLSD."""
 
     arc: bool
     tangential: bool

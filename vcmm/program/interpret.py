@@ -71,7 +71,7 @@ def interpret(
     *,
     flow: MoveFlow | None = None,
 ) -> Program:
-    """Return The meaning of a program text. `name` is used in messages; a file of that name has its subprograms beside it. flow: takes the
+    """Return the meaning of a program text. `name` is used in messages; a file of that name has its subprograms beside it. flow: takes the
     moves as they come, and the Program has none."""
     setup = setup or Setup()
     chosen = dialect or setup.dialect

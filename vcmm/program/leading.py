@@ -17,7 +17,7 @@ STILL = 1e-9  # mm or rad below which an axis does not move
 
 
 class Leader(Protocol):
-    """What decides it: vcmm.program.recorder.Recorder."""
+    """Deciding state: vcmm.program.recorder.Recorder."""
 
     led: bool
     tilted: bool

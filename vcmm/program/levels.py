@@ -31,7 +31,7 @@ class SetupEntry(NamedTuple):
 
 
 class Assumption(NamedTuple):
-    """What was taken for granted: line of the program, what it is, the value taken.
+    """Assumption: line of the program, its subject, the assumed value.
 
     blank: how the set-up file gives it, None where it cannot. matters: whether the path of the tool depends on it.
     refusal: the sentence with which a strict reading stops here, "" where it has none.
@@ -78,7 +78,7 @@ class Telling(Protocol):
 
 
 class Listening(Telling, Protocol):
-    """Who also keeps words that nothing uses."""
+    """Receiver that also keeps words without use."""
 
     unused: dict[tuple[int, str], UnusedWord]
 

@@ -29,7 +29,7 @@ LEAST_PAUSE = 1e-3  # s: a tool change or a new tool length takes a row of its o
 
 @dataclass(frozen=True)
 class Control:
-    """What the control does beside the axis limits.
+    """Behaviour of the control beside the axis limits.
 
     tolerance: mm by which a corner may be rounded where the program states none (0: run to the corner and stop).
     rapid_stop: rapids end in position before the next move starts (the usual in-position check).

@@ -32,7 +32,7 @@ class MeasuringCycle:
 
     @property
     def tool(self) -> Tool:
-        """What probes."""
+        """Tool that probes."""
         return self.r.tool_data
 
     @property

@@ -120,7 +120,7 @@ class MoveFlow:
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """What a program means."""
+    """Moves of a program with its remarks and state."""
 
     dialect: str
     moves: tuple[Move, ...]

@@ -30,7 +30,7 @@ class ContourPiece(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """How one parallel curve leads to the next: it ends at `end`, `via` are corners of extra lines, or an arc about `pivot`."""
+    """Joint of one parallel curve with the next: the first ends at `end`, `via` are corners of extra lines, or an arc about `pivot`."""
 
     end: Vec
     start: Vec

@@ -33,7 +33,7 @@ class Feeler(NamedTuple):
 
     @property
     def radius(self) -> float:
-        """Of the ball, mm."""
+        """Radius of the ball, mm."""
         return ball_radius(self.tool)
 
     def feel(self, towards: Point, distance: float) -> Point:

@@ -46,7 +46,7 @@ CORNERS = ("arc", "lines")
 
 @dataclass(frozen=True)
 class Style:
-    """How a control enters and leaves the contour and passes outside corners."""
+    """Rules of a control for entering and leaving the contour and for outside corners."""
 
     entry: str = "linuxcnc"
     corner: str = "arc"

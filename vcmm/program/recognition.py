@@ -26,7 +26,7 @@ _COMMENT = re.compile(
 
 
 class Sign(NamedTuple):
-    """What speaks for dialects: a pattern in upper case, in the text without comments (or in its comments, or in both)."""
+    """Sign of dialects: a pattern in upper case, in the text without comments (or in its comments, or in both)."""
 
     dialects: tuple[str, ...]
     weight: float

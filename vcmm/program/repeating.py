@@ -95,7 +95,7 @@ def own_states(recorder: WaitingRecorder) -> Iterator[None]:
 
 
 def content_of(thing: Any) -> Hashable:
-    """Return The contents of objects, except values that no block uses, as nested tuples that can be compared; what cannot be looked into
+    """Return the contents of objects, except values that no block uses, as nested tuples that can be compared; what cannot be looked into
     counts as itself."""
     return _content_of(thing, {})
 

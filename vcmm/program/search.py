@@ -34,7 +34,7 @@ def folders_of(program: Path, further: Iterable[Path] = ()) -> list[Path]:
 
 
 def find_file(folders: Sequence[Path], names: Sequence[str]) -> Path | None:
-    """Return The first file with one of the names, in any case and with any of ENDINGS; None where there is none."""
+    """Return the first file with one of the names, in any case and with any of ENDINGS; None where there is none."""
     for folder in folders:
         there = _listing(folder)
         for name in names:

@@ -81,7 +81,7 @@ class Tool:
 
     @property
     def offset(self) -> Point:
-        """What the axes stand off from the tip, mm."""
+        """Distance of the axes from the tip, mm."""
         return (self.offset_x, self.offset_y, self.length)
 
 
@@ -110,7 +110,7 @@ class TemperatureLog:
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """How the program is run. Points in mm, machine frame.
+    """Set-up of a run of the program. Points in mm, machine frame.
 
     offsets: G54 ... -> machine position of the work zero; rotations: the same -> rad about the tool axis (G10 L2 R).
     reference: machine position of G28; second_reference: of G30. stock: size of the box, None = not stated;

@@ -37,7 +37,7 @@ class Modal(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class ModalState:
-    """What codes change and moves obey. A language adds what only its control knows."""
+    """State that codes change and moves obey. A language adds the state of its control."""
 
     motion: str | None = None
     plane: str = "XY"

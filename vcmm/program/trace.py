@@ -34,7 +34,7 @@ class WordAt(NamedTuple):
 
 
 class Trace(NamedTuple):
-    """What one move came from.
+    """Origin of one move.
 
     file and line: the block; words: its words by letter (G and M words are not in it); before and after: modal state
     around the block; transformation: programmed point -> tip point at the end of the move; runs: how often the block was executed in
@@ -72,7 +72,7 @@ class TextCut(NamedTuple):
 
 
 class BlockPlace(NamedTuple):
-    """Where a block stands, and how many calls are under way."""
+    """Place of a block, and the number of calls under way."""
 
     file: str
     line: int
@@ -90,7 +90,7 @@ class ExecutedBlock(NamedTuple):
 
 
 class Tracing(Protocol):
-    """Who notes what every block does (vcmm.program.tracer.Tracer), as the recorder and the readers see it. r: the recorder."""
+    """Interface of the tracer (vcmm.program.tracer.Tracer) for the recorder and the readers. r: the recorder."""
 
     lines: Sequence[str]
     cycle: Mapping[str, WordAt]

@@ -70,7 +70,7 @@ class Tracer:
     state: Any = None  # the modal state noted last
 
     def step(self, step: ExecutedBlock) -> None:
-        """A block is executed."""
+        """Begin a block."""
         at = step.file, step.line
         self.runs[at] = self.runs.get(at, 0) + 1
         self.steps.append(step)
@@ -78,7 +78,7 @@ class Tracer:
     def note(
         self, r: Recorder, made: int, before: Modal, words: Mapping[str, WordAt], place: BlockPlace
     ) -> None:
-        """Traces of the moves from `made` on that no inner block has noted."""
+        """Keep traces of the moves from `made` on that no inner block has noted."""
         before, after, world = self._intern(before), self._intern(r.modal()), r.world
         for i in range(made, len(r.moves)):
             if i in self.traces:

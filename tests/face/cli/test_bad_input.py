@@ -64,7 +64,7 @@ MISTYPED = [
     ('part = "0.1 K"', 'part = "0.1 degC"', ["is a temperature difference and takes K"]),
     ('part = "21.2 degC"', 'part = "21.2 K"', ["is a temperature and takes degC"]),
     ('offset = "0 0 -120 mm"', "offset = [0, 0, -120]", ['write for example offset = "0 0 -120 mm"']),
-    ('offset = "0 0 -120 mm"', 'offset = "-120 mm"', ["has 1 number where three are due"]),
+    ('offset = "0 0 -120 mm"', 'offset = "-120 mm"', ["has 1 number, expected three"]),
     ('zone = "0.01 mm"', "zone = 0.01", ["zone = 0.01 must be a text in quotes", 'zone = "0.01 mm"']),
     # structure
     ('"w b Y X Z t"', '"w b Y X X t"', ["names axis X 2 times; each axis once"]),

@@ -212,7 +212,7 @@ def test_evaluate_takes_them(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     [
         (HEAD + ROW.format(part="", id="bore", actual="3o.0", unit="mm"), ':2: "3o.0" in column actual is not a number'),
         (HEAD + ROW.format(part="", id="bore", actual="30.0", unit="furlong"), ':2: the unit "furlong" is not known'),
-        (HEAD + 2 * ROW.format(part="", id="bore", actual="30.0", unit="mm"), ':3: "bore" stands in'),
+        (HEAD + 2 * ROW.format(part="", id="bore", actual="30.0", unit="mm"), ':3: "bore" is already in'),
         (HEAD + "plan\t\n", ":2: the row has no id"),
         (HEAD + ROW.format(part="", id="bore", actual="1.234,5", unit="mm"), ':2: "1.234,5" in column actual is not a number'),
         (HEAD + ROW.format(part="", id="bore", actual="30.0", unit=""), ":2: no unit is stated"),

@@ -62,7 +62,7 @@ def test_touches_become_the_points_of_the_plan(tmp_path: Path) -> None:
     [
         ("UNITS/MM,ANGDEC\n", "", "there is no UNITS/ statement"),
         ("UNITS/MM,ANGDEC", "UNITS/FURLONG,ANGDEC", "the length is one of"),
-        ("INNER,CART,0,0,0,0,0,1,30,20", "INNER,CART,0,0,0", "numbers behind CART, 7 are due"),
+        ("INNER,CART,0,0,0,0,0,1,30,20", "INNER,CART,0,0,0", "numbers after CART, expected 7"),
         ("INNER,CART,0,0,0,0,0,1,30,20", "INNER,POL,0,0,0,0,0,1,30", "polar coordinates"),
         ("T(DIA)=TOL/DIAM,-0.010,0.021", "T(DIA)=TOL/DIAM,0.021,-0.010", "is not below the upper one"),
         ("TA(DIA),TA(PP)", "TA(NONE)", "T(NONE) is not defined before"),

@@ -84,7 +84,7 @@ def test_offsets_of_an_altaz_head_by_hand(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (HEAD + STAR + "1 2 3\n", "list.dat:7: 14 numbers are due"),
+        (HEAD + STAR + "1 2 3\n", "list.dat:7: expected 14 numbers"),
         (HEAD, "there is no row of 14 numbers"),
         (HEAD.replace(":EQUAT", ":ALTAZ") + STAR, 'give a table with format = "altaz"'),
         ("!a list\n" + STAR, "no line above names latitude"),
@@ -112,5 +112,5 @@ def test_air_lifts_less_the_higher_a_star_stands():
 def test_a_first_star_with_a_bad_number_is_not_taken_for_the_head(tmp_path, word):
     """The line below that of the conditions has 14 words: a star, not a free line."""
     bad = " ".join([word, *STAR.split()[1:]])
-    with pytest.raises(DataError, match=f"14 numbers are due: {word}"):
+    with pytest.raises(DataError, match=f"expected 14 numbers: {word}"):
         read_tpoint(_written(tmp_path, HEAD + bad + "\n" + STAR))

@@ -18,7 +18,7 @@ def test_parts_of_a_spreadsheet(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("part,day\n17,2026-08-19\n", ":1: the column date is missing; the columns part,date are due"),
+        ("part,day\n17,2026-08-19\n", ":1: the column date is missing; expected the columns part,date"),
         ("part,date\n17,2026-08-19\n18,soon\n", ":3: "),
         ("part,date\n,2026-08-19\n", ":2: the part has no name"),
         ("part,date\n", ":1: there are no rows below the header"),

@@ -501,7 +501,7 @@ def test_two_axes_of_a_trace(tmp_path):
         (SCOPE + '[scope]\naxes = { X = ["a", "c"] }\nunit = "mm"\n', "time_s,a,b\n0,1,2\n", 'no column "c"'),
         (SCOPE + '[scope]\naxes = { X = ["a", "b"] }\n', "time_s,a,b\n0,1,2\n", 'the unit of "a" is not stated'),
         (SCOPE, "time_s,X_commanded_mm,X_actual_mm\n0,1,1\n0,1,1\n", "data.csv:3: the time does not increase"),
-        (SCOPE, "time_s,X_commanded_mm,X_actual_mm\n0,1,1\n1,1\n", "data.csv:3: 3 finite numbers are due"),
+        (SCOPE, "time_s,X_commanded_mm,X_actual_mm\n0,1,1\n1,1\n", "data.csv:3: expected 3 finite numbers"),
         (SCOPE.replace("path", "probe"), "time_s,X_commanded_mm,X_actual_mm\n0,1,1\n", 'write kind = "path"'),
         (SCOPE.replace('Y = "100 mm", ', ""), "time_s,X_commanded_mm,X_actual_mm\n0,1,1\n", 'at = { Y = "0 mm" }'),
         (SCOPE.replace("Y =", "X ="), "time_s,X_commanded_mm,X_actual_mm\n0,1,1\n", 'at names axis "X"'),

@@ -229,7 +229,7 @@ def standard(
 def _fill_block(
     fast: ModuleType, source: QuantileTable, drawn: tuple[Array, Array], block: int, first: int, part: Array
 ) -> None:
-    """Trials first, first + 1, ... of one block into part (L, m), by the numba twin, which makes whole blocks.
+    """Sample trials first, first + 1, ... of one block into part (L, m), by the numba twin, which makes whole blocks.
 
     drawn: keys and lanes, (L, 2) each.
     """

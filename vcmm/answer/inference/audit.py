@@ -59,7 +59,7 @@ ABOVE = (
 
 @dataclass(frozen=True)
 class AuditResult:
-    """How often the intervals of one characteristic held the true value. width: mean over the parts, mm or rad.
+    """Coverage of the intervals of one characteristic. width: mean over the parts, mm or rad.
 
     oracle: mean width, over the prior, of an oracle that knows the family of every part, oracle_held: its coverage (`vcmm.answer.inference.oracle`).
     claimed: the result states that the coverage of the interval is shown, why: why it does not; least, most: the band that it is held to.

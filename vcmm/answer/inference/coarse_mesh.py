@@ -12,7 +12,7 @@ from vcmm.part.sag import sag_at
 from vcmm.task.measuring.task import Task
 
 SMALL = 0.1
-"""Of U or the tolerance, the smaller: an unseen bias of a tenth of U makes an interval for 95 % miss in 5.5 % (docs/uncertainty.md)."""
+"""Share of U or the tolerance, the smaller: an unseen bias of a tenth of U makes an interval for 95 % miss in 5.5 % (docs/uncertainty.md)."""
 
 
 def coarse_mesh(task: Task, results: Sequence[CharacteristicResult]) -> tuple[str, ...]:

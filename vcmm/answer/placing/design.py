@@ -53,7 +53,7 @@ class TouchCandidates:
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """What is minimised: sum of weight_r u_r^2 over output rows (R, P), P the motions of all features in order.
+    """Objective to minimise: sum of weight_r u_r^2 over output rows (R, P), P the motions of all features in order.
 
     D: the logarithm of the determinant of the information instead, and rows do not matter.
     """

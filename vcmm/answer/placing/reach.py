@@ -142,7 +142,7 @@ class Feasibility:
         return nominal_tip(machine.chain, machine.axes, still)
 
     def limits(self) -> Array:
-        """Travels along x, y, z (2, 3); an axis that the machine lacks counts as fixed at zero."""
+        """Return the travels along x, y, z (2, 3); an axis that the machine lacks counts as fixed at zero."""
         axes = self.scenario.machine.axes
         return np.array([axes[a].travel if a in axes else (0.0, 0.0) for a in "XYZ"]).T
 

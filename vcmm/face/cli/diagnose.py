@@ -98,7 +98,7 @@ def diagnose_command(
 
 
 class Diagnosed(NamedTuple):
-    """What was found; machine_files: file name -> text of the machine file; page: the report, "" where none is requested; attempt: the error
+    """Result of a diagnosis. machine_files: file name -> text of the machine file; page: the report, "" where none is requested; attempt: the error
     after the names were found, which the answer names."""
 
     diagnosis: Diagnosis

@@ -153,7 +153,7 @@ class Loop:
 
 @dataclass(frozen=True)
 class LoopJob(Job[Points, Loop]):
-    """From a measured part to the program of the next one. The machine file and the recording are written while the diagnosis goes on,
+    """Go from a measured part to the program of the next one. The machine file and the recording are written while the diagnosis goes on,
     as each is read again."""
 
     scenario: Path

@@ -79,7 +79,7 @@ def track_command(
 
 
 class FollowingOptions(NamedTuple):
-    """How the recordings are followed: options of `vcmm.files.learned.track.track`."""
+    """Options of the tracking of recordings, passed to `vcmm.files.learned.track.track`."""
 
     at: str | None
     replay: bool

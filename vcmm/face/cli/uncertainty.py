@@ -53,7 +53,7 @@ def uncertainty_command(
     workers: Workers = None, cluster: Cluster = None, shard: Shard = None, json: Json = False, out: Path | None = None,
     evidence: Evidence = None, require: Require = None,
 ) -> int:  # fmt: skip
-    """Task-specific uncertainty: value, U, coverage interval, decision and budget of every characteristic.
+    """Evaluate the task-specific uncertainty: value, U, coverage interval, decision and budget of every characteristic.
 
     Exit code 1 when a characteristic does not conform.
 

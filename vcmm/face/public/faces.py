@@ -46,7 +46,7 @@ def correct_face(
     program: str | Path, setup: str | Path, face: FaceMap, *, lines: tuple[int, int] | None = None,
     dialect: str | None = None, tolerance: float = 1e-3, decimals: int | None = None,
 ) -> CompensatedProgram:  # fmt: skip
-    """The program that cut the face, with what the map shows too high taken off along Z.
+    """Return the program that cut the face, with the excess heights of the map subtracted along Z.
 
     Parameters
     ----------

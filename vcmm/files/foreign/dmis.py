@@ -201,7 +201,7 @@ def _numbers(s: DmisStatement, after: str, least: int) -> list[float]:
         except ValueError:
             break
     if len(out) < least or not all(is_usual(v) for v in out):
-        raise ValueError(f"{len(out)} numbers behind {after}, {least} are due")
+        raise ValueError(f"{len(out)} numbers after {after}, expected {least}")
     return out
 
 

@@ -124,7 +124,7 @@ def _numbers(t: ToleranceStatement, least: int) -> list[float]:
         except ValueError:
             continue
     if len(out) < least or not all(is_usual(v) for v in out):
-        raise DataError(f"{t.at}: T({t.name})=TOL/{t.kind} holds {len(out)} numbers; {least} are due")
+        raise DataError(f"{t.at}: T({t.name})=TOL/{t.kind} holds {len(out)} numbers; expected {least}")
     return out
 
 

@@ -54,7 +54,7 @@ def read_klipper(path: str | Path, step: float | None = None) -> Homings:
     counters = [c for c in sheet.header if re.fullmatch(r"mcu_pos_[xyz]", c)]
     if len(counters) != 1 or "time" not in sheet.header:
         raise DataError(
-            f"{at}: time and one of mcu_pos_x, mcu_pos_y, mcu_pos_z are due; the columns are {', '.join(sheet.header)}"
+            f"{at}: expected time and one of mcu_pos_x, mcu_pos_y, mcu_pos_z; the columns are {', '.join(sheet.header)}"
         )
     sensors = [c for c in sheet.header if c.endswith("_t")]
     ignored = [c for c in sheet.header if NOT_READ.fullmatch(c)]

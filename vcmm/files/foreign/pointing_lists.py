@@ -126,7 +126,7 @@ def read_tpoint(path: str | Path, equinox: str = "date") -> Pointings:
         and ((i > begin and line.strip() not in ("", "END")) or (i > stated and len(line.split()) == ROW))
     ]
     if wrong:
-        raise DataError([f"{path}:{i}: {ROW} numbers are due: {lines[i - 1].strip()[:60]}" for i in wrong])
+        raise DataError([f"{path}:{i}: expected {ROW} numbers: {lines[i - 1].strip()[:60]}" for i in wrong])
     numbers = np.array(list(rows.values()))
     signs = np.array([_signs(lines[i - 1]) for i in rows])
     return _stars(numbers, signs, _numbers(lines[stated - 1]), head, equinox, np.array(list(rows)))

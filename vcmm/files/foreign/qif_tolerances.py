@@ -79,7 +79,7 @@ def _table(
     features = [str(f) for f in of]
     if kind in BETWEEN:
         if len(features) != 2:
-            raise NotHere(f"between {len(features)} features, two are due")
+            raise NotHere(f"between {len(features)} features, expected two")
         if nominal.words("AnalysisMode", "THREEDIMENSIONAL") != "THREEDIMENSIONAL":
             raise NotHere("along one direction or in one plane only")
         return {"type": BETWEEN[kind], "between": drawn.reference_first(features)} | _limits(

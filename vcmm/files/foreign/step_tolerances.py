@@ -135,7 +135,7 @@ def _dimension(aspects: _Aspects, drawn: DrawnPart, dimension: Entity) -> list[d
     if "LOCATION" in kind:
         features = [f for a in values[2:4] for f in aspects.features(a)]
         if len(features) != 2:
-            raise NotHere(f"between {len(features)} features, two are due")
+            raise NotHere(f"between {len(features)} features, expected two")
         angle = kind.startswith("ANGULAR")
         if limits.code or limits.nominal is None:
             raise NotHere("limits without a nominal value")

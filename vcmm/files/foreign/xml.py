@@ -122,7 +122,7 @@ def numbers(node: Node, count: int) -> list[float]:
     """Return the finite numbers of a node, exactly so many. Raises DataError."""
     cells = node.text.split()
     if len(cells) != count:
-        raise DataError(f"{node.at}: <{node.name}> holds {len(cells)} numbers; {count} are due")
+        raise DataError(f"{node.at}: <{node.name}> holds {len(cells)} numbers; expected {count}")
     return [_finite(cell, node) for cell in cells]
 
 

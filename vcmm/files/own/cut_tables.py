@@ -20,7 +20,7 @@ from vcmm.shop.machining.scenario import IDEAL
 
 
 class OffsetTable(Table):
-    """How the work offset was set. rotary: where the rotary axes stood meanwhile."""
+    """Setting of the work offset. rotary: positions of the rotary axes during it."""
 
     set_on: Literal["this machine", "elsewhere"] = "this machine"
     at: Point | None = None
@@ -29,7 +29,7 @@ class OffsetTable(Table):
 
 
 class ToolKnowledge(Table):
-    """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning and driven tools;
+    """Uncertainties of the tool setter. u_offset_x (radius) and u_offset_y (height of the tip): of turning and driven tools;
     u_width: of the edge of groove tools; u_touch: scatter of one touch of a program that probes with
     this tool.
 

@@ -9,7 +9,7 @@ from vcmm.files.sheets import SheetColumn, read_csv
 from vcmm.learn.tracking.dates import moment
 from vcmm.learn.tracking.doubtful import DatedPart
 
-ADVICE = "; the columns part,date are due, such as part,date and below it 17,2026-08-19"
+ADVICE = "; expected the columns part,date, such as part,date and below it 17,2026-08-19"
 COLUMNS = (SheetColumn("part", advice=ADVICE), SheetColumn("date", advice=ADVICE))
 
 

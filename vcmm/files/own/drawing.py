@@ -22,7 +22,7 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True)
 class GeneralTolerances:
-    """What holds where nothing is stated: a standard by name, or the numbers of an ISO 22081 note (mm, rad)."""
+    """General tolerances: a standard by name, or the numbers of an ISO 22081 note (mm, rad)."""
 
     standard: str = ""
     size: float | None = None

@@ -21,7 +21,7 @@ RANGE = '["100 mm", "500 mm"]'
 
 
 class ProcessTable(Table):
-    """Where the true values of the parts to come lie."""
+    """Distribution of the true values of the parts to come."""
 
     mean: str = Field(default="0 mm", examples=['"0.002 mm"'])
     u: str = Field(examples=['"0.003 mm"'])

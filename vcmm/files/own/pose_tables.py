@@ -40,7 +40,7 @@ TURNED = 0.01  # a quaternion or matrix written with two decimals is still one
 
 
 class PosesTable(Table):
-    """How poses are written, where that is not as usual: names of columns, or their numbers from "1" in a file without a heading.
+    """Form of the poses, where it is not the usual one: names of columns, or their numbers from "1" in a file without a heading.
 
     measured: a second file that holds what the tracker read, in the same order of rows. angle, length: units of columns that do not say
     theirs. orientation_as: euler xyz turns about the fixed axes x, y, z in that order (zyx: about its own axes is the same as xyz about
@@ -106,7 +106,7 @@ def _joints(table: PosesTable, sheet: Sheet, machine: Machine) -> list[str]:
 def _positions(table: PosesTable, sheet: Sheet) -> list[str]:
     if table.position:
         if len(table.position) != 3:
-            raise UsageError(f"position names {len(table.position)} columns where three are due: x, y, z")
+            raise UsageError(f"position names {len(table.position)} columns; expected three: x, y, z")
         return _present(sheet, table.position, "position")
     names = [
         next((f"{c}_{u}" for u in ("mm", "m") if f"{c}_{u}" in sheet.header), f"{c}_mm") for c in _POSITION

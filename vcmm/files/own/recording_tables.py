@@ -37,13 +37,13 @@ class SeriesTable(Table):
 
 
 class KnownTable(Table):
-    """What is known to be uncertain in this recording: a table with one column per independent draw, in the rows of the data."""
+    """Known uncertainties of this recording: a table with one column per independent draw, in the rows of the data."""
 
     data: str = Field(examples=['"part-known.csv"'])
 
 
 class LineTable(Table):
-    """Where an axis was measured (formats iso230, rtl, scope): the axis, the other axes, the reflector."""
+    """Place of the measurement of an axis (formats iso230, rtl, scope): the axis, the other axes, the reflector."""
 
     axis: str = ""
     at: dict[str, str] = Field(default_factory=dict, examples=['{ Y = "250 mm", Z = "-100 mm" }'])
@@ -51,7 +51,7 @@ class LineTable(Table):
 
 
 class StylusTable(Table):
-    """With what a point table was measured (format points)."""
+    """Instrument of a point table (format points)."""
 
     offset: Point = _POINT
     tip_diameter: Distance = 0.0
@@ -67,13 +67,13 @@ class ScopeTable(Table):
 
 
 class CounterTable(Table):
-    """What one count of a log is worth (format klipper)."""
+    """Value of one count of a log (format klipper)."""
 
     step: Distance
 
 
 class InstrumentTable(Table):
-    """With what it was observed: name, standard uncertainties of its own errors, and for which rows these are the same.
+    """Instrument: name, standard uncertainties of its own errors, and for which rows these are the same.
 
     compensated: what its software corrects for; the sensor columns that this needs must be there. serial: recordings that state the
     same were made by one and the same instrument.
@@ -87,7 +87,7 @@ class InstrumentTable(Table):
 
 
 class ReversalTable(Table):
-    """How one artefact was turned over against the machine: what of the readings changes sign, or place.
+    """Reversal of one artefact against the machine: changes of sign or place of the readings.
 
     error: what is sought (EZX, B0C, EXC ...); tilt: of a face test. sense: "+" where the reading in the set-up "normal" grows with
     the error (face, half turn: when the turning part moves to +Z). probes: of a face test, signed place of each from the axis.

@@ -61,7 +61,7 @@ class JobTable(Table):
 
 
 class KnobsTable(Table):
-    """What the workbench turned on top of all other tables: `vcmm.task.measuring.knobs`."""
+    """Knobs of the workbench, applied after all other tables: `vcmm.task.measuring.knobs`."""
 
     room: Gradient = 0.0
     styli: float = Field(default=1.0, examples=["1.5"])

@@ -128,7 +128,7 @@ def _numbers(path: Path) -> tuple[list[str], Array, list[int]]:
     header = next((cells for cells in above if cells[0] == "Name"), above[-1])
     rows = [row for row in lines[first:] if row.text != "EOF"]  # TwinCAT ends its exports with the word
     problems = [
-        f"{path}:{row.line}: {len(header)} finite numbers are due: {brief(row.text)}"
+        f"{path}:{row.line}: expected {len(header)} finite numbers: {brief(row.text)}"
         for row in rows
         if len(row.cells) != len(header) or not all(map(_is_number, row.cells))
     ]

@@ -80,7 +80,7 @@ class StockTable(Table):
 
 
 class SurfaceTable(Table):
-    """What a probing move meets, in work coordinates of `offset`: a plane (point, normal), or a bore or boss along Z (point,
+    """Surface that a probing move meets, in work coordinates of `offset`: a plane (point, normal), or a bore or boss along Z (point,
     diameter, inside); height: how far it goes down from z of the point, without end where it is not said."""
 
     point: Point

@@ -38,7 +38,7 @@ class TouchedTable(Table):
 
 
 class TouchesTable(Table):
-    """With what, where (format touches). log: X Y Z are of the surface (the control has taken the ball off along I J K), or of the middle of the ball.
+    """Probe and place (format touches). log: X Y Z are of the surface (the control has taken the ball off along I J K), or of the middle of the ball.
 
     zero: where the work offset of the program lies for the tip, in the axes of the machine, rotary axes at zero. head: where a head turns, what X Y Z are: of
     the axes, as if it stood at zero (no tool centre point control), or of the tip where it is, in the axes of the machine (G43.4, TRAORI, M128).

@@ -34,7 +34,7 @@ class DocumentWarning(DocumentTable):
 
 
 class LearntRate(DocumentTable):
-    """How a group of numbers wanders, in words: usual sizes of the parameter, per year."""
+    """Random change of a group of numbers, in words: usual sizes of the parameter, per year."""
 
     group: str
     model: str
@@ -160,7 +160,7 @@ class PartsInDoubt(DocumentTable):
 
 
 class LearnedResidualOfTrack(DocumentTable):
-    """What is missing and has no name; written to machine_learned.toml where it passed."""
+    """Missing physics without a name; written to machine_learned.toml where it passed."""
 
     passed: bool
     said: str
@@ -181,7 +181,7 @@ class LearnedResidualOfTrack(DocumentTable):
 
 
 class TrackDocument(DocumentTable):
-    """What a machine that is followed in time became."""
+    """State of a machine that is followed in time."""
 
     schema_: Literal["vcmm.track/1"] = Field(alias="schema")
     version: str

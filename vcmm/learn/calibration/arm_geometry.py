@@ -92,7 +92,7 @@ def _sense(ideal: Sequence[Line], i: int) -> float:
 
 @dataclass(frozen=True)
 class _NextLink:
-    """From a joint to the next: d None where the axes are parallel, beta None where not. foot: where x meets the next axis."""
+    """Transform from a joint to the next: d None where the axes are parallel, beta None where not. foot: where x meets the next axis."""
 
     x: Array
     foot: Array

@@ -22,7 +22,7 @@ ALONG = 0.9  # cosine of a reading with the diagonal
 
 @dataclass(frozen=True, eq=False)
 class TargetLine:
-    """Which observations are of one line: q (m,) along it, sense (m,) +1 or -1 along it."""
+    """Observations of one line: q (m,) along it, sense (m,) +1 or -1 along it."""
 
     recording: Recording
     which: Ints

@@ -83,7 +83,7 @@ def draw_term(
 
 @dataclass(frozen=True, eq=False)
 class _FittedTo:
-    """What a term is fitted to: residual r (m,), white, outside the basis of the others."""
+    """Data for the fit of a term: residual r (m,), white, outside the basis of the others."""
 
     refiner: Refiner
     width: float

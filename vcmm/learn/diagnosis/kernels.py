@@ -58,7 +58,7 @@ WITH_A_PART = ("probe", "path")  # kinds that know where on the part a row is
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """What a smooth course of time does to the observations, columns (m, k). names: covariates; what: in words."""
+    """Effect of a smooth course of time on the observations, columns (m, k). names: covariates; what: in words."""
 
     names: tuple[str, ...]
     columns: Array

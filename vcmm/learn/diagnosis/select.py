@@ -72,7 +72,7 @@ class Selection:
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What the selection works with. raw (m,): white residual before clipping; start (m,): the same with outliers pulled
+    """Data of the selection. raw (m,): white residual before clipping; start (m,): the same with outliers pulled
     towards what was last found, for a strong signal is no outlier; refine: continuous search of scans; most: numbers that a
     name may have.
     """

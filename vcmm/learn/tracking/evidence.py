@@ -221,7 +221,7 @@ def _shrink(mean: Array, covariance: Array, block: slice, left: Array) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """Of m innovations: lower (m, r, r) Cholesky factors of their covariances, half (m, r, n) = lower^-1 H P, white (m, r)."""
+    """Data of m innovations: lower (m, r, r) Cholesky factors of their covariances, half (m, r, n) = lower^-1 H P, white (m, r)."""
 
     lower: Array
     half: Array

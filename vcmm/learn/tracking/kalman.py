@@ -32,7 +32,7 @@ class GaussianState:
 
 @dataclass(frozen=True, eq=False)
 class Innovation:
-    """What readings differ from their prediction: value (r,), spread (r, c) = H S, lower (r, r): Cholesky factor of its covariance."""
+    """Difference of readings from their prediction: value (r,), spread (r, c) = H S, lower (r, r): Cholesky factor of its covariance."""
 
     value: Array
     spread: Array

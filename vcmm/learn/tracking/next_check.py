@@ -65,7 +65,7 @@ class _Plans:
 
     @cached_property
     def ahead(self) -> tuple[tuple[Array, Array, Array], ...]:
-        """Of every limit how its characteristic on each day depends on the state of today, (LONGEST + 1, k) @ (k, n), and (LONGEST + 1,) the variance that comes in.
+        """Dependence of the characteristic of every limit on each day on the state of today, (LONGEST + 1, k) @ (k, n), and (LONGEST + 1,) the variance that comes in.
 
         k is small: constant, trend, season and swings are few ways in which a gain develops in time.
         """

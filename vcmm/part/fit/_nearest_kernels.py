@@ -24,7 +24,7 @@ MOST_STEPS = 400
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _orthogonal(normals: Array, first: int, q: int, basis: Array, upper: Array) -> None:
-    """Modified Gram-Schmidt, twice, of columns first .. q - 1 of normals (m, m): normals = basis upper."""
+    """Apply modified Gram-Schmidt, twice, of columns first .. q - 1 of normals (m, m): normals = basis upper."""
     m = normals.shape[0]
     for j in range(first, q):
         for i in range(m):

@@ -64,7 +64,7 @@ class FittedElement:
 
 @dataclass(frozen=True)
 class Element:
-    """What is free in an element: motions of its pose, and its sizes (`lengths`: length, or angle)."""
+    """Free parameters of an element: motions of its pose, and its sizes (`lengths`: length, or angle)."""
 
     kind: str
     kernel: Kernel

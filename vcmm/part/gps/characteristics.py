@@ -151,7 +151,7 @@ def is_linear(characteristic: Characteristic, features: Mapping[str, Feature] | 
 
 
 def unit(characteristic: Characteristic) -> str:
-    """ "rad" for an angle, else "mm"."""
+    """Return the unit: rad for an angle, else mm."""
     return "rad" if characteristic.type == "angle" else "mm"
 
 

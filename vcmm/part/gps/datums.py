@@ -26,7 +26,7 @@ def system_pose(
     choice: ChosenCriteria,
     pose: Pose | None,
 ) -> Pose | None:
-    """part_from_measured of the datums of a characteristic; `pose` itself where its type has no datum system."""
+    """Return part_from_measured of the datums of a characteristic; `pose` itself where its type has no datum system."""
     if not has_system(c):
         return pose
     letters = dict(zip(c.datums, choice.datums))

@@ -41,7 +41,7 @@ class _Vector(Effect):
             object.__setattr__(self, self.diagnosis.size_name, np.zeros(len(self.directions)))
         elif given.shape != (len(self.directions),):
             raise UsageError(
-                f"{self.id}: {self.diagnosis.size_name} has {given.size} numbers; {len(self.directions)} are due, one each for {self.directions}"
+                f"{self.id}: {self.diagnosis.size_name} has {given.size} numbers; expected {len(self.directions)}, one each for {self.directions}"
             )
 
     @property

@@ -344,7 +344,7 @@ class CalibrationModes(Effect, WithResponse):
         rows = np.shape(self.loadings)
         due = len(self.nodes) if self.varies else 1
         if len(rows) != 2 or rows[0] != due:
-            raise UsageError(f"{self.id}: loadings of shape {rows}; {due} rows are due, one per node")
+            raise UsageError(f"{self.id}: loadings of shape {rows}; expected {due} rows, one per node")
         if np.size(self.modes) == 0:
             object.__setattr__(self, "modes", np.zeros(rows[1]))
 

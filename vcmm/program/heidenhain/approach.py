@@ -26,7 +26,7 @@ KINDS = ("LT", "LN", "CT", "LCT")
 
 
 class Approach(NamedTuple):
-    """What an APPR or DEP block says; mm, rad. length: LEN, radius: R, angle: CCA."""
+    """Data of an APPR or DEP block; mm, rad. length: LEN, radius: R, angle: CCA."""
 
     kind: str
     length: float = 0.0
@@ -48,7 +48,7 @@ def resolve(
     blocks: Sequence[ApproachBlock],
     file: str,
 ) -> tuple[list[Move], Sides]:
-    """Return the Replace the placeholders of kind "approach" (from PS to PA) by their moves. `seconds` of a placeholder is its
+    """Replace the placeholders of kind "approach" (from PS to PA) by their moves. `seconds` of a placeholder is its
     number in `said`."""
     out: list[Move] = []
     sides_out: Sides = []

@@ -27,7 +27,7 @@ ContourPrimitive = Callable[[MachiningCycle, SidedContours], None]
 
 @dataclass(eq=False)
 class ContourCycles:
-    """What cycles 14 and 20 have said. read: the moves of a label, the first of them the way to it, and the side of its compensation."""
+    """Data of cycles 14 and 20. read: the moves of a label, the first of them the way to it, and the side of its compensation."""
 
     labels: list[str] = field(default_factory=list)
     data: dict[str, float] = field(default_factory=dict)

@@ -92,7 +92,7 @@ class FreeContours(FreeKnown):
 
     # -- all together --
     def flush(self) -> bool:
-        """Return the Evaluate the contour and make its moves. True where one of its M functions ends the program."""
+        """Evaluate the contour and make its moves. True where one of its M functions ends the program."""
         blocks, self.waiting = self.waiting, []
         selected, self.selected = self.selected, False
         rows = [b for b in blocks if b.element is not None]

@@ -115,7 +115,7 @@ class KlartextParameters:
         return sign * (self.values[name] if name in self.values else self.unset(name))
 
     def function(self, reader: KlartextReader, code: int, column: int) -> bool:
-        """Return Execute FN 0 to FN 8, FN 13 and what goes beyond the program; jumps are the reader's. True where the program ends."""
+        """Execute FN 0 to FN 8, FN 13 and what goes beyond the program; jumps are the reader's. True where the program ends."""
         if code == 18:
             self.system_data(reader, column)
         elif code in (0, 1, 2, 3, 4, 5, 6, 7, 8, 13):

@@ -224,7 +224,7 @@ class KlartextPaths(KlartextTechnology):
         self.last_rapid = False
 
     def unfitting(self, end: Point, centre: Point) -> bool:
-        """Return Make a line with a remark for an arc that cannot fit because the position of the tool before the program is unknown."""
+        """Make a line with a remark for an arc that cannot fit because the position of the tool before the program is unknown."""
         one, two, _ = PLANES[self.r.plane]
         if {one, two} <= self.known or self.r.setup.strict:
             return False
@@ -358,7 +358,7 @@ class KlartextPaths(KlartextTechnology):
         return self.after(words)
 
     def finish(self, moves: list[Move], sides: Sides) -> tuple[list[Move], Sides]:
-        """Return the Insert the approaches, once the elements after them are known."""
+        """Insert the approaches, once the elements after them are known."""
         return resolve(moves, sides, self.said, self.r.file)
 
 

@@ -233,7 +233,7 @@ class _Runner:
         )
 
     def functions(self, reader: KlartextReader) -> bool:
-        """Return Execute a block of M functions only; STOP with M functions: M2 and M30 end the program."""
+        """Execute a block of M functions only; STOP with M functions: M2 and M30 end the program."""
         if any(t.text.upper() in PARAXIAL for t in reader.tokens):
             return self.paraxial(reader)
         words = read_words(reader, ())

@@ -15,7 +15,7 @@ SIDES = {"R0": None, "RL": "left", "RR": "right"}
 
 @dataclass
 class KlartextWords:
-    """What a block says. Coordinates as programmed; keys with I before the axis are incremental."""
+    """Words of a block. Coordinates as programmed; keys with I before the axis are incremental."""
 
     values: dict[str, float] = field(default_factory=dict)
     columns: dict[str, int] = field(default_factory=dict)

@@ -27,7 +27,7 @@ from vcmm.program.tokens import Token
 
 
 class Parameters(Protocol):
-    """What an expression sees of the control."""
+    """Interface of the control for expressions."""
 
     locals: list[dict[int, float]]
 

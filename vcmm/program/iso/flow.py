@@ -43,7 +43,7 @@ class ActiveCall:
 
 
 class IsoRunner:
-    """Where the program stands. `at` is the index of the next line."""
+    """Position in the program. `at` is the index of the next line."""
 
     def __init__(self, c: IsoControl, table: ParameterTable, text: Text, folders: Sequence[Path]) -> None:
         self.c, self.table, self.text, self.folders = c, table, text, folders

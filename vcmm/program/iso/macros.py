@@ -83,7 +83,7 @@ def call_block(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
 
 
 class ProgramCall(NamedTuple):
-    """What is called: M98 or G65, the number of the program, how often, and its local variables."""
+    """Call by M98 or G65: the number of the program, repetitions, and its local variables."""
 
     code: str
     number: int

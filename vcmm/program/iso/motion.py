@@ -240,7 +240,7 @@ def _centre_of_words(c: IsoControl, w: IsoWords, ends: ArcEnds) -> list[float]:
             f"the arc has neither R nor a centre ({CENTRE_WORDS[first]} {CENTRE_WORDS[second]} in the plane {c.plane}); add one",
         )
     if c.arc_absolute and (numbers[first] is None or numbers[second] is None) and c.language.words == "o":
-        c.fault("with absolute centres (G90.1) both centre words of the plane are due; add the other")
+        c.fault("with absolute centres (G90.1) both centre words of the plane are required; add the other")
     centre = _centre(c, w, ends, numbers, c.arc_absolute)
     if c.language.survey and not c.arcs_seen and not c.arc_absolute and _misfit(c, ends, centre):
         other = _centre(c, w, ends, numbers, True)

@@ -112,7 +112,7 @@ def _set_offset(c: IsoControl, w: IsoWords, kind: int, column: int) -> None:
 
 
 def _reading(c: IsoControl, name: str, named: dict[int, float]) -> list[float]:
-    """Return The offset with which the present position reads the named values; other axes are unchanged."""
+    """Return the offset with which the present position reads the named values; other axes are unchanged."""
     before, c.offset = c.offset, name or c.offset
     c.rebuild()
     here, wanted = c.world.apply(c.p), [named.get(i, c.p[i]) for i in range(3)]

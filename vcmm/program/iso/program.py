@@ -1,4 +1,4 @@
-"""From the text of a G-code program to a Program: block after block, with a short cut for plain lines.
+"""Read the text of a G-code program as a Program: block after block, with a short cut for plain lines.
 A plain line holds nothing but N, G0 or G1, X, Y, Z and F with plain numbers; while nothing special is in force it is read by one regular
 expression. All other lines go through the block reader.
 """
@@ -394,7 +394,7 @@ def _pointless(*words: str | None) -> bool:
 
 
 def _tails(c: IsoControl) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Return The fields of a rapid and a line behind their ends: of a move that goes nowhere."""
+    """Return the fields of a rapid and a line behind their ends: of a move that goes nowhere."""
     here = c.tip()
     feed = None if c.feed is None else c.feed * c.feed_scale
     return tuple(c.move("rapid", here, here)[4:]), tuple(c.move("line", here, here, feed=feed)[4:])

@@ -86,7 +86,7 @@ def _check(w: IsoWords, v: Values) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Thread:
-    """What all passes share."""
+    """Data common to all passes."""
 
     c: IsoControl
     start: Point

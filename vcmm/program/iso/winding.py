@@ -25,7 +25,7 @@ CHORD = 0.001  # mm, between an arc of the developed surface and its chords
 
 @dataclass(frozen=True, slots=True)
 class Winding:
-    """What is wound. radius: of the cylinder, mm; 0: polar. linear: the axis whose words are arcs of the cylinder (Haas), else -1.
+    """State of the winding. radius: of the cylinder, mm; 0: polar. linear: the axis whose words are arcs of the cylinder (Haas), else -1.
 
     axis: index of the rotary axis. kept: plane, diameter before. face: of polar interpolation.
     """

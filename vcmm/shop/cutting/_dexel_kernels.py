@@ -143,7 +143,7 @@ def material(
     counts: Array,
     out: Array,
 ) -> int:
-    """Material on rays (n, 3) of one direction into counts (n,) and out (n, M, 2); returns the most stretches kept of a ray.
+    """Collect material on rays (n, 3) of one direction into counts (n,) and out (n, M, 2); returns the most stretches kept of a ray.
 
     Removed stretches are merged as they grow, and moves that lie wholly in them are skipped. Nodes of the tree of groups that are nearer to
     the ray come first: they cut deepest, and leave least to look for.

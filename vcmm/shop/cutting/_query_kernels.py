@@ -198,8 +198,7 @@ def search_ray(
     point: Array, normal: Array, trees: tuple, some: Array, depth: float, height: float, band: float, lists: tuple,
     work: tuple,
 ) -> tuple[int, int]:  # fmt: skip
-    """Search all moves of the trees `some` that may meet one ray between -depth and height. Return the number of stretches found below,
-    and of exact tests.
+    """Search the moves of the trees `some` that may meet one ray between -depth and height; return counts of stretches and exact tests.
 
     Nodes are taken in the order of the least entry that they allow, and left out when it lies above the contacts known.
     """

@@ -231,7 +231,7 @@ def pieces(sweep: Sweep, counts: Array) -> tuple[Sweep, Array, Array, Array]:
 
 
 def frames_of(axis: Array) -> Array:
-    """Right-handed frames (k, 3, 3) whose third row is the tool axis (k, 3); the identity for +Z."""
+    """Return right-handed frames (k, 3, 3) whose third row is the tool axis (k, 3); the identity for +Z."""
     other = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
     first = np.cross(other, axis)
     first = first / np.linalg.norm(first, axis=1)[:, None]

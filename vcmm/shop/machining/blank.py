@@ -89,7 +89,7 @@ class Blank:
 
     @property
     def kept_as(self) -> str:
-        """How the stock is kept."""
+        """Storage of the stock."""
         return "rays along X, Y and Z" if isinstance(self.after, Dexels) else "map of heights"
 
 

@@ -1,4 +1,4 @@
-"""Where a measured part departs from its prediction: by feature, line of the program and covariate, with their significance.
+"""Departures of a measured part from its prediction: by feature, line of the program and covariate, with their significance.
 
     rest = measured - predicted = B b + X c + scatter      cov(rest) = C + s^2 1
 
@@ -189,8 +189,7 @@ def covariates(points: ObservedPoints) -> Iterator[Covariate]:
 
 
 def machine_shapes(points: ObservedPoints, rigid: bool) -> Array:
-    """Return columns (n, k) for possible effects of machine, tools or a bend of the part: covariates but features and lines, and squares
-    of positions."""
+    """Return columns (n, k) of machine, tools or a bend of the part: covariates but features and lines, and squares of positions."""
     place, n = points.run.position, points.normals
     columns = [c.columns for c in covariates(points) if c.name not in ("feature", "NC line")]
     squares = [n * _centre(place[a])[:, None] ** 2 for a in AXES if a in place]

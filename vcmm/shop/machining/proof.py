@@ -59,7 +59,7 @@ class CutProof:
 
     @property
     def worse(self) -> str:
-        """In which way the new part is worse than the old one, beyond the allowed departure; else ""."""
+        """Reason why the new part is worse than the old one, beyond the allowed departure; else ""."""
         if self.before is None or self.after is None:
             return ""
         worse = [

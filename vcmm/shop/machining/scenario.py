@@ -22,7 +22,7 @@ IDEAL, SAME, OTHER = "ideal", "same", "machine"
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """How the finished part is measured: kind "ideal" (no errors), "same" (on the machine tool) or "machine" (on a CMM)."""
+    """Measurement of the finished part: kind "ideal" (no errors), "same" (on the machine tool) or "machine" (on a CMM)."""
 
     kind: str = IDEAL
     machine: Machine | None = None

@@ -23,7 +23,7 @@ SETTING = "setting"  # label value of the rows in which a zero was set
 
 @dataclass(frozen=True, eq=False)
 class ProbedRows:
-    """What a program itself probed: its K touches are rows `first` (the first of them) and those behind it.
+    """Touches of a program itself: its K touches are rows `first` (the first of them) and those behind it.
 
     weight (n, 3, K): mm by which a row lies further per mm that a touch reads further; reads (K, 3): what an error of the tip takes
     off its reading (vcmm.shop.machining.touched_zero).

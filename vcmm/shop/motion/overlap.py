@@ -44,7 +44,7 @@ class StretchPlan(NamedTuple):
 
 
 class _Overlaps(NamedTuple):
-    """Of k corners: number of the stop (k,), seconds T, jerks j1 and j2, directions u1 and u2 (k, 6), place of the corner (k, 6)."""
+    """Data of k corners: number of the stop (k,), seconds T, jerks j1 and j2, directions u1 and u2 (k, 6), place of the corner (k, 6)."""
 
     stop: Ints
     seconds: Array

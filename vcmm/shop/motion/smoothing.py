@@ -238,7 +238,7 @@ def _breaks(rows: ShortLines, width: Array) -> tuple[Array, Ints, Ints]:
 
 @dataclass(frozen=True, eq=False)
 class _Spread:
-    """Where k turns are spread: breaks s (b,), at (k,) and width (k,) mm, first and last break of each."""
+    """Ranges over which k turns are spread: breaks s (b,), at (k,) and width (k,) mm, first and last break of each."""
 
     s: Array
     at: Array

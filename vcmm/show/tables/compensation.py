@@ -47,7 +47,7 @@ SHIFTS: tuple[Column[Shift], ...] = (
 
 
 class RewritingSummary(Protocol):
-    """What every rewriting says of itself."""
+    """Summary of every rewriting."""
 
     @property
     def name(self) -> str: ...

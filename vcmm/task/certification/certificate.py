@@ -1,4 +1,4 @@
-"""What a certificate states: limits of ISO 10360-2, 10360-5 and ISO 230-2, and the prior over machines that keep them.
+"""Statements of a certificate: limits of ISO 10360-2, 10360-5 and ISO 230-2, and the prior over machines that keep them.
 
 Maximum permissible errors as certificates and data sheets write them: ISO 10360-2 has A + L/K, makers also write a slope.
 

@@ -115,7 +115,7 @@ def _resect(tip: Array, length: Array, start: Array, free: bool, what: str) -> A
     """
     need = 4 if free else 3
     if len(tip) < need:
-        raise ModelLimit(f"{what} has {len(tip)} lengths; {need} or more are due to find where it stands")
+        raise ModelLimit(f"{what} has {len(tip)} lengths; expected {need} or more to find its place")
     place, constant = start.astype(float), 0.0
     for _ in range(STEPS):
         way = place - tip

@@ -51,7 +51,7 @@ class Freedom:
 
 @dataclass(frozen=True)
 class Fixture:
-    """What may move. Degrees of freedom that are not named stay as in the present pose.
+    """Degrees of freedom of the pose. Degrees of freedom that are not named stay as in the present pose.
 
     slots: allowed shifts (mm), one of them is taken. faces: directions in the drawing (unit vectors by name), one of
     which points down; they set turn_x and turn_y. UsageError when two entries set the same freedom.
@@ -180,7 +180,7 @@ def _off(freedom: Freedom, value: Array, turns: bool) -> Array:
 
 @dataclass(frozen=True)
 class Goal:
-    """What is minimised: a mixture of "U", "U/T", "risk" and "cost", each a weighted sum over characteristics.
+    """Objective to minimise: a mixture of "U", "U/T", "risk" and "cost", each a weighted sum over characteristics.
 
     weights: characteristic -> share, summing to 1; empty: equal over those that suit. costs: money per wrong decision.
     process: characteristic -> (mean departure from the middle of the tolerance, standard deviation) of the true

@@ -47,7 +47,7 @@ class Stylus:
 
 @dataclass(frozen=True)
 class Touch:
-    """How a touch is made: speed mm/s, approach and clearance mm, positioning speed mm/s."""
+    """Motion of a touch: speed mm/s, approach and clearance mm, positioning speed mm/s."""
 
     speed: float = 5.0
     approach: float = 3.0

@@ -59,7 +59,7 @@ class PoseReadings:
 
 @dataclass(frozen=True, eq=False)
 class TrackerPlacement:
-    """Where tracker and target are: turn (3, 3) and shift (3,) of B, offset (3,) mm, turn of the target on the tool (3, 3)."""
+    """Places of tracker and target: turn (3, 3) and shift (3,) of B, offset (3,) mm, turn of the target on the tool (3, 3)."""
 
     turn: Array
     shift: Array
