@@ -71,7 +71,8 @@ def test_a_wide_uncertainty_rejects_neither_a_size_nor_the_part():
     def decide_at(y: float) -> tuple[list[str], str]:
         parts = [at_indication(c, y, QUICK.rule) for c in result.characteristics]
         joint = judged_jointly(result.model, parts, [y, y], 1)
-        assert joint is not None and parts[0].decision.p_conform < 0.05
+        assert joint is not None
+        assert parts[0].decision.p_conform < 0.05
         return [c.decision.text for c in parts], joint.decision
 
     assert decide_at(30.0) == (["undecided"] * 2, "undecided")

@@ -29,7 +29,8 @@ def test_a_wide_uncertainty_rejects_no_part() -> None:
     # limits +-4 um, u = 100 um: P(-0.04 < z < 0.04) = 2 * 0.0159534 = 0.031907, though the part reads its nominal size
     wide = decide(50.0, (49.996, 50.004), u=0.1)
     assert wide.p_conform == pytest.approx(0.031907, abs=1e-6)
-    assert wide.text == "undecided" and "U is larger than the tolerance" in wide.reason
+    assert wide.text == "undecided"
+    assert "U is larger than the tolerance" in wide.reason
     # beyond the upper limit by 1.644 u and 1.646 u: P(true > 50.004) = 0.9499 and 0.9501
     assert decide(50.004 + 0.1644, (49.996, 50.004), u=0.1).text == "undecided"
     assert decide(50.004 + 0.1646, (49.996, 50.004), u=0.1).text == "does not conform"

@@ -340,7 +340,7 @@ def _read_with(
             continue
         rung, size = _sizes_drawn(grid, weight)
         for i in floors:
-            parts = [(s, rung == k) for k, s in enumerate(one)]
+            parts = [(s, rung == k) for k, s in enumerate(shapes)]
             sizes = np.abs(np.concatenate([s.motion(i, residuals, size[of], NORMAL[of]) for s, of in parts]))
             if np.quantile(sizes, p) > np.quantile(moved[i][0], p):
                 moved[i] = sizes, shapes[0].words

@@ -119,12 +119,12 @@ def _date(track: Track, day: int) -> str:
     return date_of(track.dated.when + day)
 
 
-def _u_after(one: NextCheck, limits: Sequence[TaskLimit]) -> str:
-    return ", ".join(f"{x.name} {_u_of(one, x)}" for x in limits)
+def _u_after(check: NextCheck, limits: Sequence[TaskLimit]) -> str:
+    return ", ".join(f"{x.name} {_u_of(check, x)}" for x in limits)
 
 
-def _u_of(one: NextCheck, limit: TaskLimit) -> str:
-    return _small(one.u_after[limit.name], limit)
+def _u_of(check: NextCheck, limit: TaskLimit) -> str:
+    return _small(check.u_after[limit.name], limit)
 
 
 def _small(value: float, limit: TaskLimit) -> str:
@@ -169,8 +169,8 @@ def _beyond(limit: TaskLimit) -> str:
 
 def why_not_kept(planned: Planned) -> str:
     """Why the plan does not keep every limit, of each limit that is to blame; "" where it keeps them."""
-    limits, each, found = planned
-    if found.kept:
+    limits, each, schedule = planned
+    if schedule.kept:
         return ""
     beyond = beyond_checks(limits)
     reasons = [_beyond(x) for x in beyond]
@@ -184,8 +184,8 @@ def why_not_kept(planned: Planned) -> str:
 
 
 def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
-    limits, _, found = planned
-    kept = "keeps every limit" if found.kept else f"does NOT keep the limits: {why_not_kept(planned)}"
+    limits, _, schedule = planned
+    kept = "keeps every limit" if schedule.kept else f"does NOT keep the limits: {why_not_kept(planned)}"
     fixed = (
         f"; at a fixed interval: {schedule.fixed[0]} every {schedule.fixed[1]} d, cost {schedule.fixed[2]:g}"
         if schedule.fixed
@@ -197,7 +197,7 @@ def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
 
 def plan_document(planned: Planned, track: Track) -> dict[str, object]:
     """next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
-    limits, each, found = planned
+    limits, each, schedule = planned
     beyond = beyond_checks(limits)
     return {
         "limits": [
@@ -205,8 +205,8 @@ def plan_document(planned: Planned, track: Track) -> dict[str, object]:
         ],
         "next_checks": [_next_document(n, track) for n in each],
         "plan": {
-            "days": found.days, "cost": found.cost, "kept": found.kept, "because": why_not_kept(planned) or None, "checks": [_next_document(n, track) for n in found.checks],
-            "fixed_interval": found.fixed and {"check": found.fixed[0], "days": found.fixed[1], "cost": found.fixed[2]},
+            "days": schedule.days, "cost": schedule.cost, "kept": schedule.kept, "because": why_not_kept(planned) or None, "checks": [_next_document(n, track) for n in schedule.checks],
+            "fixed_interval": schedule.fixed and {"check": schedule.fixed[0], "days": schedule.fixed[1], "cost": schedule.fixed[2]},
         },
     }  # fmt: skip
 
