@@ -78,6 +78,14 @@ def test_j_of_g84_on_a_haas_is_the_speed_of_the_way_out():
     text = "G21 G90 G54\nT1 M6\nS500 M3\nG0 Z20.\nG84 X0. Y0. Z-10. R2. F500. J3\nG80\nG1 Z19. F100.\nM30\n"
     moves = [(m.end[2], m.feed, m.spindle) for m in read(text, "haas", strict=True).moves if m.kind == "line"]
     assert moves == [(-10, 500, 500), (2, 1500, -1500), (19, 100, 500)]
+    pecks = text.replace("G84", "G83 X1. Y0. Z-3. R2. I2. J1. K1. F500.\nG84").replace(" J3", "")
+    out = [
+        m.feed for m in read(pecks, "haas", strict=True).moves if m.kind == "line" and m.end[2] > m.start[2]
+    ]
+    assert out[:1] == [500]  # J of G83 is a length; of G87 too (LinuxCNC)
+    series = "G21 G90 G17\nT1 M6\nS500 M3\nF500\nG0 Z5\nG87 X0 Y0 Z-5 R1 I1 J0 K-3\nG84 X1 Z-5 R1\nG80\nM2\n"
+    up = [m.feed for m in read(series, "linuxcnc").moves if m.kind == "line" and m.end[2] > m.start[2]]
+    assert up[-1] == 500  # not 500 x J0
     with pytest.raises(DataError, match="J0: how many times"):
         read(text.replace("J3", "J0"), "haas")
     with pytest.raises(DataError, match='uses the word "J"'):

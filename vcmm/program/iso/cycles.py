@@ -24,6 +24,7 @@ from vcmm.program.moves import PLANES
 
 _MOST_PECKS = 20_000
 TAPPING = ("G74", "G84")
+OUT = "times as fast out"  # what J of G74 and G84 means on a Haas; J of G83 and G87 is a length, and stays in force beside it
 FASTEST_OUT = 9  # J of Haas
 SIDE = {"G87": "G83", "G88": "G84", "G89": "G85"}  # of Fanuc lathes, along X
 
@@ -161,7 +162,7 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
             raise BlockFault(w.column("P"), "a dwell cannot be negative; correct P")
         multiple = letter == "J" and code in TAPPING and c.language.haas
         if multiple:
-            c.cycle[letter] = _retract_multiple(w, number)
+            c.cycle[OUT] = _retract_multiple(w, number)
         else:
             c.cycle[letter] = waiting(c, w, number) if letter == "P" else length(c, w, letter, number)
         if number and not (row.uses(letter) or multiple):
@@ -238,7 +239,7 @@ def tap(c: IsoControl, h: Hole, v: Values) -> None:
     """Tap in and out at feed, the spindle reversed at the bottom. Fanuc leaves the hole at R, LinuxCNC at the retract height."""
     _tapping_pecks(c, h, v["Q"])
     h.feed_in(v["P"])
-    _feed_out(c, h, -c.sense, c.cycle.get("J", 1.0))
+    _feed_out(c, h, -c.sense, c.cycle.get(OUT, 1.0))
     h.leave()
 
 

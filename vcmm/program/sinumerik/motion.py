@@ -260,11 +260,8 @@ class SinumerikInterpreter(SinumerikSpecials):
             r.assume("which position of the axes STAT= and TU= mean", "the nearest", matters=False)
         if words.has(*DIRECTIONS):
             words.items = {k: v for k, v in words.items.items() if k not in DIRECTIONS}
-            r.assume(
-                "tool directions (LEAD, TILT, A4= B4= C4=)",
-                "the rotary axes stay as they are",
-                f"tool directions (LEAD, TILT, A4=){LATER}",
-            )
+            what = "tool directions (LEAD, TILT, A4= B4= C4=)"
+            r.assume(what, "the rotary axes stay as they are", f"tool directions (LEAD, TILT, A4=){LATER}")
 
     def position_spindle(self, words: SinumerikWords) -> None:
         """Position the spindle, SPOS=30, SPOS[1]=30: where tools are driven the first spindle holds the part, and is axis C."""
