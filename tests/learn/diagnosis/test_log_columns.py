@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 import vcmm
 from vcmm.face.cli import run
 from vcmm.learn.diagnosis.log_mistakes import Mistake, log_hypotheses
+from vcmm.learn.diagnosis.result import Answer
+from vcmm.show.tables.diagnosis import values_text
 
 MACHINE = """vcmm = "machine/1"
 structure = "w b Y X Z t"
@@ -106,6 +109,22 @@ def test_an_offset_of_the_other_sign(tmp_path):
         "columns_exchanged", "offset_x_mm and offset_z_mm", "each stands in the place of the other"
     ]
     assert exchanged.departure.reshape(2, 3)[0] == pytest.approx([-4e-3, 0, -4e-3], abs=1e-6)
+
+
+def test_the_terminal_says_what_about_a_column_is_wrong():
+    one = Answer(
+        "log_mistake",
+        {"columns": "offset_z_mm"},
+        {},
+        0.97,
+        1.0,
+        (),
+        9.0,
+        mistake="sign",
+        remark="the sign is wrong",
+    )
+    assert values_text(one) == "the sign is wrong"
+    assert values_text(replace(one, mistake="", remark="known otherwise")) == "no free parameter"
 
 
 @pytest.mark.thorough
