@@ -13,6 +13,7 @@ import vcmm
 from vcmm.face.cli import run
 from vcmm.learn.diagnosis.log_mistakes import Mistake, log_hypotheses
 from vcmm.learn.diagnosis.result import Answer
+from vcmm.learn.diagnosis.units_and_signs import sign_warnings
 from vcmm.show.tables.diagnosis import values_text
 
 MACHINE = """vcmm = "machine/1"
@@ -109,6 +110,36 @@ def test_an_offset_of_the_other_sign(tmp_path):
         "columns_exchanged", "offset_x_mm and offset_z_mm", "each stands in the place of the other"
     ]
     assert exchanged.departure.reshape(2, 3)[0] == pytest.approx([-4e-3, 0, -4e-3], abs=1e-6)
+
+
+def circle_in(folder: Path, times: float, pause: float = 0.0) -> list[str]:
+    """What is said of a circle of 100 mm at 60 mm/s, there and back with a pause, whose speeds were written `times` as large."""
+    half = np.linspace(0, 4 * np.pi, 200)
+    angle = np.concatenate([half, half[::-1]])
+    turn = 0.6 * np.repeat([1.0, -1.0], 200)  # rad/s
+    time = np.arange(400) * (half[1] / 0.6) + np.repeat([0.0, pause], 200)
+    x, y = 400 + 100 * np.cos(angle), 300 + 100 * np.sin(angle)
+    vx, vy = -100 * turn * np.sin(angle), 100 * turn * np.cos(angle)
+    none = np.zeros(400)
+    rows = np.column_stack([time, x, y, none - 200, times * vx, times * vy, none, none, none])
+    head = "time_s,X_mm,Y_mm,Z_mm,speed_X_mm_s,speed_Y_mm_s,dx_um,dy_um,dz_um"
+    recording, _ = vcmm.load_recording(recording_of(folder, "", head, rows))
+    return sorted(sign_warnings(recording))
+
+
+@pytest.mark.parametrize(
+    ("times", "unit"), [(60.0, "units per minute"), (0.06, "m/min"), (0.001, "m/s"), (1 / 25.4, "inches")]
+)
+def test_speeds_that_do_not_fit_the_motion_are_told_with_the_unit(tmp_path, times, unit):
+    said = circle_in(tmp_path, times, pause=20.0)
+    assert len(said) == 2  # of X and of Y
+    assert f"is {times:.3g} times the motion along X" in said[0]
+    assert unit in said[0]
+
+
+def test_speeds_that_fit_the_motion_are_not_told(tmp_path):
+    assert circle_in(tmp_path, 1.0, pause=20.0) == []
+    assert circle_in(tmp_path, 1.3) == []  # no unit
 
 
 def test_the_terminal_says_what_about_a_column_is_wrong():
