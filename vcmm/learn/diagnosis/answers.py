@@ -273,6 +273,7 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     return Answer(
         mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs,
         alias_probability=sure, share_of_rows=1.0, mistake=mistake.what if mistake.effect == LOG else "",
+        remark=mistake.words,
     )  # fmt: skip
 
 

@@ -28,7 +28,7 @@ from vcmm.core.effect import OF_AN_ANGLE, Effect, basis, parameter
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.learn.diagnosis.candidates import Option, linear_parameters
-from vcmm.learn.diagnosis.constants import NOTHING, SECURE, VERY_STRONG
+from vcmm.learn.diagnosis.constants import NOTHING, SECURE, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.problem import Problem, generator
 from vcmm.learn.diagnosis.refine import MOMENTS, Refiner, at_value, reach, scanned_names, shift_value
 from vcmm.learn.diagnosis.scans import turns_round
@@ -311,6 +311,9 @@ def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:
 def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: Array) -> Estimate:
     """Return the rms of an array parameter: over the rows, about its mean, for a field; over the elements for random vectors.
 
+    Of a field the part that the nuisance takes up in full (the line of a straightness, where the alignment is free) is not counted: no row
+    tells it, so that its draws are those of the prior.
+
     The median of its posterior: the rms of the posterior mean is too small, since the mean is shrunk towards zero.
     """
     term = selection.terms[i]
@@ -324,9 +327,23 @@ def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: A
     turns = not np.any(six[:, :3])
     field = six[:, 3:] if turns else six[:, :3]
     field = field - field.mean(axis=0)  # a constant is the pose, or the zero of the axis
-    gram = np.einsum("nik,nil->kl", field, field) / problem.run.n
+    flat = field.reshape(-1, field.shape[2])
+    taken = flat @ (term.option.unit[:, None] * unseen_directions(problem.nuisance, term.option.columns))
+    flat = flat - taken @ np.linalg.lstsq(taken, flat, rcond=None)[0]
+    gram = flat.T @ flat / problem.run.n
     rms = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
     return _estimate(float(np.median(rms)), float(rms.std()), rms, "urad" if turns else "um")
+
+
+def unseen_directions(nuisance: Array, columns: Array) -> Array:
+    """Directions (k, r) of the numbers of a term of which the nuisance (m, p) leaves less than VANISHING_SHARE of the signal; columns (m, k)."""
+    u, size, v = np.linalg.svd(columns, full_matrices=False)
+    kept = size > VANISHING_SHARE * size.max(initial=0.0)
+    signals = u[:, kept]
+    if nuisance.shape[1]:
+        signals = signals - nuisance @ np.linalg.lstsq(nuisance, signals, rcond=None)[0]
+    _, share, w = np.linalg.svd(signals, full_matrices=False)
+    return np.hstack([v[~kept].T, (v[kept].T / size[kept]) @ w[share <= VANISHING_SHARE].T])
 
 
 def as_json(found: Mapping[str, Estimate]) -> dict[str, dict[str, object]]:

@@ -32,6 +32,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 from vcmm.learn.diagnosis.constants import MOST_SHAPES
+from vcmm.learn.diagnosis.log_units import units_taken
 from vcmm.learn.diagnosis.scans import MOST_STEPS
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.observe import Observer
@@ -91,6 +92,11 @@ MISTAKE = "map_mistake"  # the name of an answer: a wrong number in a stored tab
 LOG = "log_mistake"  # the name of an answer
 LABELS_EXCHANGED = "labels_exchanged"
 EXCHANGED, SIGN, UNIT, DIRECTIONS = "columns_exchanged", "sign", "unit", "directions_exchanged"
+WORDS = {
+    EXCHANGED: "each stands in the place of the other",
+    SIGN: "the sign is the opposite one",
+    DIRECTIONS: "+ and - are exchanged",
+}
 Name = tuple[str, str]  # of what a run holds: one of TABLES or PLACES, and the name in it
 ZEROED = (("columns", "time_s"), ("labels", "setup"))  # by which the zero of a counter is known
 TABLES, PLACES = ("columns", "labels", "series"), "position"
@@ -100,6 +106,7 @@ COLUMN_PREFIXES = (
     "accel_",
     "sense_",
 )  # beginnings of columns that are taken for one another
+OFFSETS = ("offset_x_mm", "offset_y_mm", "offset_z_mm")
 RunCorrection = Callable[[Run], Run]
 
 
@@ -133,6 +140,7 @@ class Mistake:
     lead: float = np.inf  # nats over the best explanation without a mistake
     free: tuple[str, ...] = ()  # names of the terms that explain it instead
     clock: Clock | None = None  # of a mistake of the log with one number
+    words: str = ""  # what about the columns is wrong
 
 
 def log_hypotheses(recording: Recording, machine: Machine) -> Iterator[Mistake]:
@@ -153,10 +161,11 @@ def log_hypotheses(recording: Recording, machine: Machine) -> Iterator[Mistake]:
         return after - before if np.isfinite(after).all() and np.any(after != before) else None
 
     for what, tried in _kinds(recording.run):
-        changed = [(columns, change(corrected(recording.run))) for columns, corrected in tried]
-        seen = [(columns, d) for columns, d in changed if d is not None]
-        for columns, departure in seen:
-            yield _of_log(columns, what, departure, -float(np.log(len(seen))))
+        changed = [(columns, words, change(corrected(recording.run))) for columns, corrected, words in tried]
+        seen = [(columns, words, d) for columns, words, d in changed if d is not None]
+        for columns, words, departure in seen:
+            share = -float(np.log(len(seen)))
+            yield replace(_of_log(columns, what, departure, share), words=words or WORDS.get(what, ""))
     yield from _of_labels(recording.run, change)
     for clock in clock_mistakes(recording.run):
         yield from _of_clock(clock, change)
@@ -246,7 +255,8 @@ def changed_names(before: Run, after: Run) -> set[Name]:
         if not _is_same(one.get(name), other.get(name))
     }
     out |= {("series", sensor_of(name)) for kind, name in out if kind == "columns"}
-    if not all(_is_same(q, after.position[a]) for a, q in before.position.items()):
+    places = [(q, after.position[a]) for a, q in before.position.items()]
+    if not all(_is_same(one, other) for one, other in [*places, (before.offset, after.offset)]):
         out.add((PLACES, ""))
     return out
 
@@ -259,7 +269,14 @@ def _is_same(one: Any, other: Any) -> bool:
     return one is not None and other is not None and np.array_equal(one, other)
 
 
-def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
+def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection, str]]]]:
+    """Kind, and of each form of it what is meant, the run that should have been written, and what no kind says."""
+    for what, forms in _forms(run):
+        yield what, [(columns, corrected, "") for columns, corrected in forms]
+    yield UNIT, list(_units(sorted(n for n, v in run.columns.items() if np.ptp(v) > 0)))
+
+
+def _forms(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
     names = sorted(n for n, v in run.columns.items() if np.ptp(v) > 0)
     axes = sorted(a for a, q in run.position.items() if np.ptp(q) > 0)
     alike = [[n for n in names if n.startswith(start) and _ending(n) == end] for start, end in _groups(names)]
@@ -268,42 +285,36 @@ def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
     ]
     linear = [a for a in axes if a in "XYZUVW"]
     exchanged += [(f"{a} and {b}", _axes(a, b)) for a, b in itertools.combinations(linear, 2)]
+    exchanged += [
+        (f"{OFFSETS[a]} and {OFFSETS[b]}", _offsets(_exchanging(a, b)))
+        for a, b in itertools.combinations(range(3), 2)
+        if not np.array_equal(run.offset[:, a], run.offset[:, b])
+    ]
     yield EXCHANGED, exchanged
     yield (
         SIGN,
         [
             *((a, _mirror(a)) for a in axes),
-            *((n, _times(n, -1.0, 0.0)) for n in names if n.startswith(("speed_", "accel_"))),
-        ],
-    )
-    yield (
-        UNIT,
-        [
-            (n, _times(n, factor, zero))
-            for n in names
-            for start, forms in _units_taken().items()
-            if n.startswith(start)
-            for factor, zero in forms
+            *((OFFSETS[a], _offsets(_mirroring(a))) for a in range(3) if run.offset[:, a].any()),
+            *((n, _all_times([n])) for n in names if n.startswith(("speed_", "accel_"))),
         ],
     )
     senses = [n for n in names if n.startswith("sense_")]
     yield (
         DIRECTIONS,
-        [(n, _times(n, -1.0, 0.0)) for n in senses]
+        [(n, _all_times([n])) for n in senses]
         + ([(" and ".join(senses), _all_times(senses))] if len(senses) > 1 else []),
     )
 
 
-def _units_taken() -> dict[str, tuple[tuple[float, float], ...]]:
-    """Return the beginning of a column: factor and zero of the intended values, factor (value - zero)."""
-    from scipy.constants import convert_temperature, degree_Fahrenheit, g, zero_Celsius
-
-    freezing = float(convert_temperature(0.0, "Celsius", "Fahrenheit"))
-    return {
-        "temp_": ((degree_Fahrenheit, freezing), (1.0, zero_Celsius)),  # degF and K for degC
-        "speed_": ((1.0 / 60.0, 0.0), (60.0, 0.0)),  # mm/min for mm/s, and the other way round
-        "load_": ((1.0 / g, 0.0), (g, 0.0)),  # N for kg, and the other way round
-    }
+def _units(names: Sequence[str]) -> Iterator[tuple[str, RunCorrection, str]]:
+    """One column in another unit, and all of a kind: who takes m/min for mm/s does so of every axis."""
+    for start, forms in units_taken().items():
+        alike = [n for n in names if n.startswith(start)]
+        for factor, zero, words in forms:
+            yield from ((n, _all_times([n], factor, zero), words) for n in alike)
+            if len(alike) > 1:
+                yield " and ".join(alike), _all_times(alike, factor, zero), words
 
 
 def _groups(names: Sequence[str]) -> list[tuple[str, str]]:
@@ -312,8 +323,9 @@ def _groups(names: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _ending(name: str) -> str:
-    """Return the unit of a column, and nothing of its place: temp_air_C -> C, speed_X_mm_s -> mm_s, sense_X -> ''."""
-    return "_".join(name.split("_")[2:])
+    """The unit of a column, and nothing of its place: temp_air_C, temp_scale_x_C -> C, speed_X_mm_s -> mm_s, sense_X -> ''."""
+    parts = name.split("_")
+    return parts[-1] if parts[0] == "temp" else "_".join(parts[2:])
 
 
 def _columns(a: str, b: str) -> RunCorrection:
@@ -337,20 +349,29 @@ def _mirror(axis: str) -> RunCorrection:
     return lambda run: replace(run, position={**run.position, axis: -run.position[axis]})
 
 
-def _times(name: str, factor: float, zero: float) -> RunCorrection:
+def _mirroring(a: int) -> Callable[[Array], Array]:
+    return lambda offset: offset * np.where(np.arange(3) == a, -1.0, 1.0)
+
+
+def _exchanging(a: int, b: int) -> Callable[[Array], Array]:
+    order = [b if i == a else a if i == b else i for i in range(3)]
+    return lambda offset: offset[:, order]
+
+
+def _offsets(change: Callable[[Array], Array]) -> RunCorrection:
+    return lambda run: replace(run, offset=change(run.offset))
+
+
+def _all_times(names: Sequence[str], factor: float = -1.0, zero: float = 0.0) -> RunCorrection:
     def corrected(run: Run) -> Run:
         series = dict(run.series)
-        sensor = sensor_of(name)
-        if sensor in series:
+        for sensor in {sensor_of(name) for name in names} & series.keys():
             log = series[sensor]
             series[sensor] = Series(log.time, factor * (log.value - zero))
-        return replace(run.with_columns({name: factor * (run.columns[name] - zero)}), series=series)
+        columns = {n: factor * (run.columns[n] - zero) for n in names}
+        return replace(run.with_columns(columns), series=series)
 
     return corrected
-
-
-def _all_times(names: Sequence[str]) -> RunCorrection:
-    return lambda run: run.with_columns({n: -run.columns[n] for n in names})
 
 
 def exchanged_labels(run: Run) -> Iterator[tuple[str, Run]]:

@@ -89,6 +89,12 @@ def _times(recording: Recording) -> list[str]:
     ]
 
 
+SPEED_UNITS = (  # true speed over the number that is written, where the heading says mm/s (or rad/s)
+    (1.0 / 60.0, "units per minute"),
+    (1000.0 / 60.0, "m/min"),
+    (1000.0, "m/s"),
+    (INCH, "inches per second"),
+)
 MOST = 0.9  # share of the rows from which a sign is called reversed
 ENOUGH = 20  # rows that can tell
 
@@ -148,7 +154,7 @@ def _senses(recording: Recording) -> list[str]:
 def _speeds(recording: Recording) -> list[str]:
     """Check that along a trace the speed is the change of the position with time."""
     time, out = _column(recording, "time_s"), []
-    if time is None or recording.kind not in ("path", "angle"):
+    if time is None:
         return []
     for axis in recording.run.position:
         speed, q = _speed(recording, axis), recording.run.position[axis][recording.row]
@@ -158,9 +164,27 @@ def _speeds(recording: Recording) -> list[str]:
             continue
         moved = np.diff(q)[use] / step[use]
         stated = ((speed[1:] + speed[:-1]) / 2)[use]
-        if np.std(moved) > 0 and np.std(stated) > 0 and np.corrcoef(moved, stated)[0, 1] < -0.5:
+        if not (np.std(moved) > 0 and np.std(stated) > 0):
+            continue
+        if recording.kind in ("path", "angle") and np.corrcoef(moved, stated)[0, 1] < -0.5:
             out.append(f"speed_{axis} has the opposite sign of the motion along {axis} between the rows")
+        out += _of_another_unit(axis, moved, stated)
     return out
+
+
+def _of_another_unit(axis: str, moved: Array, stated: Array) -> list[str]:
+    """Speeds that go with the motion in most rows, at one ratio, which is that of two units. A pause between two runs is no motion of that speed."""
+    large = np.abs(stated) > 0.5 * np.abs(stated).max()
+    ratio = moved[large] / stated[large]
+    usual = float(np.median(ratio))
+    if large.sum() < ENOUGH or usual == 0 or np.mean(np.abs(ratio / usual - 1.0) < NEAR) < MOST:
+        return []
+    return [
+        f"speed_{axis} is {1.0 / abs(usual):.3g} times the motion along {axis} between the rows, as if it were written in {unit}: a lag or a delay"
+        f" would come out {abs(usual):.4g} times its size"
+        for factor, unit in SPEED_UNITS
+        if abs(abs(usual) / factor - 1.0) < NEAR
+    ]
 
 
 def _column(recording: Recording, name: str) -> Array | None:

@@ -35,7 +35,8 @@ def values_text(a: Answer) -> str:
     """Return every parameter with its 95 % coverage interval, to the digits that its standard uncertainty supports."""
     out = [f"{PARAMETER_WORDS.get(n, n)} = {with_interval(e)}" for n, e in a.parameters.items()]
     lobes = getattr(a.fitted, "lobes", 0)
-    return ", ".join([*([f"{lobes} lobes"] if lobes else []), *out]) or "no free parameter"
+    nothing = (a.mistake and a.remark) or "no free parameter"  # of a mistake of the log: what is wrong
+    return ", ".join([*([f"{lobes} lobes"] if lobes else []), *out]) or nothing
 
 
 def with_interval(e: Estimate) -> str:
