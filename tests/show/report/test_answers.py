@@ -159,7 +159,7 @@ def test_u_without_shown_coverage_is_no_claim_of_95_percent():
         decision=SimpleNamespace(text="undecided", p_conform=None), coverage_shown=False, why_not_shown="8 lobes would not show",
     )  # fmt: skip
     made = answer_of(c)
-    assert made.coverage == "k = 1.96, p = 95\u00a0%, coverage not shown"
+    assert made.coverage == "k = 1.96, p = 95\u00a0%, coverage not demonstrated"
     assert made.change == "more points on the feature, all over it"
     c.coverage_shown = True
     assert answer_of(c).coverage == "k = 1.96, p = 95\u00a0%"

@@ -89,7 +89,7 @@ def answer_of(c: Any) -> AnswerLine:
     """The line of a CharacteristicResult."""
     result, coverage = _result_and_coverage(c)
     if math.isfinite(c.stated[0]) and not getattr(c, "coverage_shown", True):
-        coverage += ", coverage not shown"  # U beside p reads as a claim
+        coverage += ", coverage not demonstrated"  # U beside p reads as a claim
     decided = c.decision
     p = None if decided is None else decided.p_conform
     verdict = "" if decided is None else decided.text
