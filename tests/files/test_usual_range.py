@@ -151,3 +151,14 @@ def test_expansions_that_no_usual_part_has(
     got, found = said(capsys, machine_file(tmp_path, scales))
     assert got == code
     assert "usual are 4 to 30" in found
+
+
+def test_a_sphere_with_a_slip_of_the_unit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """0.1 mm in place of 0.1 um: U of the bore was 196 um without a word; certificates state 0.02 to 2 um."""
+    for value, is_remarked in (("0.1 mm", True), ("2 um", False)):
+        sphere = f'qualification = {{ sphere_diameter = "25 mm", u_diameter = "{value}" }}'
+        code, words = said(
+            capsys, edited(tmp_path, ('tip_diameter = "4 mm"', f'tip_diameter = "4 mm", {sphere}'))
+        )
+        assert code == 0
+        assert ("certificates of reference spheres state 0.02 to 2 um" in words) is is_remarked

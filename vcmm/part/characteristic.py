@@ -110,6 +110,10 @@ def _characteristic_problems(c: Characteristic) -> Iterable[str]:
         yield f'it compares "{twice}" with itself, which is always perfect; name another feature in one place.'
     if c.limits is not None and not c.limits[0] < c.limits[1]:
         yield f"the lower limit {c.limits[0]:g} is not below the upper limit {c.limits[1]:g}; exchange them."
+    if c.limits is not None and c.limits[0] != 0.0 and c.type not in ("size", "distance", "angle"):
+        yield (
+            f'a {c.type} has no lower limit but zero; write zone = "{c.limits[1]:g} mm" in place of limits.'
+        )
     if c.zone is not None and not (math.isfinite(c.zone) and c.zone > 0.0):
         yield f"zone must be positive and finite, not {c.zone:g}."
     yield from _drawing_problems(c)

@@ -83,6 +83,7 @@ MISTYPED = [
     ('speed = "5 mm/s"', 'speed = "0 mm/s"', ['speed = "0 mm/s" must be positive']),
     ('scale = "0.7 um"', 'scale = "-0.7 um"', ["must be not negative"]),
     ('limits = ["0 mm", "0.021 mm"]', 'limits = ["0.021 mm", "0 mm"]', ["the lower limit is not below the upper one; exchange them"]),
+    ('zone = "0.01 mm"', 'limits = ["0.005 mm", "0.01 mm"]', ["has no lower limit but zero", 'write zone = "0.01 mm"']),
     ("dof = 6", "dof = 0", ["dof = 0 must be 1 or more"]),
     ("dof = 6", "dof = nan", ["dof = nan"]),
     # plan

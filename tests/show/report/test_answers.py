@@ -150,6 +150,21 @@ def test_u_without_a_bound_says_why():
     assert made.change == "the points hardly meet some forms; more points help"
 
 
+def test_u_without_shown_coverage_is_no_claim_of_95_percent():
+    """30.00027 mm +- 0.81 um of sixteen points that eight lobes would not show in: U stands, the 95 % are not claimed."""
+    line = SimpleNamespace(input="form[bore]", what="form of bore", redraw="part", u=0.0004, share=0.9)
+    c = SimpleNamespace(
+        name="bore", type="size", unit="mm", value=30.00027, nominal=30.0, u=0.000413, stated=(0.00081, 1.96), p=0.95,
+        interval=(29.99946, 30.00108), half_width=None, bias_in_U=0.0, tolerance=(29.99, 30.011), budget=[line],
+        decision=SimpleNamespace(text="undecided", p_conform=None), coverage_shown=False, why_not_shown="8 lobes would not show",
+    )  # fmt: skip
+    made = answer_of(c)
+    assert made.coverage == "k = 1.96, p = 95\u00a0%, coverage not demonstrated"
+    assert made.change == "more points on the feature, all over it"
+    c.coverage_shown = True
+    assert answer_of(c).coverage == "k = 1.96, p = 95\u00a0%"
+
+
 def test_a_value_far_outside_is_not_improved_by_a_smaller_u():
     """31.6 µm +- 1.8 of 15 allowed: the whole interval lies outside, 16.6 µm off; at 14 +- 1.8 a smaller U decides."""
     line = SimpleNamespace(input="scatter.value", what="repeatability", redraw="touch", u=0.0009, share=0.98)

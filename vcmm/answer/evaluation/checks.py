@@ -32,7 +32,7 @@ def remarks(scenario: Scenario) -> tuple[str, ...]:
     return (
         *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified_warnings(scenario),
         *_short_styli(scenario), *_inward_normals(scenario), *_drawing_warnings(scenario), *_short_arcs(scenario), *_beside(scenario),
-        *_unusual_warmth(scenario), *independent_draws((*scenario.machine.inputs, *scenario.inputs)), *scenario.machine.remarks,
+        *_unusual_warmth(scenario), *_unusual_spheres(scenario), *independent_draws((*scenario.machine.inputs, *scenario.inputs)), *scenario.machine.remarks,
     )  # fmt: skip
 
 
@@ -153,6 +153,19 @@ def _beside(scenario: Scenario) -> list[str]:
 
 COLD, HOT = 5.0, 40.0  # degC: rooms in which parts are measured
 EXPANDS = 2e-4  # 1/K: more than any solid that is measured
+
+
+MOST_OF_SPHERE = 0.01  # mm: certificates of reference spheres state 0.02 to 2 um
+
+
+def _unusual_spheres(scenario: Scenario) -> list[str]:
+    """Reference spheres whose certificate may have a slip of the unit."""
+    return [
+        f'stylus {name}: qualification {key} = "{value:g} mm"; certificates of reference spheres state 0.02 to 2 um: check the unit'
+        for name, how in scenario.qualifications.items()
+        for key, value in (("u_diameter", how.u_diameter), ("form", how.form))
+        if value > MOST_OF_SPHERE
+    ]
 
 
 def _unusual_warmth(scenario: Scenario) -> list[str]:

@@ -25,7 +25,7 @@ UNIT_FACTORS = {
     "inches": 25.4,
     "metres": 1000.0,
     "micrometres": 1e-3,
-    "mm taken for inches": 1 / 25.4,
+    "mm": 1 / 25.4,  # their columns say inches
 }
 
 
@@ -167,8 +167,8 @@ def _unit_hint(scenario: Scenario, given: GivenPoints, placed: Mapping[str, OnSu
     for word, factor in UNIT_FACTORS.items():
         if _fits(scenario, placed, given.points * factor):
             return (
-                f"The points fit when they are taken as {word}: name the columns by their unit (x_in, x_m, x_um) or convert "
-                "the file."
+                f"The points fit when they are taken as {word}: name the columns by their unit (x_mm, x_in, x_m, x_um) or "
+                "convert the file."
             )
     return ""
 

@@ -56,6 +56,10 @@ def stated_limits(t: Any, features: Mapping[str, Feature]) -> Pair | None:
         raise UsageError(
             f"limits = {shorten(t.limits)}: the lower limit is not below the upper one; exchange them"
         )
+    if low != 0.0 and t.type not in ("size", "distance", "angle"):
+        raise UsageError(
+            f'limits = {shorten(t.limits)}: a {t.type} has no lower limit but zero; write zone = "{t.limits[1]}"'
+        )
     return low, high
 
 

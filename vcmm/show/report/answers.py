@@ -88,6 +88,8 @@ def value_and_U(value: float, expanded: float, unit: str, small: bool = False) -
 def answer_of(c: Any) -> AnswerLine:
     """Return the line of a CharacteristicResult."""
     result, coverage = _result_and_coverage(c)
+    if math.isfinite(c.stated[0]) and not getattr(c, "coverage_shown", True):
+        coverage += ", coverage not demonstrated"  # U beside p reads as a claim
     decided = c.decision
     p = None if decided is None else decided.p_conform
     verdict = "" if decided is None else decided.text

@@ -52,8 +52,8 @@ def what_to_change(line: Any) -> str:
         return _fill_in_place(trade.change, line)
     if _is_temperature(line):
         return "longer soaking, or a better thermometer"
-    if line.input.endswith("between points"):
-        return BY_REDRAW["touch"]
+    if line.input.startswith("form["):
+        return "more points on the feature, all over it"
     if line.redraw in BY_REDRAW:
         return BY_REDRAW[line.redraw]
     kind = _kind_of(line)
