@@ -91,7 +91,7 @@ def test_what_does_not_fit_the_state_is_refused(tmp_path):
     (tmp_path / "out" / "track.toml").write_text("".join(lines))
     with pytest.raises(DataError, match="an earlier version wrote this state"):
         vcmm.track(machine, tmp_path / "checks", **ask)
-    (tmp_path / "out" / "track.toml").write_text(kept.replace("shapes = 5\n", ""))
+    (tmp_path / "out" / "track.toml").write_text(kept.replace("shapes = 4\n", ""))
     with pytest.raises(DataError, match="another version wrote this state, with other shapes"):
         vcmm.track(machine, tmp_path / "checks", **ask)
     (tmp_path / "out" / "track.toml").write_text(kept)
