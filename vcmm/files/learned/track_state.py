@@ -56,9 +56,9 @@ def _texts(value: Any) -> list[str]:
     return [t for v in inner for t in _texts(v)]
 
 
-def recording_hash(path: Path, said: dict[str, Any]) -> str:
-    """Of what a recording says: its file, which was read before (`said`), and its data, not the machine file that it names."""
-    data = {k: v for k, v in said.items() if k != "machine"}
+def recording_hash(path: Path, content: dict[str, Any]) -> str:
+    """Of what a recording says: its file, which was read before (`content`), and its data, not the machine file that it names."""
+    data = {k: v for k, v in content.items() if k != "machine"}
     found = hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode())
     for text in sorted(set(_texts(data))):
         there = find_file(text, path.parent)

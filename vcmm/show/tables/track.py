@@ -123,8 +123,8 @@ def _u_after(one: NextCheck, limits: Sequence[TaskLimit]) -> str:
     return ", ".join(f"{x.name} {_u_of(one, x)}" for x in limits)
 
 
-def _u_of(one: NextCheck, limit: TaskLimit) -> str:
-    return _small(one.u_after[limit.name], limit)
+def _u_of(check: NextCheck, limit: TaskLimit) -> str:
+    return _small(check.u_after[limit.name], limit)
 
 
 def _small(value: float, limit: TaskLimit) -> str:
@@ -169,8 +169,8 @@ def _beyond(limit: TaskLimit) -> str:
 
 def why_not_kept(planned: Planned) -> str:
     """Why the plan does not keep every limit, of each limit that is to blame; "" where it keeps them."""
-    limits, each, found = planned
-    if found.kept:
+    limits, each, advised = planned
+    if advised.kept:
         return ""
     beyond = beyond_checks(limits)
     reasons = [_beyond(x) for x in beyond]
@@ -192,6 +192,7 @@ def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
         else ""
     )
     title = f"plan of {found.days} days from {_date(track, 0)}, cost {found.cost:g}"
+    title = title if found.kept or found.checks else f"no plan of {found.days} days from {_date(track, 0)}"
     return ResultTable(title, _columns(limits, track), found.checks, f"{kept}{fixed}")
 
 
