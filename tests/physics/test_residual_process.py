@@ -15,7 +15,7 @@ from vcmm.core.laws import MultivariateNormal, Normal, StudentT
 from vcmm.core.residual_process import correlation_of, process_of
 from vcmm.core.run import Run
 from vcmm.face.cli import run as command
-from vcmm.files.learned.improved_machine import effect_toml
+from vcmm.files.learned.effect_text import effect_toml
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.inputs import build_input
 from vcmm.physics.structure.residual import ResidualField

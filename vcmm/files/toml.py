@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -27,11 +28,16 @@ _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:[A-Za-z0-9_-]+[ \t]*\.[ \t]*){{{D
 
 @dataclass(frozen=True)
 class Document:
-    """A parsed file. `lines` maps the path of a key to its line number (1 = first)."""
+    """A parsed file and its text."""
 
     path: Path
     data: dict[str, Any]
-    lines: dict[Location, int]
+    text: str
+
+    @cached_property
+    def lines(self) -> dict[Location, int]:
+        """The path of every key and its line number (1 = first); worked out for the first message that asks."""
+        return key_lines(self.text)
 
     def where(self, location: Location) -> str:
         """Return 'machine.toml:12', the line of the key or of the nearest table above it."""
@@ -73,7 +79,7 @@ def read_toml(path: str | Path) -> Document:
         raise DataError(_syntax(path, text, str(error))) from None
     except RecursionError:  # brackets that a comment with three quotation marks hid from the count
         raise DataError(f"{path}:1: brackets are nested more than {DEEPEST} deep; correct them") from None
-    document = Document(path, data, key_lines(text))
+    document = Document(path, data, text)
     for location, value in whole_numbers(data, ()):
         if not -(2**63) <= value < 2**63:
             raise DataError(

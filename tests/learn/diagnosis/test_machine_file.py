@@ -10,7 +10,8 @@ import pytest
 from tests.physics.ask import ask
 from vcmm.core.effect import parameter_fields, place_fields
 from vcmm.core.run import Run
-from vcmm.files.learned.improved_machine import effect_toml, improved_machine
+from vcmm.files.learned.effect_text import effect_toml
+from vcmm.files.learned.improved_machine import improved_machine
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.machine import load_machine
 from vcmm.learn.diagnosis.acceptance import answers_to_write, notes

@@ -7,10 +7,10 @@ import pytest
 
 import vcmm
 from tests.learn.tracking.small_folder import write_machine
-from vcmm.learn.tracking import alarms, changes, joined_state, learn_rates, rate_prior, rates
+from vcmm.learn.tracking import alarms, changes, rates
 from vcmm.learn.tracking.chance import chance_beyond, square_at
 from vcmm.learn.tracking.compress import SeenRecording
-from vcmm.learn.tracking.evidence import filter_all, log_likelihoods
+from vcmm.learn.tracking.evidence import log_likelihoods
 from vcmm.learn.tracking.kalman import GaussianState, advance, condition, innovation
 from vcmm.learn.tracking.learn_rates import columns_for, is_due
 from vcmm.learn.tracking.quantities import tracked_machine
@@ -221,111 +221,3 @@ def test_a_scale_is_a_shape_of_a_table(tmp_path):
     line = np.linspace(-250.0, 250.0, 6) / np.sqrt((250**2 + 150**2 + 50**2) / 3)
     assert shape[:, 0] / np.sqrt((shape[:, 0] ** 2).mean()) == pytest.approx(line)
     assert shape[:, 1:].T @ line == pytest.approx(0.0, abs=1e-12)  # bends stand beside it
-
-
-def test_rates_of_a_kind_have_the_prior_of_one_and_tell_of_each_other():
-    """Of a walk given another of the same kind, and of all together, by loops over m and r; each alone has its prior whatever the others are."""
-    steps, prior = np.arange(-7.0, 4.0), rate_prior.prior_of("walk")
-    first, table = np.zeros(11), np.zeros((11, 11))
-    for r in (np.arange(10) + 0.5) / 10:
-        m = np.exp(-((steps + 2) ** 2) / (2 * 4 * r))
-        own = np.exp(-((steps[None, :] - steps[:, None]) ** 2) / (2 * 4 * (1 - r)))
-        own = own / own.sum(axis=1, keepdims=True)
-        for a, share in zip(own, m / m.sum() / 10):
-            first += share * a
-            table += share * np.outer(a, a)
-    assert np.exp(prior.of_one_more([])) == pytest.approx(first)
-    assert np.exp(prior.of_one_more([9])) == pytest.approx(table[9] / first[9])
-    assert prior.of_all([9, 4]) == pytest.approx(math.log(table[9, 4]))
-    assert first == pytest.approx(np.exp(rates.log_priors("walk")), abs=0.002)
-    # 2^2 of another makes 2^2 more probable than the prior alone has it: 0.027
-    assert math.exp(prior.of_one_more([9])[9]) > 4 * first[9]
-
-
-def test_how_many_rates_of_a_kind_move_is_laplaces_rule():
-    # two others without a trend: (0 + 1) / (2 + 2) of one more; one of two with it: 1 / 2; none known: 1 / 2
-    prior = rate_prior.prior_of("trend")
-    for others, moving in (([], 1 / 2), ([0, 0], 1 / 4), ([0, 3], 1 / 2), ([2, 3], 3 / 4)):
-        logs = np.exp(prior.of_one_more(others))
-        assert logs[0] == pytest.approx(1 - moving)
-        assert logs.sum() == pytest.approx(1)
-    # of three one moves: 1! 2! / 4! = 1 / 12 for each which; of all choices 2 (1/4 + 3/12) = 1
-    size = math.exp(prior.of_one_more([])[3]) / 0.5
-    assert prior.of_all([0, 3, 0]) == pytest.approx(math.log(size / 12))
-
-
-def test_the_kind_of_a_group():
-    assert (
-        rate_prior.kind_of("squareness[C0Y].angle")
-        == rate_prior.kind_of("squareness[A0Z].angle")
-        == "squareness.angle"
-    )
-    assert rate_prior.kind_of("translations over a travel") == "translations over a travel"
-
-
-def test_the_state_of_several_rates_is_their_mixture():
-    # means 1 and 3, variances 1 and 2: mean 2, variance (1 + 2) / 2 + 1
-    state = joined_state.join_equal_parts(np.array([[1.0], [3.0]]), np.array([[[1.0]], [[2.0]]]))
-    assert state.mean == pytest.approx([2.0])
-    assert state.covariance[0, 0] == pytest.approx(2.5)
-
-
-def test_the_state_by_covariances_is_that_of_the_filter_by_factors():
-    """Ten recordings with a jump and a passing change on the last day but one: means and covariances of all six blocks agree to rounding."""
-    rng = np.random.default_rng(8)
-    sizes = [(1.0, 0.5, 0.7, 0.3), (0.2, 0.0, 0.0, 0.0)]
-    motions = [
-        rates.WanderingMotion(2, *(np.array([v, v / 2]) for v in own), np.array([1.0, 30.0])) for own in sizes
-    ]
-    ones = np.eye(motions[0].size)
-    hits = [changes.Jump("a", ones[:, 2:3]), changes.Jump("passing", ones[:, 12:14])]
-    seen = []
-    for day in range(10):
-        columns = rng.normal(size=(3, 4))
-        off = {3: 9.0 * columns[:, 2], 8: 9.0 * columns.sum(axis=1)}.get(day, 0.0)
-        seen.append(SeenRecording("", 40.0 + 3.0 * day, columns, rng.normal(size=3) + off, 1.0, 1, 3, 0.0, 0))
-    means, covariances = filter_all(seen, motions, hits).states()
-    for motion, mean, covariance in zip(motions, means, covariances):
-        state = rates.first_state(motion)
-        for day, one in enumerate(seen):
-            state = motion.step(state, 3.0 if day else 0.0)
-            state = changes.update(state, columns_for(one, 2), one.value, hits, 3.0 if day else 0.0).state
-        assert mean == pytest.approx(state.mean, abs=1e-8)
-        assert covariance == pytest.approx(state.covariance, abs=1e-8)
-
-
-class TwoWalks:
-    """A likelihood of two walks: ln = -2 (log2 a + log2 b)^2 - (log2 a - 1)^2; nothing tells of the rest."""
-
-    def of(self, many):
-        two = np.log2(np.maximum([[r[0].walk, r[1].walk] for r in many], 2.0**-7))
-        return -2.0 * two.sum(axis=1) ** 2 - (two[:, 0] - 1.0) ** 2
-
-
-@pytest.mark.thorough
-def test_the_chains_draw_from_the_posterior():
-    """Shares of draws against the posterior summed over all 121 pairs of levels; of what nothing tells, against the prior: half without a trend."""
-    sampler = learn_rates._Sampler(TwoWalks(), [([0, 1], [])], np.random.default_rng(1))
-    chains, draws = [sampler.of_prior(2) for _ in range(12)], []
-    for sweep in range(320):
-        chains = sampler.sweep(chains)
-        draws += chains if sweep >= 20 else []
-    steps, prior = np.arange(-7.0, 4.0), rate_prior.prior_of("walk")
-    logs = np.array([[prior.of_all([i, j]) for j in range(11)] for i in range(11)])
-    logs = logs - 2.0 * (steps[:, None] + steps) ** 2 - (steps[:, None] - 1.0) ** 2
-    weights = np.exp(logs - logs.max())
-    weights /= weights.sum()
-    for k, truth in ((0, weights.sum(axis=1)), (1, weights.sum(axis=0))):
-        share = np.bincount([rates.WALKS.index(d[k].walk) for d in draws], minlength=11) / len(draws)
-        assert share == pytest.approx(truth, abs=0.05)  # 3600 draws, each chain moves within a few rounds
-        assert np.mean([d[k].trend == 0 for d in draws]) == pytest.approx(0.5, abs=0.05)
-        assert np.mean([d[k].swing == 0 for d in draws]) == pytest.approx(0.5, abs=0.05)
-
-
-def test_of_draws_the_root_mean_squares_are_used():
-    # walks 1 and 2: sqrt(5 / 2); swings 2^-1 of 30 days and 2^-3 of a day: (1/4 + 1/64) / 2 = 0.133, nearer to 1/16 than to 1/4: 2^-2
-    two = [(rates.GroupRates(1.0, 0.0, 0.5, 6, 1),), (rates.GroupRates(2.0, 1.0, 0.5, 4, 0),)]
-    (used,) = learn_rates.root_mean_squares(two)
-    assert (used.walk, used.trend, used.season) == pytest.approx((math.sqrt(2.5), math.sqrt(0.5), 0.5))
-    assert rates.SWINGS[used.swing] == 0.25
-    assert used.tau == 1

@@ -13,7 +13,7 @@ from tests.learn.tracking.test_track import TASK
 from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.files.own.check_list import load_checks
-from vcmm.learn.tracking.joined_state import state_by_draws
+from vcmm.learn.tracking.follow import again
 from vcmm.learn.tracking.next_check import ShopCheck, plan_checks
 from vcmm.learn.tracking.rates import GroupRates
 from vcmm.learn.tracking.task_limits import limits_of
@@ -63,10 +63,7 @@ def test_a_check_is_due_on_the_day_that_pencil_says(followed):
         found.followed.rates[0].walk
         * vcmm.effects.ScaleFactor.__dataclass_fields__["k"].metadata["typical"].amount
     )
-    rates, seen = (GroupRates(found.followed.rates[0].walk, 0.0, 0.0),), found.followed.seen
-    alone = replace(
-        found.followed, rates=rates, state=state_by_draws(found.followed.tracked, [rates], seen, ())
-    )
+    alone = again(replace(found.followed, rates=(GroupRates(found.followed.rates[0].walk, 0.0, 0.0),)), ())
     p = 16 / 3 * 1e-12
     # U / 2 = 1.25 um: rest^2 + 204^2 (p + walk^2 d / 365.25) = 1.25^2
     free = ((1.25e-3**2 - limit.rest**2) / 204.0**2 - p) / walk**2 * 365.25

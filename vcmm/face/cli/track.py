@@ -15,7 +15,6 @@ from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.learned.track import recordings_by_date, track
 from vcmm.files.learned.track_result import DAYS, Track
 from vcmm.files.own.machine import load_machine
-from vcmm.files.own.recording_files import recordings_in
 from vcmm.show.console.documents import sources_of_all
 from vcmm.show.console.terminal import show_answers, show_table
 from vcmm.show.pages.track import track_page
@@ -161,7 +160,10 @@ class TrackJob(Job[Path, TrackAnswers]):
     def record(self, loaded: Path, result: TrackAnswers) -> Record:
         followed, planned, rest, doubtful = result
         named = (self.machine, self.questions.task, self.questions.checks, self.questions.parts)
-        given = [*(p for p in named if p is not None), *recordings_in(loaded)]
+        followed = sorted(
+            loaded / c.name for c in found.checks
+        )  # all of the folder: each was read to follow it
+        given = [*(p for p in named if p is not None), *followed]
         track_body = followed.to_dict()
         body = {**track_body, "machine": str(self.target / "machine.toml"), "name": track_body["machine"]}
         if planned is not None:
@@ -199,7 +201,7 @@ class TrackJob(Job[Path, TrackAnswers]):
     def notes(self, loaded: Path, result: TrackAnswers) -> Iterator[str]:
         followed, rest = result.track, result.rest
         if rest is not None:
-            yield f"learned residual: {rest.sentence}"
+            yield f"learned residual: {rest.sentence}; {rest.REFERENCE}"
         for warning in followed.warnings:
             yield f"note: {warning}"
 

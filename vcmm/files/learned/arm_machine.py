@@ -12,7 +12,7 @@ from vcmm.core.inputs import Input, JointCovariance
 from vcmm.core.laws import MultivariateNormal
 from vcmm.files.foreign.isg import ErrorFile
 from vcmm.files.foreign.isg_writer import isg_text
-from vcmm.files.learned.improved_machine import effect_toml, input_toml
+from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.toml_edits import editable, move_names
 from vcmm.learn.calibration.arm import ArmFit

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.files.learned.improved_machine import effect_toml
+from vcmm.files.learned.effect_text import effect_toml
 from vcmm.files.toml_edits import editable, move_names
 from vcmm.learn.tracking.learned_rest import LearnedRest
 

@@ -16,7 +16,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.units import parse_unit
 from vcmm.core.valid_range import trained_range
-from vcmm.files.learned.improved_machine import effect_toml, input_toml
+from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.toml_edits import editable, move_names
 from vcmm.learn.calibration.thermal import ThermalModel
 from vcmm.physics.structure.thermal import ThermalDriftTwoLags

@@ -199,11 +199,12 @@ def _in_time(folder: Path) -> list[KnownFile]:
         raise UsageError(f"{folder} is no folder; give the folder that holds the recordings")
     out, without = [], []
     for path in recordings_in(folder):
-        date, name = str(read_toml(path).data.get("date", "")), path.relative_to(folder).as_posix()
+        content, name = read_toml(path).data, path.relative_to(folder).as_posix()
+        date = str(content.get("date", ""))
         if not date:
             without.append(name)
             continue
-        out.append(KnownFile(name, date, recording_hash(path)))
+        out.append(KnownFile(name, date, recording_hash(path, content)))
     if without:
         raise UsageError(
             f"{folder}: {', '.join(without[:5])}{' and others' if len(without) > 5 else ''}: no date, so that nothing can be put in order; "

@@ -36,7 +36,7 @@ ROUND = {"mm": "um", "rad": "urad"}  # how small lengths and angles are written
 MOST = 4  # numbers that a warning names
 WEEK = 7.0  # days after a check from which its age is reported
 BANDS = (
-    "on twelve drawn machines with a season and wear the 95 % bands held 0.92 up to 30 days after a check and 0.90 (0.85 to 0.94) after 90 "
+    "on 24 drawn machines with a season and wear the 95 % bands held 0.92 up to 30 days after a check and 0.91 (0.88 to 0.94) after 90 "
     "(docs/track.md)"
 )
 

@@ -17,7 +17,6 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm.core.errors import DataError
-from vcmm.core.run import Array
 from vcmm.core.whole_files import write_files
 from vcmm.files.toml import check_version, find_file, read_toml
 from vcmm.learn.tracking.compress import SeenRecording
@@ -27,7 +26,7 @@ from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.learn.tracking.rates import GroupRates
 
 TEXT, NUMBERS = "track.toml", "track.npz"
-SHAPES = 5  # of what changes: 2 gives tables a straight line first, 3 leaves out coefficients that a control was given, 4 has numbers of its own for what passes, 5 keeps draws of the rates
+SHAPES = 4  # of what changes: 2 gives tables a straight line first, 3 leaves out coefficients that a control was given, 4 has numbers of its own for what passes
 PLAIN = tuple(k for k in SeenRecording.__dataclass_fields__ if k not in ("columns", "value"))
 
 
@@ -57,9 +56,9 @@ def _texts(value: Any) -> list[str]:
     return [t for v in inner for t in _texts(v)]
 
 
-def recording_hash(path: Path) -> str:
-    """Return the hash of a recording: of its file and its data, not of the machine file that it names."""
-    data = {k: v for k, v in read_toml(path).data.items() if k != "machine"}
+def recording_hash(path: Path, content: dict[str, Any]) -> str:
+    """Return the hash of a recording: of its file, which was read before (`content`), and its data, not of the machine file that it names."""
+    data = {k: v for k, v in content.items() if k != "machine"}
     found = hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode())
     for text in sorted(set(_texts(data))):
         there = find_file(text, path.parent)
@@ -71,11 +70,7 @@ def recording_hash(path: Path) -> str:
 def write_state(folder: Path, followed: FollowedMachine, machine: str, files: tuple[KnownFile, ...]) -> None:
     """Write both files, each whole: the text names the hash of the numbers. machine: hash of the machine file."""
     folder.mkdir(parents=True, exist_ok=True)
-    arrays = {
-        "mean": followed.state.mean,
-        "factor": followed.state.factor,
-        "draws": _as_numbers(followed.draws),
-    }
+    arrays = {"mean": followed.state.mean, "factor": followed.state.factor}
     for i, one in enumerate(followed.seen):
         arrays |= {f"columns_{i}": one.columns, f"value_{i}": one.value}
     stream = io.BytesIO()
@@ -154,24 +149,10 @@ def read_state(
             SeenRecording(columns=arrays[f"columns_{i}"], value=arrays[f"value_{i}"], **r["seen"])
             for i, r in enumerate(known)
         )
-        state, draws = GaussianState(arrays["mean"], arrays["factor"]), _as_rates(arrays["draws"])
+        state = GaussianState(arrays["mean"], arrays["factor"])
     checks = tuple(
         FollowedCheck(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in known
     )
     rates = tuple(GroupRates(**{k: r[k] for k in GroupRates.__dataclass_fields__}) for r in data["rates"])
     files = tuple(KnownFile(r["file"], r["date"], r["sha256"]) for r in known)
-    return FollowedMachine(tracked, float(data["alpha"]), rates, state, seen, checks, draws), files
-
-
-def _as_numbers(draws: tuple[tuple[GroupRates, ...], ...]) -> Array:
-    """(draws, groups, 5): walk, trend, season, swing and tau."""
-    return np.array([[list(asdict(r).values()) for r in draw] for draw in draws], dtype=float)
-
-
-def _as_rates(numbers: Array) -> tuple[tuple[GroupRates, ...], ...]:
-    return tuple(tuple(map(_rates_of, draw.tolist())) for draw in numbers)
-
-
-def _rates_of(numbers: list[float]) -> GroupRates:
-    walk, trend, season, swing, tau = numbers
-    return GroupRates(walk, trend, season, int(swing), int(tau))
+    return FollowedMachine(tracked, float(data["alpha"]), rates, state, seen, checks), files

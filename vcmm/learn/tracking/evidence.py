@@ -98,52 +98,10 @@ def _layout_of(motions: Sequence[WanderingMotion], jumps: Sequence[Jump]) -> _La
     return _Layout(stated, seasons, trends, walk**2, swing**2, tau, own, of)
 
 
-@dataclass(frozen=True, eq=False)
-class FilteredRates:
-    """Of m rates: log_likelihood (m,) of all recordings, each given those before; mean (m, n) and covariance (m, n, n) of the layout's state after the last."""
-
-    layout: _Layout
-    log_likelihood: Array
-    mean: Array
-    covariance: Array
-    days: float
-
-    def states(self) -> tuple[Array, Array]:
-        """Means and covariances of the states of vcmm.learn.tracking.rates on the day of the last recording: z, b, w, s, c, v, p.
-
-        With s, c and v of the first day: b - s + v t / year, s cos a + c sin a, c cos a - s sin a.
-        """
-        lay, turn = self.layout, 2.0 * np.pi * self.days / YEAR
-        one = np.eye(self.mean.shape[1])
-        block = lay.stated + lay.g * np.arange(BLOCKS)
-        ways = np.zeros((lay.stated + BLOCKS * lay.g, len(one)))
-        ways[: block[1]] = one[: block[1]]
-        at = int(block[1])
-        s, c = one[at : at + len(lay.season)], one[at + len(lay.season) : at + 2 * len(lay.season)]
-        v = one[at + 2 * len(lay.season) : lay.w]
-        ways[block[0] + lay.season] -= s
-        ways[block[0] + lay.trend] += v * (self.days / YEAR)
-        if lay.swings:
-            ways[block[1] : block[2]] = one[lay.w : lay.w + lay.g]
-        ways[block[2] + lay.season] = s * np.cos(turn) + c * np.sin(turn)
-        ways[block[3] + lay.season] = c * np.cos(turn) - s * np.sin(turn)
-        ways[block[4] + lay.trend] = v
-        if len(one) > lay.without_p:
-            ways[block[5] :] = one[lay.without_p :]
-        return self.mean @ ways.T, ways @ self.covariance @ ways.T
-
-
 def log_likelihoods(
     recordings: Sequence[SeenRecording], motions: Sequence[WanderingMotion], jumps: Sequence[Jump]
 ) -> Array:
     """Return, of every motion, ln of the likelihood of all recordings, each given those before, (m,)."""
-    return filter_all(recordings, motions, jumps).log_likelihood
-
-
-def filter_all(
-    recordings: Sequence[SeenRecording], motions: Sequence[WanderingMotion], jumps: Sequence[Jump]
-) -> FilteredRates:
-    """All recordings taken in, by every motion."""
     layout = _layout_of(motions, jumps)
     mean, covariance = _start(layout, motions)
     total, first, before = np.zeros(len(motions)), None, 0.0
@@ -174,7 +132,7 @@ def filter_all(
             joined, quiet[asked] = _join(layout, kept, columns, one.value, logs)
             mean, covariance = _put(mean, covariance, asked, joined)
         total += quiet
-    return FilteredRates(layout, total, mean, covariance, before)
+    return total
 
 
 def _start(layout: _Layout, motions: Sequence[WanderingMotion]) -> tuple[Array, Array]:

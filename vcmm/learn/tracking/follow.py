@@ -1,12 +1,12 @@
 """One recording after another: predict, test, update, and now and then learn the rates anew.
 
 What one recording adds is a function of what was known before it and of itself, so that it does not matter whether recordings come at once or one
-by one. Rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... recordings, from all of them; the state is then worked out anew with every draw of them, and
-goes on from there with their root mean squares.
+by one. Rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... recordings, from all of them; the state is then worked out anew with these rates.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,11 +14,10 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.learn.tracking.alarms import chance_of, level
-from vcmm.learn.tracking.changes import Update, jumps_of, update
+from vcmm.learn.tracking.changes import Jump, Update, jumps_of, update
 from vcmm.learn.tracking.compress import SeenRecording
-from vcmm.learn.tracking.joined_state import state_by_draws
 from vcmm.learn.tracking.kalman import GaussianState
-from vcmm.learn.tracking.learn_rates import columns_for, is_due, learn_rates, root_mean_squares
+from vcmm.learn.tracking.learn_rates import columns_for, is_due, learn_rates
 from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.learn.tracking.rates import GroupRates, WanderingMotion, first_rates, first_state, motion_of
 
@@ -55,7 +54,7 @@ class FollowedCheck:
 
 @dataclass(frozen=True, eq=False)
 class FollowedMachine:
-    """Recordings so far, what each said, the state at the last of them, and the rates: root mean squares of draws from their posterior."""
+    """Recordings so far, what each said, the state at the last of them, and the rates."""
 
     tracked: TrackedMachine
     alpha: float
@@ -63,7 +62,6 @@ class FollowedMachine:
     state: GaussianState
     seen: tuple[SeenRecording, ...] = ()
     checks: tuple[FollowedCheck, ...] = ()
-    draws: tuple[tuple[GroupRates, ...], ...] = ()
 
     @cached_property
     def motion(self) -> WanderingMotion:
@@ -117,9 +115,8 @@ def follow_one(before: FollowedMachine, seen: SeenRecording, date: str) -> Follo
     out = replace(before, state=new.state, seen=(*before.seen, seen), checks=(*before.checks, check))
     if not is_due(number):
         return out
-    draws = learn_rates(out.tracked, out.seen, jumps, out.draws)
-    state = state_by_draws(out.tracked, draws, out.seen, jumps)
-    return replace(out, rates=root_mean_squares(draws), draws=draws, state=state)
+    rates = learn_rates(out.tracked, out.seen, jumps, out.rates)
+    return again(replace(out, rates=rates), jumps)
 
 
 def _check(
@@ -141,8 +138,19 @@ def _rms(values: Array) -> float:
     return float(np.sqrt((values**2).mean())) if len(values) else 0.0
 
 
+def again(followed: FollowedMachine, jumps: Sequence[Jump]) -> FollowedMachine:
+    """The state worked out from the start with the present rates; what the checks said when they came stays."""
+    motion, stated = followed.motion, followed.tracked.stated
+    state, before = first_state(motion), None
+    for one in followed.seen:
+        days = 0.0 if before is None else one.when - before
+        new = update(motion.step(state, days), columns_for(one, stated), one.value, jumps, days)
+        state, before = new.state, one.when
+    return replace(followed, state=state)
+
+
 def course(followed: FollowedMachine) -> list[GaussianState]:
-    """The state after every recording, with the root mean squares of the present rates; the last is the state itself."""
+    """The state after every recording, with the present rates."""
     out, motion, stated, before = [], followed.motion, followed.tracked.stated, None
     state, jumps = first_state(motion), jumps_of(followed.tracked)
     for one in followed.seen:
@@ -150,4 +158,4 @@ def course(followed: FollowedMachine) -> list[GaussianState]:
         state = update(motion.step(state, days), columns_for(one, stated), one.value, jumps, days).state
         out.append(state)
         before = one.when
-    return [*out[:-1], followed.state] if out else []
+    return out

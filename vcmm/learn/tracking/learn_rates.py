@@ -1,12 +1,10 @@
 """Learn rates by their evidence: the likelihood of every recording given the ones before it, times the prior of the rates.
 
-The state is integrated out by a filter (vcmm.learn.tracking.evidence), for many rates at once. CHAINS Markov chains go through the joint posterior of
-all rates (Metropolis & Hastings: W. Hastings, Biometrika 57 (1970) 97), each rate in turn by one step of its grid or anew from its prior given
-the others of its kind (vcmm.learn.tracking.rate_prior), a swing anew from its prior with the walk beside it or without. Rates of a kind are moved together as well
-(J. Liu & C. Sabatti, Biometrika 87 (2000) 353): without it rates that are alike could hardly move. The chains begin in the prior, and
-where they ended when rates were learnt last (resample-move: W. Gilks & C. Berzuini, J. R. Stat. Soc. B 63 (2001) 127); in the last of their rounds they are draws
-from the posterior. What no recording sees is left out first: all numbers of a group have one prior, so that a group may be
-turned to the few combinations that are seen, without any change of the evidence.
+The state is integrated out by a filter (vcmm.learn.tracking.evidence), for all levels of a rate at once. Walk, trend and
+season of every group are drawn in turn from their posteriors over all levels that are still probable, the other rates as they were drawn last
+(Gibbs sampler: Geman and Geman, IEEE Trans. PAMI 6 (1984) 721); the root of the mean of these posteriors' squares over SWEEPS rounds is
+used. A swing and its time constant are searched along their grids. What no recording sees is left out first: all numbers
+of a group have one prior, so that a group may be turned to the few combinations that are seen, without any change of the evidence.
 """
 
 from __future__ import annotations
@@ -22,27 +20,20 @@ from vcmm.learn.tracking.changes import Jump
 from vcmm.learn.tracking.compress import SeenRecording, turn_columns
 from vcmm.learn.tracking.evidence import log_likelihoods
 from vcmm.learn.tracking.quantities import TrackedMachine
-from vcmm.learn.tracking.rate_prior import kind_of, prior_of
 from vcmm.learn.tracking.rates import (
     BLOCKS,
     GRIDS,
-    SWINGS,
-    TAUS,
     GroupRates,
+    log_priors,
     motion_of,
-    root_mean_square,
-    swing_priors,
+    nearest_level,
 )
 
 Rates = tuple[GroupRates, ...]
 FIRST = 3  # recordings: rates are learnt after 3, 4, 6, 8, 12, 16, 24 ... of them
 SEEN = 1e-4  # information on a number of the usual size: what is below is not seen
-CHAINS = 6
-SWEEPS, FEW = (
-    3,
-    64,
-)  # rounds of each chain: SWEEPS + FEW / recordings, for the first times begin in the prior and cost little
-KEPT = 2  # rounds that count, the last: so many, or half of them
+SWEEPS = 4  # of the Gibbs sampler that count, after one that does not
+NEGLIGIBLE = 5.0  # nats below the best: no longer asked
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,182 +104,84 @@ def _seen_ways(gram: Array) -> Array:
 
 
 class Evidence:
-    """ln of the likelihood of all recordings, each given those before; known ones are not asked again."""
+    """ln of the likelihood of all recordings, each given those before, and of the prior of the swings; known ones are not asked again."""
 
     def __init__(self, seen: SeenNumbers) -> None:
         self.seen = seen
         self.known: dict[Rates, float] = {}
 
-    def of(self, many: Sequence[Rates]) -> Array:
+    def of(self, many: Sequence[Rates]) -> list[float]:
         """Of each of many rates."""
         asked = [r for r in dict.fromkeys(many) if r not in self.known]
         if asked:
             motions = [motion_of(self.seen.groups, self.seen.stated, r) for r in asked]
             logs = log_likelihoods(self.seen.recordings, motions, self.seen.jumps)
-            self.known |= dict(zip(asked, logs.tolist()))
-        return np.array([self.known[r] for r in many])
+            for rates, log in zip(asked, logs.tolist()):
+                self.known[rates] = log + sum(r.log_prior for r in rates)
+        return [self.known[r] for r in many]
 
 
 def learn_rates(
     tracked: TrackedMachine,
     recordings: Sequence[SeenRecording],
     jumps: Sequence[Jump],
-    before: Sequence[Rates] = (),
-) -> tuple[Rates, ...]:
-    """Draws from the posterior of the rates after all recordings, each as probable as another; the last CHAINS are where the chains stand.
+    start: Rates,
+) -> Rates:
+    """The rates after all recordings, from those that were used until now.
 
-    before: what this gave after fewer recordings. Random numbers are a function of the number of recordings alone. Rates of a group
-    that no recording sees are what the others of its kind tell.
+    Random numbers are a function of the number of recordings alone.
     """
     seen = seen_numbers(tracked, recordings, jumps)
-    shown = set(seen.groups.tolist())
-    kinds = _kinds_of(tracked, shown)
-    sampler = _Sampler(Evidence(seen), kinds, np.random.default_rng(len(recordings)))
-    chains = [_on_levels(r, shown) for r in before[-CHAINS:]] or [
-        sampler.of_prior(len(tracked.groups)) for _ in range(CHAINS)
-    ]
-    out: list[Rates] = []
-    for sweep in range(rounds := SWEEPS + FEW // len(recordings)):
-        chains = sampler.sweep(chains)
-        out += chains if sweep >= rounds - max(KEPT, rounds // 2) else []
-    return tuple(out)
-
-
-def root_mean_squares(draws: Sequence[Rates]) -> Rates:
-    """Of walk, trend, season and swing of every group; the time constant of a swing is that of most of its variance."""
-    out = []
-    for own in zip(*draws):
-        walk, trend, season = (float(np.sqrt(np.mean([getattr(r, k) ** 2 for r in own]))) for k in GRIDS)
-        square = [[SWINGS[r.swing] ** 2 if r.tau == t else 0.0 for r in own] for t in range(len(TAUS))]
-        sums = np.sum(square, axis=1)
-        out.append(
-            GroupRates(
-                walk, trend, season, nearest_swing(float(np.sqrt(sums.sum() / len(own)))), int(sums.argmax())
-            )
-        )
-    return tuple(out)
-
-
-def nearest_swing(size: float) -> int:
-    """The level of SWINGS next to a size, by its square."""
-    return int(np.abs(np.square(SWINGS) - size**2).argmin())
-
-
-def _kinds_of(tracked: TrackedMachine, shown: set[int]) -> list[tuple[list[int], list[int]]]:
-    """Of every kind the numbers of its groups that recordings see, and of those that none sees."""
-    kinds = [kind_of(g) for g in tracked.groups]
-    own = [[k for k, name in enumerate(kinds) if name == kind] for kind in dict.fromkeys(kinds)]
-    return [([k for k in part if k in shown], [k for k in part if k not in shown]) for part in own]
-
-
-@dataclass(frozen=True, eq=False)
-class _Sampler:
-    """kinds: groups that are seen and not seen, of every kind. Every method takes the chains one step on, in proposals for all of them at once."""
-
-    evidence: Evidence
-    kinds: list[tuple[list[int], list[int]]]
-    rng: np.random.Generator
-
-    def of_prior(self, count: int) -> Rates:
-        """Rates of so many groups."""
-        out: Rates = (GroupRates(0.0, 0.0, 0.0),) * count
-        for shown, _ in self.kinds:
-            for i, k in enumerate(shown):
-                for name in GRIDS:
-                    out = self._anew(out, k, name, shown[:i])[0]
-                out = self._swing_anew(out, k)
-        return out
-
-    def sweep(self, chains: list[Rates]) -> list[Rates]:
-        """Every rate once."""
-        for shown, unseen in self.kinds:
-            for name in GRIDS:
-                if len(shown) > 1:
-                    chains = self._choose(chains, [self._together(r, shown, name) for r in chains])
-                for k in shown:
-                    others = [j for j in shown if j != k]
-                    chains = self._choose(chains, [self._moved(r, k, name, others) for r in chains])
-            for k in shown:
-                chains = self._choose(
-                    chains, [self._swung(r, k, [j for j in shown if j != k]) for r in chains]
-                )
-            for k in unseen:
-                chains = [_told_by_others(r, k, shown) for r in chains]
-        return chains
-
-    def _choose(self, chains: list[Rates], asked: list[tuple[Rates, float]]) -> list[Rates]:
-        """Metropolis & Hastings; asked: of every chain its proposal with ln of prior over prior, less that of its making."""
-        gain = (
-            self.evidence.of([r for r, _ in asked]) - self.evidence.of(chains) + [more for _, more in asked]
-        )
-        taken = np.log(self.rng.random(len(chains))) < gain
-        return [new if yes else old for old, (new, _), yes in zip(chains, asked, taken)]
-
-    def _moved(self, rates: Rates, k: int, name: str, others: list[int]) -> tuple[Rates, float]:
-        """One rate a step up or down, or anew from its prior."""
-        if self.rng.random() < 0.5:
-            return self._anew(rates, k, name, others)
-        level = _level(rates, k, name)
-        new = level + int(self.rng.choice([-1, 1]))
-        if not 0 <= new < len(GRIDS[name]):
-            return rates, 0.0
-        logs = prior_of(name).of_one_more([_level(rates, j, name) for j in others])
-        return _with(rates, k, name, new), float(logs[new] - logs[level])
-
-    def _anew(self, rates: Rates, k: int, name: str, others: list[int]) -> tuple[Rates, float]:
-        """One rate from its prior given others of its kind: what is asked of it is the likelihood alone."""
-        logs = prior_of(name).of_one_more([_level(rates, j, name) for j in others])
-        return _with(rates, k, name, int(self.rng.choice(len(logs), p=np.exp(logs)))), 0.0
-
-    def _together(self, rates: Rates, shown: list[int], name: str) -> tuple[Rates, float]:
-        """All rates of a kind that have a size a step up or down."""
-        prior, levels = prior_of(name), [_level(rates, k, name) for k in shown]
-        step = int(self.rng.choice([-1, 1]))
-        new = [v + step if v >= prior.first else v for v in levels]
-        if new == levels or any(
-            not prior.first <= v < len(GRIDS[name]) for v, old in zip(new, levels) if v != old
-        ):
-            return rates, 0.0
-        out = rates
-        for k, v in zip(shown, new):
-            out = _with(out, k, name, v)
-        return out, prior.of_all(new) - prior.of_all(levels)
-
-    def _swung(self, rates: Rates, k: int, others: list[int]) -> tuple[Rates, float]:
-        """A swing anew from its prior, half of the time with the walk: either explains much of what the other does."""
-        out = self._swing_anew(rates, k)
-        return self._anew(out, k, "walk", others) if self.rng.random() < 0.5 else (out, 0.0)
-
-    def _swing_anew(self, rates: Rates, k: int) -> Rates:
-        levels, tau = swing_priors(), int(self.rng.integers(len(TAUS)))
-        swing = int(self.rng.choice(len(levels), p=levels))
-        return (*rates[:k], replace(rates[k], swing=swing, tau=tau if swing else 0), *rates[k + 1 :])
-
-
-def _told_by_others(rates: Rates, k: int, shown: list[int]) -> Rates:
-    """Rates of a group that no recording sees: the root mean squares that the others of its kind leave of its prior; no swing, which the date of the file holds."""
-    asked: dict[str, Any] = {}
-    for name in GRIDS:
-        logs = prior_of(name).of_one_more([_level(rates, j, name) for j in shown])
-        asked[name] = root_mean_square(logs, np.array(GRIDS[name]))
-    return (*rates[:k], replace(rates[k], **asked), *rates[k + 1 :])
-
-
-def _on_levels(rates: Rates, shown: set[int]) -> Rates:
-    """Groups that are seen now on the nearest levels of the grids: until they are, their rates lie between."""
+    shown = sorted(set(seen.groups.tolist()))  # of a group that no recording sees nothing is learnt
+    rates, evidence = start, Evidence(seen)
     for k in shown:
-        for name, grid in GRIDS.items():
-            rates = _with(
-                rates, k, name, int(np.abs(np.square(grid) - getattr(rates[k], name) ** 2).argmin())
-            )
-    return rates
+        rates = _best_swing(evidence, rates, k)
+    rng, used = np.random.default_rng(len(recordings)), rates
+    variance = {(k, name): 0.0 for k in shown for name in GRIDS}
+    for sweep in range(SWEEPS + 1):
+        for k, name in variance:
+            logs, levels = _conditional(evidence, rates, k, name)
+            weights = np.exp(logs - logs.max())
+            weights /= weights.sum()
+            variance[k, name] += float(weights @ levels**2) / SWEEPS if sweep else 0.0
+            rates = _with(rates, k, name, float(rng.choice(levels, p=weights)))
+    for (k, name), value in variance.items():
+        used = _with(used, k, name, float(np.sqrt(value)))
+    return used
 
 
-def _level(rates: Rates, k: int, name: str) -> int:
-    return GRIDS[name].index(getattr(rates[k], name))
+def _conditional(evidence: Evidence, rates: Rates, k: int, name: str) -> tuple[Array, Array]:
+    """(ln of the posterior, level) of every level of one rate that is still probable, all others as they are."""
+    grid = np.array(GRIDS[name])
+    logs = log_priors(name) + evidence.of([_with(rates, k, name, float(level)) for level in grid])
+    start = nearest_level(name, getattr(rates[k], name))
+    top, kept = logs[start], [start]
+    for way in (1, -1):
+        level = start + way
+        while 0 <= level < len(grid):
+            kept.append(level)
+            top = max(top, logs[level])
+            if logs[level] <= top - NEGLIGIBLE:
+                break
+            level += way
+    return logs[sorted(kept)], grid[sorted(kept)]
 
 
-def _with(rates: Rates, k: int, name: str, level: int) -> Rates:
-    """Rates with one of them on another level."""
-    asked: dict[str, Any] = {name: GRIDS[name][level]}
+def _with(rates: Rates, k: int, name: str, rate: float) -> Rates:
+    """Rates with one of them replaced."""
+    asked: dict[str, Any] = {name: rate}
     return (*rates[:k], replace(rates[k], **asked), *rates[k + 1 :])
+
+
+def _best_swing(evidence: Evidence, rates: Rates, k: int) -> Rates:
+    """Steps along the swing and its time constant until none is better."""
+    (value,) = evidence.of([rates])
+    steps = [(*rates[:k], r, *rates[k + 1 :]) for r in rates[k].neighbours()]
+    while steps:
+        reached = evidence.of(steps)
+        better = next((i for i, v in enumerate(reached) if v > value + 1e-6), None)
+        if better is None:
+            break
+        rates, value = steps[better], reached[better]
+        steps = [(*rates[:k], r, *rates[k + 1 :]) for r in rates[k].neighbours()]
+    return rates

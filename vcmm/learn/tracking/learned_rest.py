@@ -54,6 +54,10 @@ class LearnedRest:
     size: float
     earlier: tuple[str, ...]
     later: tuple[str, ...]
+    REFERENCE = (
+        "all recordings were held against the machine file as it was given, not against the state of the day: a wear, season or jump that track names is "
+        "not taken out before, and the file that is written is that machine file with the term"
+    )
 
     @property
     def passed(self) -> bool:

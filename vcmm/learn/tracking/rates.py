@@ -12,13 +12,13 @@ machine file is right on its date within its own covariance, in whatever season 
 Rates stand on grids of powers of two, bounded: a number that changed by more than eight of its usual sizes in a year is no drift.
 The prior of each is centred at a quarter of the usual size (in a year; of the season: its amplitude), a factor of four to either side (one
 standard deviation); it is an assumption, and `typical` of each effect states the source of the size. Trend, season and swing have half of
-their prior at zero; what rates of one kind tell of each other stands in vcmm.learn.tracking.rate_prior. What the state goes on with is the root mean square over draws from their posterior:
-the Gaussian of the variance of the mixture, so that few recordings do not make a machine look steadier, or less of a season, than they can tell.
+their prior at zero. What is used is the root mean square over all levels that are still probable: the Gaussian of the variance of the mixture, so that few recordings
+do not make a machine look steadier, or less of a season, than they can tell.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,24 +38,15 @@ BLOCKS = 6  # b, w, s, c, v, p
 PASSES = 1.0  # days: time constant of what passes
 
 
-def steps_of(name: str) -> Array:
-    """log2 of the levels that have a size: none of a walk stands as 2^-7, that of the others is apart."""
-    grid = np.array(GRIDS[name])
-    return np.log2(np.where(grid > 0, grid, 2.0**-7))[0 if name == "walk" else 1 :]
-
-
 def log_priors(name: str) -> Array:
     """Of every level of a grid, nats: of a walk ln of exp(-((log2 - CENTRE) / SPREAD)^2 / 2), none as 2^-7; of the others half at zero."""
-    logs = -0.5 * ((steps_of(name) - CENTRE) / SPREAD) ** 2
-    logs -= np.log(np.exp(logs).sum())
-    return logs if name == "walk" else np.append(0.0, logs) - np.log(2.0)
-
-
-def swing_priors() -> Array:
-    """The probability of every level of SWINGS: half at zero; the time constants are as probable as one another."""
-    logs = -0.5 * ((np.log2(SWINGS[1:]) - CENTRE) / SPREAD) ** 2
-    sized = np.exp(logs)
-    return np.append(0.5, 0.5 * sized / sized.sum())
+    grid = np.array(GRIDS[name])
+    steps = np.log2(np.where(grid > 0, grid, 2.0**-7))
+    logs = -0.5 * ((steps - CENTRE) / SPREAD) ** 2
+    if name != "walk":
+        logs[1:] -= np.log(np.exp(logs[1:]).sum())
+        logs[0] = 0.0
+    return np.asarray(logs - np.log(np.exp(logs).sum()))
 
 
 def root_mean_square(logs: Array, levels: Array) -> float:
@@ -80,8 +71,19 @@ class GroupRates:
 
     @property
     def log_prior(self) -> float:
-        """Of the swing and its time constant, nats."""
-        return float(np.log(swing_priors()[self.swing] / (len(TAUS) if self.swing else 1)))
+        """Of the swing, nats, but for a constant."""
+        if not self.swing:
+            return float(np.log(0.5))
+        known = sum(np.exp(-0.5 * ((k - CENTRE) / SPREAD) ** 2) for k in range(-6, 3))
+        step = np.log2(SWINGS[self.swing])
+        return float(np.log(0.5 / (known * len(TAUS))) - 0.5 * ((step - CENTRE) / SPREAD) ** 2)
+
+    def neighbours(self) -> list[GroupRates]:
+        """One step on the grids of the swing."""
+        if not self.swing:
+            return [replace(self, swing=SWINGS.index(0.25), tau=t) for t in range(len(TAUS))]
+        out = [replace(self, swing=k) for k in (self.swing - 1, self.swing + 1) if k < len(SWINGS)]
+        return out + [replace(self, tau=t) for t in range(len(TAUS)) if t != self.tau]
 
     @property
     def words(self) -> str:
@@ -172,3 +174,9 @@ def first_rates(tracked: TrackedMachine) -> tuple[GroupRates, ...]:
     return tuple(
         GroupRates(_of_prior("walk"), _of_prior("trend"), _of_prior("season")) for _ in tracked.groups
     )
+
+
+def nearest_level(name: str, rate: float) -> int:
+    """The level of a grid next to a rate, where the search for what is probable begins."""
+    grid = np.array(GRIDS[name])
+    return int(np.abs(np.log2(np.maximum(grid, 2.0**-8)) - np.log2(max(rate, 2.0**-8))).argmin())

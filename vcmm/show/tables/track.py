@@ -169,8 +169,8 @@ def _beyond(limit: TaskLimit) -> str:
 
 def why_not_kept(planned: Planned) -> str:
     """Why the plan does not keep every limit, of each limit that is to blame; "" where it keeps them."""
-    limits, each, schedule = planned
-    if schedule.kept:
+    limits, each, advised = planned
+    if advised.kept:
         return ""
     beyond = beyond_checks(limits)
     reasons = [_beyond(x) for x in beyond]
@@ -191,8 +191,9 @@ def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
         if schedule.fixed
         else ""
     )
-    title = f"plan of {schedule.days} days from {_date(track, 0)}, cost {schedule.cost:g}"
-    return ResultTable(title, _columns(limits, track), schedule.checks, f"{kept}{fixed}")
+    title = f"plan of {found.days} days from {_date(track, 0)}, cost {found.cost:g}"
+    title = title if found.kept or found.checks else f"no plan of {found.days} days from {_date(track, 0)}"
+    return ResultTable(title, _columns(limits, track), found.checks, f"{kept}{fixed}")
 
 
 def plan_document(planned: Planned, track: Track) -> dict[str, object]:
