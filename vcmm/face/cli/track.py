@@ -160,10 +160,10 @@ class TrackJob(Job[Path, TrackAnswers]):
     def record(self, loaded: Path, result: TrackAnswers) -> Record:
         followed, planned, rest, doubtful = result
         named = (self.machine, self.questions.task, self.questions.checks, self.questions.parts)
-        followed = sorted(
-            loaded / c.name for c in found.checks
+        recordings = sorted(
+            loaded / c.name for c in followed.checks
         )  # all of the folder: each was read to follow it
-        given = [*(p for p in named if p is not None), *followed]
+        given = [*(p for p in named if p is not None), *recordings]
         track_body = followed.to_dict()
         body = {**track_body, "machine": str(self.target / "machine.toml"), "name": track_body["machine"]}
         if planned is not None:

@@ -191,9 +191,13 @@ def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
         if schedule.fixed
         else ""
     )
-    title = f"plan of {found.days} days from {_date(track, 0)}, cost {found.cost:g}"
-    title = title if found.kept or found.checks else f"no plan of {found.days} days from {_date(track, 0)}"
-    return ResultTable(title, _columns(limits, track), found.checks, f"{kept}{fixed}")
+    title = f"plan of {schedule.days} days from {_date(track, 0)}, cost {schedule.cost:g}"
+    title = (
+        title
+        if schedule.kept or schedule.checks
+        else f"no plan of {schedule.days} days from {_date(track, 0)}"
+    )
+    return ResultTable(title, _columns(limits, track), schedule.checks, f"{kept}{fixed}")
 
 
 def plan_document(planned: Planned, track: Track) -> dict[str, object]:
