@@ -294,7 +294,7 @@ def _forms(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
         SIGN,
         [
             *((a, _mirror(a)) for a in axes),
-            *((OFFSETS[a], _offsets(_mirroring(a))) for a, used in enumerate(run.offset.any(axis=0)) if used),
+            *((name, _offsets(_mirroring(a))) for a, name in enumerate(OFFSETS) if run.offset[:, a].any()),
             *((n, _all_times([n])) for n in names if n.startswith(("speed_", "accel_"))),
         ],
     )
