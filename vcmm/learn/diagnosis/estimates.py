@@ -328,8 +328,8 @@ def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: A
     field = six[:, 3:] if turns else six[:, :3]
     field = field - field.mean(axis=0)  # a constant is the pose, or the zero of the axis
     flat = field.reshape(-1, field.shape[2])
-    taken = flat @ (term.option.unit[:, None] * unseen_directions(problem.nuisance, term.option.columns))
-    flat = flat - taken @ np.linalg.lstsq(taken, flat, rcond=None)[0]
+    free = flat @ (term.option.unit[:, None] * unseen_directions(problem.nuisance, term.option.columns))
+    flat = flat - free @ np.linalg.lstsq(free, flat, rcond=None)[0]
     gram = flat.T @ flat / problem.run.n
     rms = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
     return _estimate(float(np.median(rms)), float(rms.std()), rms, "urad" if turns else "um")
@@ -338,12 +338,12 @@ def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: A
 def unseen_directions(nuisance: Array, columns: Array) -> Array:
     """Directions (k, r) of the numbers of a term of which the nuisance (m, p) leaves less than VANISHING_SHARE of the signal; columns (m, k)."""
     u, size, v = np.linalg.svd(columns, full_matrices=False)
-    kept = size > VANISHING_SHARE * size.max(initial=0.0)
-    signals = u[:, kept]
+    large = size > VANISHING_SHARE * size.max(initial=0.0)
+    signals = u[:, large]
     if nuisance.shape[1]:
         signals = signals - nuisance @ np.linalg.lstsq(nuisance, signals, rcond=None)[0]
     _, share, w = np.linalg.svd(signals, full_matrices=False)
-    return np.hstack([v[~kept].T, (v[kept].T / size[kept]) @ w[share <= VANISHING_SHARE].T])
+    return np.hstack([v[~large].T, (v[large].T / size[large]) @ w[share <= VANISHING_SHARE].T])
 
 
 def as_json(found: Mapping[str, Estimate]) -> dict[str, dict[str, object]]:

@@ -256,7 +256,7 @@ def changed_names(before: Run, after: Run) -> set[Name]:
     }
     out |= {("series", sensor_of(name)) for kind, name in out if kind == "columns"}
     places = [(q, after.position[a]) for a, q in before.position.items()]
-    if not all(_is_same(one, other) for one, other in [*places, (before.offset, after.offset)]):
+    if not all(_is_same(was, new) for was, new in [*places, (before.offset, after.offset)]):
         out.add((PLACES, ""))
     return out
 
@@ -287,7 +287,7 @@ def _forms(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
     exchanged += [(f"{a} and {b}", _axes(a, b)) for a, b in itertools.combinations(linear, 2)]
     exchanged += [
         (f"{OFFSETS[a]} and {OFFSETS[b]}", _offsets(_exchanging(a, b)))
-        for a, b in itertools.combinations(range(3), 2)
+        for a, b in itertools.combinations(range(len(OFFSETS)), 2)
         if not np.array_equal(run.offset[:, a], run.offset[:, b])
     ]
     yield EXCHANGED, exchanged
@@ -295,7 +295,7 @@ def _forms(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
         SIGN,
         [
             *((a, _mirror(a)) for a in axes),
-            *((OFFSETS[a], _offsets(_mirroring(a))) for a in range(3) if run.offset[:, a].any()),
+            *((name, _offsets(_mirroring(a))) for a, name in enumerate(OFFSETS) if run.offset[:, a].any()),
             *((n, _all_times([n])) for n in names if n.startswith(("speed_", "accel_"))),
         ],
     )
@@ -350,11 +350,11 @@ def _mirror(axis: str) -> RunCorrection:
 
 
 def _mirroring(a: int) -> Callable[[Array], Array]:
-    return lambda offset: offset * np.where(np.arange(3) == a, -1.0, 1.0)
+    return lambda offset: offset * np.where(np.arange(len(OFFSETS)) == a, -1.0, 1.0)
 
 
 def _exchanging(a: int, b: int) -> Callable[[Array], Array]:
-    order = [b if i == a else a if i == b else i for i in range(3)]
+    order = [b if i == a else a if i == b else i for i in range(len(OFFSETS))]
     return lambda offset: offset[:, order]
 
 

@@ -172,10 +172,10 @@ def _speeds(recording: Recording) -> list[str]:
     return out
 
 
-def _of_another_unit(axis: str, moved: Array, stated: Array) -> list[str]:
+def _of_another_unit(axis: str, motion: Array, speed: Array) -> list[str]:
     """Speeds that go with the motion in most rows, at one ratio, which is that of two units. A pause between two runs is no motion of that speed."""
-    large = np.abs(stated) > 0.5 * np.abs(stated).max()
-    ratio = moved[large] / stated[large]
+    large = np.abs(speed) > 0.5 * np.abs(speed).max()
+    ratio = motion[large] / speed[large]
     usual = float(np.median(ratio))
     if large.sum() < ENOUGH or usual == 0 or np.mean(np.abs(ratio / usual - 1.0) < NEAR) < MOST:
         return []
