@@ -23,7 +23,7 @@ from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.declaration import reported_name
 from vcmm.learn.diagnosis.answers import NamedTerms, answers
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, Option, applies, make_option, rebuild_option
-from vcmm.learn.diagnosis.confusion import Standing, rank_of, ranks, separability
+from vcmm.learn.diagnosis.confusion import Standing, lower_standing, rank_of, ranks, separability
 from vcmm.learn.diagnosis.constants import MISMATCH, NOTHING, RESOLUTION_DELTA
 from vcmm.learn.diagnosis.contradictions import add_contradictions, pulls_of, told_pulls, unexplained_pulls
 from vcmm.learn.diagnosis.delivery import DeliveredTerms, deliver_terms, left_over, rms_left, setting_for
@@ -143,6 +143,8 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
     stage, mistake, used, rest = one.stage, one.mistake, one.problem, one.rest
     sigma = _sigma(one.selection, stage)
     places = _with_other_rivals(one.places, used, stage, one.selection, one.tied)
+    if one.field is not None:
+        places = [lower_standing(p, share) for p, share in zip(places, one.field.shares, strict=True)]
     named = add_contradictions(NamedTerms(used, stage, one.selection, places))
     found = [i for i, a in enumerate(named.probabilities()) if not a.doubtful]
     screen = stage.screen or stage

@@ -3,9 +3,10 @@
 A name with many free numbers, or two names on top of each other, follow much that they are not: a scale glued from pieces is
 nearly a changed guide and nearly a table's gaps. The unknown deserves the same freedom. Its law is a Gaussian process (see
 kernels) over a covariate that the residual follows, with or without the other names; its evidence is the mean over its
-smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds what machines usually have.
+smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds what machines usually have. The shapes of the localisation
+stand in the same list; all of them share the prior of one name, which is their price.
 
-    S(names, field) = evidence(names, field) - price(names) - VERY_STRONG - mismatch - [the threshold, where names are left out]
+    S(names, field) = evidence(names, field) - price(names) - price(field) - mismatch - [the threshold, where names are left out]
     p(name) = sum of exp S of what was weighed with it / sum of exp S of all that was weighed
 
 price: what was free in choosing the names, the prior of their places and scanned values, and the threshold for each of
@@ -14,13 +15,10 @@ nothing beside them, and every subset of them beside each of the fields and shap
 
 The names of the best are kept. Where all are, the field is no rival: it is the residual.
 
-A field has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is
+A field or a shape has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is
 outside its span (Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy), for a field of such a course is no
 field. A course of the clock that nothing logs is a field: a part that heats up moves smoothly where a step is drawn through it, so against a smooth
 course of time a step and a straight drift count as they are, sharp and straight. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
-
-A field that wins is put beside the uncertainty of the calibration, as one more covariance, and the search is made again: names
-found then are found beside it, with the uncertainty of correlated neighbours.
 """
 
 from __future__ import annotations
@@ -118,7 +116,7 @@ def rival_field(
     every = tuple(range(len(selection.terms)))
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
     own = (selection.fit.log_evidence if selection.fit else 0.0) - sum(pays)
-    price = VERY_STRONG + mismatch(selection)
+    price = mismatch(selection)
 
     def score(w: _Weighing, kept: Subset) -> float:
         """S: a field beside all names is what they leave, and instead of some it is one more name."""
@@ -131,18 +129,19 @@ def rival_field(
         _smooth_fields(problem, selection, setting, null),
         key=lambda w: max(score(w, kept) for kept in few),
     )
-    shapes = [] if generic is None else _shapes(generic, selection)
-    choices = [*itertools.product([*fields, *shapes], _subsets(every))]
-    if not choices:
+    shapes = [] if generic is None else _shapes(generic, selection, setting)
+    if not (fields or (shapes and every)):
         return None
-
+    choices = [*itertools.product([*fields, *shapes], _subsets(every))]
     scores = [score(w, kept) for w, kept in choices]
     ids = [t.family.id for t in selection.terms]
     weighed = (
         Hypothesis(frozenset(ids), own),
         *(Hypothesis(frozenset(ids[i] for i in kept), s) for (_, kept), s in zip(choices, scores)),
     )
-    best = int(np.argmax(scores))
+    # a shape beside all names is their rival in the list, and told by the test of what is left
+    rivals = [w in fields or kept != every for w, kept in choices]
+    best = int(np.argmax(np.where(rivals, scores, -np.inf)))
     w, kept = choices[best]
     refused = tuple(i for i in every if i not in kept)
     says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
@@ -158,18 +157,19 @@ def rival_field(
 
 def _smooth_fields(problem: Problem, selection: Selection, setting: Setting, null: Array) -> list[_Weighing]:
     """The fields that the residual follows most, without what simple names hold of them."""
-    of_place, of_both = (
-        _columns(
-            [t.option for t in selection.terms if is_simple(t) and not (timed and _is_of_time(t))], setting
-        )
-        for timed in (True, False)
-    )
+    of_place, of_both = (_simple_columns(selection, setting, timed) for timed in (True, False))
     out = []
     for asked in _trial_kernels(problem, selection, setting.white, null):
         simple = of_place if _is_course(asked) else of_both
         w = _Weighing.of(asked, simple, selection, setting.white)
         out += [w] if w is not None else []
     return out
+
+
+def _simple_columns(selection: Selection, setting: Setting, timed: bool) -> Array:
+    """What the simple names do to the observation (m, p); timed: those of the clock alone left out."""
+    simple = (t.option for t in selection.terms if is_simple(t) and not (timed and _is_of_time(t)))
+    return _columns([*simple], setting)
 
 
 def is_simple(term: Term) -> bool:
@@ -233,7 +233,7 @@ def _without(every: Subset, i: int) -> Subset:
 class _Weighing:
     """One field, or shape, beside the names. gram, b: products of all white columns, the names' first, and the residual.
 
-    counts, sizes: numbers of functions and prior widths that share its evidence; prior: ln, of a shape.
+    counts, sizes: numbers of functions and prior widths that share its evidence; prior: ln.
     """
 
     asked: KernelQuestion | tuple[Dictionary, int]  # kernels, or a family of shapes
@@ -259,13 +259,21 @@ class _Weighing:
         if turn is None or np.linalg.norm(x) <= VANISHING_SHARE * np.linalg.norm(white.scale(bumps)):
             return None
         seen = free @ turn
-        return _Weighing.beside(selection, asked, white.apply(seen), seen, white.dof)
+        one = _Weighing.beside(selection, asked, white.apply(seen), seen, white.dof)
+        return replace(one, prior=-VERY_STRONG)
 
     @staticmethod
-    def of_shape(generic: Dictionary, family: int, option: int, selection: Selection) -> _Weighing:
-        x = generic.columns(option)
+    def of_shape(
+        generic: Dictionary, family: int, option: int, simple: Array, selection: Selection, white: Whitener
+    ) -> _Weighing | None:
+        """A shape of the localisation; None where simple names are all of it."""
+        columns = generic.options[option].columns
+        free = orthogonal(columns, simple, white)
+        x = white.apply(free)
+        if np.linalg.norm(x) <= VANISHING_SHARE * np.linalg.norm(white.scale(columns)):
+            return None
         prior = generic.families[family].log_prior + float(generic.weight[option])
-        one = _Weighing.beside(selection, (generic, family), x, generic.options[option].columns, generic.dof)
+        one = _Weighing.beside(selection, (generic, family), x, free, generic.dof)
         return replace(one, counts=(x.shape[1],), sizes=SCALES, prior=prior)
 
     @staticmethod
@@ -354,7 +362,6 @@ def _trial_kernels(
 
 
 def _identity(asked: KernelQuestion) -> tuple[object, ...]:
-    """Of kernels, whatever they were asked beside."""
     return tuple((k.names, k.direction, k.component, k.what, k.bumps.tobytes()) for k in asked.kernels)
 
 
@@ -369,13 +376,14 @@ def _own_arguments(family: Family) -> set[str]:
     return {axis, f"{axis} (periodic)"} if free else set()
 
 
-def _shapes(generic: Dictionary, selection: Selection) -> list[_Weighing]:
-    """Return the shapes that explain most beside nothing, or beside all names but one, except those that are the same as a name."""
+def _shapes(generic: Dictionary, selection: Selection, setting: Setting) -> list[_Weighing]:
+    """The shapes that explain most beside nothing, or beside all names but one, but those that say the same as a name."""
     if not generic.families:
         return []
     others = [[t for t in selection.terms if t is not one] for one in selection.terms]
     own = set[str]().union(*(_own_arguments(t.family) for t in selection.terms))
-    found: dict[int, _Weighing] = {}
+    found: dict[int, _Weighing | None] = {}
+    simple = _simple_columns(selection, setting, timed=False)
     for terms in [[], *(o for o in others if o)]:
         given = scorer(generic, np.concatenate([t.white for t in terms], axis=1) if terms else None)
         options = given.options(selection.y[:, None])
@@ -383,8 +391,9 @@ def _shapes(generic: Dictionary, selection: Selection) -> list[_Weighing]:
         order = (int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in own)
         for k in itertools.islice(order, SHORT):
             option = best_option(generic, options[:, 0], k)
-            found.setdefault(option, _Weighing.of_shape(generic, k, option, selection))
-    return list(found.values())
+            if option not in found:
+                found[option] = _Weighing.of_shape(generic, k, option, simple, selection, setting.white)
+    return [w for w in found.values() if w is not None]
 
 
 def kept_terms(selection: Selection, field: Field) -> list[Term]:

@@ -41,7 +41,7 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.adequacy import describe_shape, unknown_rest
 from vcmm.learn.diagnosis.answers import of_the_machine
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, first_place
-from vcmm.learn.diagnosis.confusion import Standing, lower_standing, standing
+from vcmm.learn.diagnosis.confusion import Standing, standing
 from vcmm.learn.diagnosis.constants import (
     CHANCE,
     EVEN_ODDS,
@@ -178,8 +178,6 @@ def judge_terms(chosen: SearchResult, stage: Stage, seed: int, in_field: bool = 
     if simple is not selection:
         selection, places = simple, _standings(simple, setting)
     field = rival_field(used, selection, setting, stage.sample, shapes) if selection.terms else None
-    if field is not None:
-        places = [lower_standing(p, share) for p, share in zip(places, field.shares, strict=True)]
     rest = _rest(used, stage, selection, setting, parts, seed, field)
     return Judgement(
         used,
