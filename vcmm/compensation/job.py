@@ -24,11 +24,7 @@ from vcmm.compensation.loading import MachineOfFile, load_program, machine_of
 from vcmm.compensation.numbers import decimals_of
 from vcmm.compensation.offsets import with_shifts
 from vcmm.compensation.pointing import correct_orientation, with_angles
-from vcmm.compensation.proof import (
-    block_rate,
-    compare,
-    compare_comments,
-)
+from vcmm.compensation.proof import block_rate, compare, compare_comments
 from vcmm.compensation.refusals import (
     check_channels,
     check_dialect,

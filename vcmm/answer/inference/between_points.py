@@ -189,7 +189,7 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     basis = basis[:, strengths > LEAST_SHAPE]
     kinds = [(words, weight * kept) for words, weight in _kinds(feature) if (weight * kept).any()]
     waves = Waves(tuple(kinds), left, whole, basis, met)
-    known = error - moved @ (moved.T @ error)
+    machine_share = error - moved @ (moved.T @ error)
     return FeatureForms(
         name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), machine_share=known,
     )  # fmt: skip

@@ -40,7 +40,7 @@ def with_form(c: CharacteristicResult, statements: Sequence[FormTold]) -> Charac
     rest = (c.u / u) ** 2 if np.isfinite(u) else 1.0
     lines = [replace(line, share=line.share * rest) for line in c.budget]
     lines += [_line(form, own_u, u) for form, own_u in added]
-    largest_first = sorted(added, key=lambda one: -one[1])  # not as the file lists the features
+    largest_first = sorted(added, key=lambda form_and_u: -form_and_u[1])  # not as the file lists the features
     law = widen(truth.law, together([form.sizes for form, _ in largest_first]))
     return replace(
         c, u=u, budget=PlottedBudget(sorted(lines, key=lambda line: -line.u)), truth=replace(truth, law=law),

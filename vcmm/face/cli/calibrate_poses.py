@@ -135,7 +135,7 @@ def _show(plan: PosePlan, chosen: list[int], everything: list[int], body: dict[s
             "rotary positions, in this order", ("", *(a.replace("_deg", " / deg") for a in angles)), steps
         )
     )
-    said = [
+    lines = [
         (e["error"], *(f"{_two_digits(e[k])} {e['unit']}" for k in ("u_before", "u", "u_all_poses")))
         for e in body["expected"]
     ]
@@ -144,7 +144,7 @@ def _show(plan: PosePlan, chosen: list[int], everything: list[int], body: dict[s
         listing(
             "standard uncertainty of every error: by its usual size before any touch, and after",
             columns,
-            said,
+            lines,
         )
     )
     for c in plan.identified(everything).combinations:

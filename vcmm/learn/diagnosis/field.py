@@ -15,10 +15,9 @@ nothing beside them, and every subset of them beside each of the fields and shap
 
 The names of the best are kept. Where all are, the field is no rival: it is the residual.
 
-A field or a shape has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is
-outside its span (Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy), for a field of such a course is no
-field. A course of the clock that nothing logs is a field: a part that heats up moves smoothly where a step is drawn through it, so against a smooth
-course of time a step and a straight drift count as they are, sharp and straight. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
+A field or a shape has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is outside its span (Plumlee,
+J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy). A course of the clock that nothing logs is a field: a part that heats up moves smoothly where a step is drawn through it, so against
+a smooth course of time a step and a straight drift count as they are. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
 """
 
 from __future__ import annotations
