@@ -46,7 +46,7 @@ def as_arcs(folder: Path, text: str, m: Machine, tolerance: float) -> tuple[int,
     path = folder / "circle.nc"
     path.write_text(text)
     found = compensate(path, SETUP, m, tolerance=tolerance, decimals=6)
-    return found.blocks.added + 1, found.after.largest
+    return found.blocks.additions + 1, found.after.largest
 
 
 def as_lines(text: str, m: Machine, tolerance: float, radius: float) -> int:

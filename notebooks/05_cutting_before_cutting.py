@@ -44,8 +44,8 @@ lean = [e for e in scenario.machine.effects if e.name == "squareness" and e.wher
 plain = replace(scenario, machine=replace(scenario.machine, effects=tuple(lean), inputs=()), inputs=())
 task, world, _ = finished_part(set_up(plain))
 rows = task.touches.rows["seat"]
-radius = world.contacts.surface(world.tool.errors() - world.tool.known)[rows] * 1e3
+radius = world.contacts.surface(world.tool.errors() - world.tool.known_error)[rows] * 1e3
 z = task.touches.points[rows][:, 2]
-slope = np.polyfit(z, radius - world.contacts.surface(0 * world.tool.known)[rows] * 1e3, 1)[0]
+slope = np.polyfit(z, radius - world.contacts.surface(0 * world.tool.known_error)[rows] * 1e3, 1)[0]
 print(f"{abs(slope) * 2 * 10:.3f} um of diameter per 10 mm")
 assert np.isclose(abs(slope) * 2 * 10, 0.3, rtol=0.02)

@@ -144,7 +144,7 @@ def test_the_contour_stays_within_its_chord_tolerance():
 def test_slot_of_a_perfect_machine_and_of_a_skew_one(scenario):
     views = twin.look_at(scenario, twin.PLACES["centre"])
     for view in views:
-        programmed = view.contacts.surface(view.tool.known)
+        programmed = view.contacts.surface(view.tool.known_error)
         assert np.abs(programmed).max() < 4e-3  # chords, and corners rounded by the control
     skew = replace(bare("w X' Y' b Z t", Squareness("C0Y", 20e-6)))
     wall = views[0]

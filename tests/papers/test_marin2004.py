@@ -272,7 +272,7 @@ def test_updating_is_worth_what_the_head_moves_meanwhile(result):
     """By hand from the sensors: what the regression says of the ledge's height when it is cut, less what it said at the start."""
     model = regression([day(seed) for seed in twin.LEARNED], twin.LAGS)
     view = next(v for v in result.views if v.net.feature == "ledge")
-    row, _ = view.contacts.deepest(view.tool.known)
+    row, _ = view.contacts.deepest(view.tool.known_error)
     minute = result.warm + view.tool.run.column("time_s")[row].mean() / 60.0
     said = model.over(result.today)
     then = np.array([np.interp(minute, result.today.minute, p) for p in said.T])

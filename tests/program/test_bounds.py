@@ -48,7 +48,7 @@ HOLE = "CYCL DEF 201 Q200=2 Q201=-5 Q206=9 Q203=+0\n"
 @pytest.mark.parametrize(
     ("dialect", "text", "line"),
     [
-        ("heidenhain", f"{HOLE}CYCL DEF 221 Q242=1000000000 Q243=1 Q237=1", 2),
+        ("heidenhain", f"{HOLE}CYCL DEF 221 Q225=+0 Q226=+0 Q237=1 Q238=1 Q242=1000000000 Q243=1 Q224=+0", 2),
         ("heidenhain", f"{HOLE}PATTERN DEF ROW1 (X+0 Y+0 D+1 NUM1000000000 ROT+0 Z+0)", 2),
         ("heidenhain", "CYCL DEF 200 Q200=2 Q201=-5 Q206=9 Q202=0.000000001 Q203=+0\nL X+1 FMAX M99", 2),
         ("heidenhain", "LBL 1\nL IX+1 FMAX\nCALL LBL 1 REP 1000000000", 3),

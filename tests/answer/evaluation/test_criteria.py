@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.build import scenario
-from vcmm.answer.evaluation import added, inversion
+from vcmm.answer.evaluation import additions, inversion
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.answer.evaluation.virtual_measurement import measure_task
 from vcmm.part.part import Characteristic
@@ -64,7 +64,7 @@ def test_an_oval_is_seen_by_each_criterion_as_they_are():
 def test_tiers_agree(monkeypatch):
     monkeypatch.setattr(inversion, "BY_CONTACT", (200, 200))
     monkeypatch.setattr(inversion, "COUNT_TRIALS", (60, 60))
-    monkeypatch.setattr(added, "ADDED_BY_CONTACT", 100)
+    monkeypatch.setattr(additions, "ADDED_BY_CONTACT", 100)
     quick = Settings(trials=1000, certify=20)
     some = (*SIZES, LOCAL[0], LOCAL[2], FORM[0], FORM[1], *TILT[1:])
     task = scenario(characteristics=some).task()

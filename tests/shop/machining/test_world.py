@@ -208,7 +208,7 @@ def test_of_two_passes_along_one_line_the_one_towards_which_the_force_bends_make
     )
     run = cutting.tool.run.take(np.array([0, 0]))
     force = {"force_x_N": np.array([700.0, 0.0]), "force_y_N": np.zeros(2), "force_z_N": np.zeros(2)}
-    still = {"setting": np.full((2, 3), -1), "known": np.zeros((2, 3))}
+    still = {"setting": np.full((2, 3), -1), "known_error": np.zeros((2, 3))}
     pushed = replace(cutting.tool, run=run.with_columns(force), **still)
     assert replace(cutting, tool=pushed, contacts=contacts).makers()[0].tolist() == [0, 1]
     # without forces the first of them, as ever

@@ -14,6 +14,7 @@ def answer(**changes):
     given = {
         "effect": "backlash", "where": {"axis": "Y"}, "parameters": {"gap": Estimate(1.5, 0.19, (1.12, 1.871), "um")},
         "probability": 0.976, "share": 0.77, "cannot_be_told_from": (), "fitted": None, "share_of_rows": 0.8, "kin": None,
+        "mistake": None, "remark": None,
     }  # fmt: skip
     return SimpleNamespace(**{**given, **changes})
 

@@ -191,7 +191,7 @@ def _forms(model: LinearModel, feature: Feature, rows: Ints, across: Mapping[int
     waves = Waves(tuple(kinds), left, whole, basis, met)
     machine_share = error - moved @ (moved.T @ error)
     return FeatureForms(
-        name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), machine_share=known,
+        name=feature.name, points=len(rows), every=every, waves=waves, noises=noises_of(model, few, basis), machine_share=machine_share,
     )  # fmt: skip
 
 

@@ -263,9 +263,14 @@ def process(c: Characteristic, goal: Goal, nominal: float) -> tuple[float, float
 
 
 def _cost(costs: Mapping[str, float], judged: WrongDecisions) -> Array:
+    chances = {
+        "accept_bad": judged.accept_bad,
+        "reject_good": judged.reject_good,
+        "undecided": judged.no_decision,
+    }
     total: Array = np.zeros(len(judged.no_decision))
     for name, price in costs.items():
-        total = total + price * getattr(judged, name)
+        total = total + price * chances[name]
     return total
 
 
