@@ -49,8 +49,8 @@ PARTICIPLES = {
     "files": 0, "show": 0, "face": 0,
 }  # fmt: skip
 VARIABLES = {
-    "core": 49, "physics": 16, "part": 0, "program": 76, "task": 3, "answer": 4, "shop": 3, "compensation": 2, "learn": 560,
-    "files": 94, "show": 2, "face": 0,
+    "core": 9, "physics": 10, "part": 0, "program": 11, "task": 3, "answer": 4, "shop": 3, "compensation": 2, "learn": 82,
+    "files": 18, "show": 2, "face": 0,
 }  # fmt: skip
 
 

@@ -44,8 +44,8 @@ def in_order(names: Iterable[str]) -> list[str]:
 
 def axis_of(component: str) -> str:
     """Return the axis of a component error (EXA1 -> A1), of a location or of a squareness (X0C -> C), or "" for another name."""
-    found = re.fullmatch(rf"(?:E[{LETTERS}]|[{LETTERS}]0)({NAME})", component)
-    return found[1] if found else ""
+    match = re.fullmatch(rf"(?:E[{LETTERS}]|[{LETTERS}]0)({NAME})", component)
+    return match[1] if match else ""
 
 
 def whole_turn(name: str, positions: npt.NDArray[np.float64]) -> bool:

@@ -165,11 +165,11 @@ class Sharing:
         """Return the results of all items in their order; every item is a block by itself."""
         every = {(i, 1): item for i, item in enumerate(items)}
         count = len(self.share.take(list(every))) if self.share else len(every)
-        found: dict[Block, Any] = {}
+        results: dict[Block, Any] = {}
         for block, result in self.finish(key, work, payload, every):
-            found[block] = result
-            progress(len(found) / count)
-        return [found[block] for block in every]
+            results[block] = result
+            progress(len(results) / count)
+        return [results[block] for block in every]
 
 
 def blocks_of(total: int, size: int) -> list[Block]:
@@ -179,8 +179,8 @@ def blocks_of(total: int, size: int) -> list[Block]:
 
 def key_of(verb: str, options: Mapping[str, Any], files: Iterable[Path]) -> str:
     """Return the key of a job, made of version, verb, options, and the names and bytes of all files that it reads."""
-    asked = json.dumps(dict(sorted(options.items())), default=str)
-    digest = hashlib.sha256(f"{__version__}\n{verb}\n{asked}".encode())
+    question = json.dumps(dict(sorted(options.items())), default=str)
+    digest = hashlib.sha256(f"{__version__}\n{verb}\n{question}".encode())
     for file in dict.fromkeys(files):
         digest.update(f"\n{file.name}\n".encode() + file.read_bytes())
     return f"{verb}-{digest.hexdigest()[:32]}"

@@ -123,10 +123,10 @@ class Portions:
 
     def results(self, portion: Portion, done: FinishedPortion) -> Iterator[tuple[int, Any]]:
         """Yield (number, result) of the finished items; the rest of a portion that took too long waits again."""
-        seconds, found = done
-        self.seconds, self.counted = self.seconds + seconds, self.counted + len(found)
-        self.left += portion[len(found) :][::-1]
-        return zip([i for i, _ in portion], found)
+        seconds, values = done
+        self.seconds, self.counted = self.seconds + seconds, self.counted + len(values)
+        self.left += portion[len(values) :][::-1]
+        return zip([i for i, _ in portion], values)
 
 
 def processes(workers: int) -> Crew:
@@ -218,20 +218,20 @@ def on_cluster(address: str) -> Crew:
 
 def _client(distributed: Any, address: str) -> Any:
     """Return a client that answers within PATIENCE: Dask itself waits for ever for a program that listens there and is no scheduler."""
-    found: list[Any] = []
+    outcomes: list[Any] = []
 
     def meet() -> None:
         try:
-            found.append(distributed.Client(address, timeout=PATIENCE, set_as_default=False))
+            outcomes.append(distributed.Client(address, timeout=PATIENCE, set_as_default=False))
         except Exception as error:
-            found.append(error)
+            outcomes.append(error)
 
     meeting = Thread(target=meet, daemon=True)
     meeting.start()
     meeting.join(PATIENCE + ANSWER)
-    if not found or isinstance(found[0], Exception):
-        raise Environment(_silent(address, found[0] if found else "what listens there is none"))
-    return found[0]
+    if not outcomes or isinstance(outcomes[0], Exception):
+        raise Environment(_silent(address, outcomes[0] if outcomes else "what listens there is none"))
+    return outcomes[0]
 
 
 def _lost_worker_text(address: str, error: Exception) -> str:
@@ -309,13 +309,13 @@ def _check_versions(client: Any, address: str) -> None:
         ) from None
     if not theirs:
         raise Environment(f"the scheduler at {address} has no workers; start one with: dask worker {address}")
-    for worker, found in theirs.items():
-        _same_versions(mine, found, worker)
+    for worker, other_versions in theirs.items():
+        _same_versions(mine, other_versions, worker)
 
 
-def _same_versions(mine: dict[str, str], found: dict[str, str], worker: str) -> None:
+def _same_versions(mine: dict[str, str], theirs: dict[str, str], worker: str) -> None:
     for name, version in mine.items():
-        if found.get(name) != version:
+        if theirs.get(name) != version:
             raise Environment(
-                f"{name} is {version} here and {found.get(name)} on the worker {worker}; install the same on both"
+                f"{name} is {version} here and {theirs.get(name)} on the worker {worker}; install the same on both"
             )

@@ -23,10 +23,10 @@ def written_step(columns: Sequence[Sequence[str]]) -> float:
 
 def _decimal(cell: str) -> Decimal | None:
     try:
-        found = Decimal(cell.replace(",", "."))
+        number = Decimal(cell.replace(",", "."))
     except InvalidOperation:
         return None
-    return found if found.is_finite() else None
+    return number if number.is_finite() else None
 
 
 def _step(numbers: Sequence[Decimal]) -> float:
@@ -45,5 +45,5 @@ def _step(numbers: Sequence[Decimal]) -> float:
 
 
 def _exponent(d: Decimal) -> int:
-    found = d.as_tuple().exponent
-    return found if isinstance(found, int) else 0
+    exponent = d.as_tuple().exponent
+    return exponent if isinstance(exponent, int) else 0

@@ -140,14 +140,14 @@ class Effect(ABC):
         declared = {
             name for base in cls.__mro__[1:] for name in (*vars(base), *getattr(base, "__annotations__", ()))
         }
-        own = mine.get("__annotations__", {})
+        annotations = mine.get("__annotations__", {})
         for name, value in mine.items():
-            if not (name.startswith("_") or name in declared or name in own or _is_code(value)):
-                known = [
+            if not (name.startswith("_") or name in declared or name in annotations or _is_code(value)):
+                names = [
                     n for n in (*declared, *_names(About), *_names(ForDiagnosis)) if not n.startswith("_")
                 ]
                 raise UsageError(
-                    f"{cls.__name__}: nothing reads {name!r}.{choose_from(name, known)} A constant of its own is _{name}, or is annotated ClassVar"
+                    f"{cls.__name__}: nothing reads {name!r}.{choose_from(name, names)} A constant of its own is _{name}, or is annotated ClassVar"
                 )
 
     @property
@@ -162,8 +162,8 @@ class Effect(ABC):
     @property
     def where(self) -> str:
         """The place fields joined: "X" of backlash[X]; empty for an effect of the whole machine."""
-        said = [(f, getattr(self, f.name)) for f in place_fields(type(self))]
-        return ",".join(str(v) for f, v in said if v != "" and not (f.metadata["quiet"] and v == f.default))
+        places = [(f, getattr(self, f.name)) for f in place_fields(type(self))]
+        return ",".join(str(v) for f, v in places if v != "" and not (f.metadata["quiet"] and v == f.default))
 
     @property
     def id(self) -> str:
@@ -276,11 +276,11 @@ def kind_of_key(spec: Field[Any]) -> str:
 
 def parameter(effect: Effect, name: str) -> Field[Any]:
     """Return the field of one parameter. Raises UsageError with the closest name."""
-    known = _parameters(type(effect))
+    parameters = _parameters(type(effect))
     name = effect.about.aliases.get(name, name)
-    if name not in known:
-        raise UsageError(f"{effect.name} has no parameter {name}.{choose_from(name, known)}")
-    return known[name]
+    if name not in parameters:
+        raise UsageError(f"{effect.name} has no parameter {name}.{choose_from(name, parameters)}")
+    return parameters[name]
 
 
 def unit_at(kind: type[Effect] | Effect, unit: str, component: str = "", axis: str = "") -> str:
@@ -306,9 +306,9 @@ def typical(effect: Effect, name: str) -> float:
     spec = parameter(effect, name)
     along = effect.about.along_axis and is_rotary(str(getattr(effect, "axis", "")))
     turns = along or str(getattr(effect, "component", ""))[1:2] in tuple("ABC")
-    known: Typical | None = spec.metadata["typical"]
-    if known is not None:
-        return known.turn if turns and known.turn else known.amount
+    typical_size: Typical | None = spec.metadata["typical"]
+    if typical_size is not None:
+        return typical_size.turn if turns and typical_size.turn else typical_size.amount
     if spec.metadata["unit"] == "mm or rad":
         return URAD if turns else UM
     return parse_unit(spec.metadata["unit"]).factor
@@ -325,18 +325,18 @@ def basis(effect: Effect, name: str, run: Run) -> Array:
     Linear parameters: response to a unit step, exact. Parameters with `scan`: central difference.
     """
     spec = parameter(effect, name)
-    known = effect.response(spec.name, run) if isinstance(effect, WithResponse) else None
-    if known is not None:
-        return known
+    columns = effect.response(spec.name, run) if isinstance(effect, WithResponse) else None
+    if columns is not None:
+        return columns
     return stepped_basis(effect, name, run)
 
 
 def projected_basis(effect: Effect, name: str, run: Run, weights: Array) -> Array:
     """Return weights (n, 6) times `basis`, summed over the six numbers: (n, k)."""
     if isinstance(effect, WithResponse):
-        known = effect.projection(parameter(effect, name).name, run, weights)
-        if known is not None:
-            return known
+        columns = effect.projection(parameter(effect, name).name, run, weights)
+        if columns is not None:
+            return columns
     return np.asarray(np.einsum("ni,nik->nk", weights, basis(effect, name, run)))
 
 
@@ -345,8 +345,8 @@ def stepped_basis(effect: Effect, name: str, run: Run) -> Array:
     spec = parameter(effect, name)
     value = np.asarray(getattr(effect, spec.name), dtype=float)
     if value.ndim == 0 and not spec.metadata["scan"]:
-        one, none = _unit_step(effect, spec.name)
-        return (one.error_motion(run) - none.error_motion(run))[:, :, None]
+        unit, zero = _unit_step(effect, spec.name)
+        return (unit.error_motion(run) - zero.error_motion(run))[:, :, None]
     columns = []
     for k in range(value.size):
         if spec.metadata["scan"]:
@@ -364,10 +364,10 @@ _STEPS: WeakKeyDictionary[Effect, dict[str, tuple[Effect, Effect]]] = WeakKeyDic
 
 def _unit_step(effect: Effect, name: str) -> tuple[Effect, Effect]:
     """Return the effect with a linear parameter at one and at zero; cached, since searches evaluate it at thousands of runs."""
-    known = _STEPS.setdefault(effect, {})
-    if name not in known:
-        known[name] = with_parameter(effect, name, 1.0), with_parameter(effect, name, 0.0)
-    return known[name]
+    steps = _STEPS.setdefault(effect, {})
+    if name not in steps:
+        steps[name] = with_parameter(effect, name, 1.0), with_parameter(effect, name, 0.0)
+    return steps[name]
 
 
 def _shift_element(value: Array, k: int, step: float) -> Array:

@@ -83,8 +83,8 @@ def sense_and_since(q: Array, still: float | Array = STILL) -> tuple[Array, Arra
         from vcmm.core import _history_kernels as kernels
 
         band = np.ascontiguousarray(np.broadcast_to(np.asarray(still, dtype=float), len(q)))
-        found = kernels.sense_and_since(np.ascontiguousarray(q, dtype=float), band, STILL)
-        return np.asarray(found[0]), np.asarray(found[1])
+        pair = kernels.sense_and_since(np.ascontiguousarray(q, dtype=float), band, STILL)
+        return np.asarray(pair[0]), np.asarray(pair[1])
     sense, since = np.zeros(len(q)), np.zeros(len(q))
     direction, turned = 0, float(q[0]) if len(q) else 0.0
     furthest = turned
@@ -236,8 +236,10 @@ def since_reversal(q: Array, sense: Array, fresh: Bools) -> Array:
     """
     rows = np.arange(len(q))
     before = np.concatenate([q[:1], q[:-1]])
-    known = np.maximum.accumulate(np.where(fresh | (sense != 0), rows, 0))  # where the sense was last known
-    last = np.concatenate([np.zeros(min(len(q), 1)), sense[known][:-1]])
+    last_known = np.maximum.accumulate(
+        np.where(fresh | (sense != 0), rows, 0)
+    )  # where the sense was last known
+    last = np.concatenate([np.zeros(min(len(q), 1)), sense[last_known][:-1]])
     beyond = fresh | ((q - before) * sense < 0)
     turned = np.where(beyond, q, before)
     event = np.maximum.accumulate(np.where(beyond | (sense * last < 0), rows, 0))

@@ -340,8 +340,8 @@ def exact_tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: 
 def _orientation(tool: Frame, work: Frame, n: int) -> Array:
     """Return the orientation of the tool seen from the workpiece (n, 3, 3)."""
     upright = np.broadcast_to(np.eye(3), (n, 3, 3))
-    seen = upright if work.rotation is None else work.rotation.transpose(0, 2, 1)
-    return seen if tool.rotation is None else seen @ tool.rotation
+    orientation = upright if work.rotation is None else work.rotation.transpose(0, 2, 1)
+    return orientation if tool.rotation is None else orientation @ tool.rotation
 
 
 def _actual_ends(chain: Chain, axes: Mapping[str, Axis], run: Run, summed: LinkSums) -> tuple[Frame, Frame]:
@@ -373,9 +373,9 @@ def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: LinkSums) -
     if travel is not None:
         travelled = rotation_from_vector(travel[:, 3:]) @ unit_vector(axis.letter)
         nominal = Frame(None, (sign * q)[:, None] * travelled)
-    own = summed.get((axis.letter, "motion"))
-    if own is not None:
-        error = _small(sign * own, axis.own_pivot)
+    motion = summed.get((axis.letter, "motion"))
+    if motion is not None:
+        error = _small(sign * motion, axis.own_pivot)
         nominal = error.then(nominal) if axis.error_frame == "fixed" else nominal.then(error)
     location = summed.get((axis.letter, "location"))
     return nominal if location is None else _small(sign * location, np.array(axis.centre)).then(nominal)

@@ -25,13 +25,15 @@ def add_knowledge(machine: Machine, effects: Sequence[Effect] = (), inputs: Sequ
 
     Raises UsageError for a quantity with two Inputs, and for an effect on an axis that the machine lacks.
     """
-    known: list[Input] = []
-    for one in (*machine.inputs, *inputs):
-        twice = duplicate_text(one, known)
+    inputs_before: list[Input] = []
+    for item in (*machine.inputs, *inputs):
+        twice = duplicate_text(item, inputs_before)
         if twice:
             raise UsageError(twice)
-        known.append(one)
-    return replace(machine, effects=tuple(merge_effects([*machine.effects, *effects])), inputs=tuple(known))
+        inputs_before.append(item)
+    return replace(
+        machine, effects=tuple(merge_effects([*machine.effects, *effects])), inputs=tuple(inputs_before)
+    )
 
 
 def duplicate_text(one: Input, known: Sequence[Input]) -> str:
@@ -40,8 +42,8 @@ def duplicate_text(one: Input, known: Sequence[Input]) -> str:
     for other in known:
         name = next((m.id for m in _single_quantities(other) if m.id in mine), None)
         if name is not None:
-            said = f" ({other.evidence})" if other.evidence else ""
-            return f"{name} has an input already{said}; keep one of the two"
+            evidence = f" ({other.evidence})" if other.evidence else ""
+            return f"{name} has an input already{evidence}; keep one of the two"
     return ""
 
 
@@ -78,9 +80,9 @@ def targets(machine: Machine, one: Input) -> list[Effect]:
     """Return the effects an Input acts on. Raises UsageError when there is none."""
     hit = [e for e in machine.effects if e.name == one.effect and one.where in (EVERY, e.where)]
     if not hit:
-        known = sorted({e.id for e in machine.effects})
+        ids = sorted({e.id for e in machine.effects})
         raise UsageError(
-            f"{one.id}: the machine has no such effect.{choose_from(f'{one.effect}[{one.where}]', known)}"
+            f"{one.id}: the machine has no such effect.{choose_from(f'{one.effect}[{one.where}]', ids)}"
         )
     if one.where != EVERY and len(hit) > 1:
         raise UsageError(
@@ -93,5 +95,5 @@ def acted_on(machine: Machine, one: Input) -> tuple[Effect, ...]:
     """Return the effects that a single quantity changes: those that need a column, those that have a parameter; or none."""
     if one.is_channel:
         return tuple(e for e in machine.effects if one.parameter in required(e))
-    known = any(e.name == one.effect and one.where in (EVERY, e.where) for e in machine.effects)
-    return tuple(targets(machine, one)) if known else ()
+    has_effect = any(e.name == one.effect and one.where in (EVERY, e.where) for e in machine.effects)
+    return tuple(targets(machine, one)) if has_effect else ()

@@ -238,8 +238,8 @@ def _low_rank(correlation: Array) -> Array | None:
     for r in range(gain.shape[1]):
         pivot = int(np.argmax(left))
         if left[pivot] <= LEFT:
-            found = gain[:, :r]
-            return found if np.abs(correlation - found @ found.T).max() <= 10 * LEFT else None
+            columns = gain[:, :r]
+            return columns if np.abs(correlation - columns @ columns.T).max() <= 10 * LEFT else None
         gain[:, r] = (correlation[:, pivot] - gain[:, :r] @ gain[pivot, :r]) / math.sqrt(left[pivot])
         left -= gain[:, r] ** 2
     return None

@@ -26,8 +26,8 @@ PLAY_COLUMNS = ("sense_", "since_reversal_", "load_kg")  # columns of effects th
 def share_taken_up(run: Run, axis: str) -> Array:
     """Return the share of the play that is taken up (n,), between -1 and 1: play_X of a dense path; where there was none, the direction
     sense_X of the last motion."""
-    found = run.columns.get(play_name(axis))
-    return run.column(f"sense_{axis}") if found is None else found
+    share = run.columns.get(play_name(axis))
+    return run.column(f"sense_{axis}") if share is None else share
 
 
 def bends(run: Run, axis: str, left: Array) -> bool:
@@ -47,11 +47,11 @@ def bends(run: Run, axis: str, left: Array) -> bool:
 
 def widths(effects: Iterable[Effect], position: Mapping[str, Array]) -> dict[str, Width]:
     """Return the widths of the axes of a path, position (n,) of each in mm or rad, that have play by these effects."""
-    out, known = {}, tuple(effects)
+    out, all_effects = {}, tuple(effects)
     for axis in position:
-        own = [e for e in known if _is_play(e, axis)]
-        if own:
-            out[axis] = _width(own, axis, position)
+        plays = [e for e in all_effects if _is_play(e, axis)]
+        if plays:
+            out[axis] = _width(plays, axis, position)
     return out
 
 
@@ -62,11 +62,11 @@ def playing(effects: Iterable[Effect], axes: Iterable[str]) -> tuple[Effect, ...
 
 
 def _is_play(effect: Effect, axis: str) -> bool:
-    asked = required(effect)
+    columns = required(effect)
     return (
         not effect.about.is_random
-        and f"sense_{axis}" in asked
-        and all(c.startswith(PLAY_COLUMNS) for c in asked)
+        and f"sense_{axis}" in columns
+        and all(c.startswith(PLAY_COLUMNS) for c in columns)
     )
 
 

@@ -57,8 +57,8 @@ class FieldProcess:
     @cached_property
     def _inverse_correlation(self) -> Array:
         """Inverse of the correlation of the nodes (m, m)."""
-        own = correlation_of(self.nodes, self.nodes, self.lengths)
-        return np.asarray(np.linalg.inv(own + JITTER * np.eye(len(own))))
+        correlation = correlation_of(self.nodes, self.nodes, self.lengths)
+        return np.asarray(np.linalg.inv(correlation + JITTER * np.eye(len(correlation))))
 
     def weights(self, tip: Array) -> Array:
         """Return the weights (n, m) of the values of the nodes; the variance of the process is the same everywhere."""
@@ -176,6 +176,8 @@ def _numbers(table: Mapping[str, Any], key: str, shape: tuple[int, ...]) -> Arra
     except (KeyError, TypeError, ValueError):
         values = np.zeros(0)
     if values.shape != shape or not np.isfinite(values).all():
-        said = "three numbers, as in [250, 250, 200]" if shape == (3,) else "three rows of three numbers"
-        raise UsageError(f"residual_field: process needs {key} of {said}")
+        shape_text = (
+            "three numbers, as in [250, 250, 200]" if shape == (3,) else "three rows of three numbers"
+        )
+        raise UsageError(f"residual_field: process needs {key} of {shape_text}")
     return values

@@ -106,8 +106,8 @@ class Run:
         if label == "touch" and label not in self.labels:
             return [str(i) for i in range(self.n)], np.arange(self.n)
         if label not in self.labels:
-            known = ["machine", "setup", "run", "touch", *self.labels]
-            raise UsageError(f'redraw = "{label}" names no label of this run.{choose_from(label, known)}')
+            labels = ["machine", "setup", "run", "touch", *self.labels]
+            raise UsageError(f'redraw = "{label}" names no label of this run.{choose_from(label, labels)}')
         values, codes = encode_labels(self.labels[label])
         return [str(v) for v in values], codes
 
@@ -131,21 +131,21 @@ class Run:
         if tau == 0.0 and name in self.columns:
             return self.column(name)
         if sensor not in self.series:
-            held = self.column(name)  # says what is missing
-            if tau == 0.0 or (held == held[0]).all():
-                return held
+            values = self.column(name)  # says what is missing
+            if tau == 0.0 or (values == values[0]).all():
+                return values
             raise ModelLimit(
                 f"a lag of {tau:g} s needs a log of {name} over time (time_s and {name} columns or a series)"
             )
-        known = _LAGS.setdefault(self, {})
-        if (sensor, tau) not in known:
+        lags = _LAGS.setdefault(self, {})
+        if (sensor, tau) not in lags:
             series, time = self.series[sensor], self.column("time_s")
             _check_log_reaches(name, series, time)
-            while len(known) > MOST_KEPT // max(self.n, 1):
-                del known[next(iter(known))]  # the oldest
-            known[sensor, tau] = first_order_lag(series, tau, time)
-            known[sensor, tau].flags.writeable = False
-        return known[sensor, tau]
+            while len(lags) > MOST_KEPT // max(self.n, 1):
+                del lags[next(iter(lags))]  # the oldest
+            lags[sensor, tau] = first_order_lag(series, tau, time)
+            lags[sensor, tau].flags.writeable = False
+        return lags[sensor, tau]
 
     def with_columns(self, columns: Mapping[str, Array]) -> Run:
         """Return a copy with some columns added or replaced."""
@@ -206,22 +206,22 @@ def first_order_lag(series: Series, tau: float, time: Array) -> Array:
     """
     if tau == 0.0:
         return np.interp(time, series.time, series.value)
-    known = _behind_the_log(series, tau)
-    before = np.clip(np.searchsorted(series.time, time, side="right") - 1, 0, len(known) - 1)
+    lagged = _behind_the_log(series, tau)
+    before = np.clip(np.searchsorted(series.time, time, side="right") - 1, 0, len(lagged) - 1)
     x = np.maximum(time - series.time[before], 0.0) / tau
     now = np.interp(time, series.time, series.value)
-    return now + _fading(known[before] - series.value[before], now - series.value[before], x)
+    return now + _fading(lagged[before] - series.value[before], now - series.value[before], x)
 
 
 def _behind_the_log(series: Series, tau: float) -> Array:
     """Return the response (m,) at the entries of the log, each from the one before it."""
     kept, share = _kept_and_share(np.diff(series.time) / tau)
     lost = np.diff(series.value) * share
-    known = [float(series.value[0])]
+    lagged = [float(series.value[0])]
     steps = zip(series.value[:-1].tolist(), series.value[1:].tolist(), kept.tolist(), lost.tolist())
     for last, value, keeps, loses in steps:
-        known.append(value + ((known[-1] - last) * keeps - loses))
-    return np.array(known)
+        lagged.append(value + ((lagged[-1] - last) * keeps - loses))
+    return np.array(lagged)
 
 
 def _fading(behind: Array, rise: Array, x: Array) -> Array:

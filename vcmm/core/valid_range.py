@@ -21,8 +21,8 @@ def trained_range(low: float, high: float) -> str:
 
 def limits(text: str, what: str) -> tuple[float, float]:
     """Return (low, high) degC of the text of a range. Raises UsageError for another text or a range that is none."""
-    found = RANGE.fullmatch(text)
-    low, high = (float(found[1]), float(found[2])) if found else (0.0, 0.0)
+    match = RANGE.fullmatch(text)
+    low, high = (float(match[1]), float(match[2])) if match else (0.0, 0.0)
     if not low < high:
         raise UsageError(f'{what}: trained = "{text}"; write for example trained = "18 degC to 31 degC"')
     return low, high

@@ -168,14 +168,14 @@ def area(contours: Sequence[tuple[Sequence[Move], str]], off: float) -> Area:
         if off <= 0.0
         else [p for p in cut_all(_beside(edge, off)) if _is_free(walls, edge, point_at(p, 0.5), off)]
     )
-    found = loops(made)
-    if not found:
+    outlines = loops(made)
+    if not outlines:
         raise BlockFault(0, f"the tool fits in nowhere ({off:g} mm from every wall); take a smaller one")
     first = rings[0][0][0].start
     return Area(
         tuple(
             _begin_at(r, first)
-            for r in sorted(found, key=lambda r: min(math.dist(p.start, first) for p in r))
+            for r in sorted(outlines, key=lambda r: min(math.dist(p.start, first) for p in r))
         )
     )
 

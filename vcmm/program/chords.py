@@ -28,8 +28,8 @@ def arc_or_chords(r: Recorder, end: Point, centre: Point, clockwise: bool, turns
 
 def chords(start: Point, end: Point, centre: Point, sense: tuple[bool, int], plane: str) -> list[Point]:
     """Ends of the chords of an arc or helix, mm. sense: clockwise, turns. Half the angle of a chord is acos(1 - sag / radius)."""
-    one, two, normal = PLANES[plane]
-    from_, to, about = ((p[one], p[two]) for p in (start, end, centre))
+    first_axis, second, normal = PLANES[plane]
+    from_, to, about = ((p[first_axis], p[second]) for p in (start, end, centre))
     sweep = sweep_of(from_, to, about, *sense)
     first, last = math.dist(from_, about), math.dist(to, about)
     step = 2.0 * math.acos(1.0 - min(SAG / first, 0.5))
@@ -40,7 +40,10 @@ def chords(start: Point, end: Point, centre: Point, sense: tuple[bool, int], pla
         share = k / count
         radius, turned = first + (last - first) * share, angle + sweep * share
         point = list(start)
-        point[one], point[two] = about[0] + radius * math.cos(turned), about[1] + radius * math.sin(turned)
+        point[first_axis], point[second] = (
+            about[0] + radius * math.cos(turned),
+            about[1] + radius * math.sin(turned),
+        )
         point[normal] += (end[normal] - start[normal]) * share
         out.append((point[0], point[1], point[2]))
     return [*out, end]

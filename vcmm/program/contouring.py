@@ -71,10 +71,10 @@ def beside(
 def _lead(move: Move, behind: bool) -> Move:
     """Return a line into the contour along its first direction, or out of it along its last."""
     a, b = tangent(move, behind)
-    one, two, _ = PLANES[move.plane]
+    first, second, _ = PLANES[move.plane]
     end = move.end if behind else move.start
     far = list(end)
-    for k, value in ((one, a), (two, b)):
+    for k, value in ((first, a), (second, b)):
         far[k] += value * FAR * (1.0 if behind else -1.0)
     away = (far[0], far[1], far[2])
     line = move._replace(kind="line", centre=None, clockwise=None, turns=1)
@@ -83,9 +83,9 @@ def _lead(move: Move, behind: bool) -> Move:
 
 def flat(move: Move, at_end: bool) -> Flat:
     """Return the first or the last point of a move in its plane."""
-    one, two, _ = PLANES[move.plane]
+    first, second, _ = PLANES[move.plane]
     point = move.end if at_end else move.start
-    return point[one], point[two]
+    return point[first], point[second]
 
 
 def tangent(move: Move, at_end: bool) -> Flat:
@@ -94,9 +94,9 @@ def tangent(move: Move, at_end: bool) -> Flat:
     if move.centre is None:
         length = math.hypot(c - a, d - b)
         return (c - a) / length, (d - b) / length
-    one, two, _ = PLANES[move.plane]
+    first, second, _ = PLANES[move.plane]
     p = (c, d) if at_end else (a, b)
-    x, y = p[0] - move.centre[one], p[1] - move.centre[two]
+    x, y = p[0] - move.centre[first], p[1] - move.centre[second]
     length = math.hypot(x, y)
     return (y / length, -x / length) if move.clockwise else (-y / length, x / length)
 
@@ -105,8 +105,8 @@ def pieces(path: Sequence[Move]) -> list[PathPiece]:
     """Return the moves as pieces at one height."""
     out = []
     for move in path:
-        one, two, _ = PLANES[move.plane]
-        centre = None if move.centre is None else (move.centre[one], move.centre[two])
+        first, second, _ = PLANES[move.plane]
+        centre = None if move.centre is None else (move.centre[first], move.centre[second])
         out.append(PathPiece(flat(move, True), centre, bool(move.clockwise)))
     return out
 

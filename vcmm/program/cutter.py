@@ -33,15 +33,15 @@ class CycleCutter:
 
     def here(self) -> Flat:
         """Return the position of the tool in the plane."""
-        one, two, _ = PLANES[self.recorder.plane]
-        return self.recorder.p[one], self.recorder.p[two]
+        first, second, _ = PLANES[self.recorder.plane]
+        return self.recorder.p[first], self.recorder.p[second]
 
     def point(self, spot: Flat | None, height: float | None) -> Point:
         """Return a point from its coordinates in the plane and along the tool; None: as it is."""
-        one, two, normal = PLANES[self.recorder.plane]
+        first, second, normal = PLANES[self.recorder.plane]
         point = list(self.recorder.p)
         if spot is not None:
-            point[one], point[two] = spot
+            point[first], point[second] = spot
         if height is not None:
             point[normal] = height
         return point[0], point[1], point[2]

@@ -91,10 +91,10 @@ def in_plane(mapped: AffineMap, plane: str) -> tuple[float, bool] | None:
     """Return (scale, flipped) of a plane under a map; None where circles of the plane do not stay circles in that plane."""
     if mapped.matrix is UNITY:
         return 1.0, False
-    one, two, normal = PLANES[plane]
+    first, second, normal = PLANES[plane]
     m = mapped.matrix
-    a, b, c, d = m[one][one], m[one][two], m[two][one], m[two][two]
-    if any(abs(m[normal][k]) > 1e-9 or abs(m[k][normal]) > 1e-9 for k in (one, two)):
+    a, b, c, d = m[first][first], m[first][second], m[second][first], m[second][second]
+    if any(abs(m[normal][k]) > 1e-9 or abs(m[k][normal]) > 1e-9 for k in (first, second)):
         return None
     if abs(math.hypot(a, c) - math.hypot(b, d)) > 1e-9 or abs(a * b + c * d) > 1e-9:
         return None

@@ -148,10 +148,10 @@ class FreeContour:
 
     def points(self, j: int) -> list[Vec] | None:
         """Return the possible places of joint j; None where they are not determined."""
-        one = self.exact(j)
+        point = self.exact(j)
         loci = self.loci(j)
-        if one is not None:
-            return [one]
+        if point is not None:
+            return [point]
         for k, a in enumerate(loci):
             for b in loci[k + 1 :]:
                 where = meeting(a, b)

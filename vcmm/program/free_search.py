@@ -65,7 +65,9 @@ def _complete(c: FreeContour, steps: Iterator[int]) -> Iterator[FreeContour]:
     if not unknown and not open_joints:
         yield c
         return
-    carriers = [(len(found), i, found) for i in unknown if (found := _candidates(c, i)) is not None]
+    carriers = [
+        (len(candidates), i, candidates) for i in unknown if (candidates := _candidates(c, i)) is not None
+    ]
     joints = [(len(where), j, where) for j in open_joints if (where := c.points(j)) is not None]
     if not carriers and not joints:
         raise Undetermined(c)
@@ -113,10 +115,10 @@ def _lines(c: FreeContour, i: int) -> list[DirectedLine] | None:
         touches.append([DirectedCircle(e.beside[0], s * e.beside[1]) for s in (1.0, -1.0)])
     if angles is not None:
         return [line_at(a, t) for a in angles for t in touches[0]] if touches else None
-    for k, one in enumerate(touches):
+    for k, group in enumerate(touches):
         for other in touches[k + 1 :]:
-            if math.dist(one[0].centre, other[0].centre) > 1e-9:
-                return [line for a, b in product(one, other) for line in lines_touching(a, b)]
+            if math.dist(group[0].centre, other[0].centre) > 1e-9:
+                return [line for a, b in product(group, other) for line in lines_touching(a, b)]
     return None
 
 
@@ -156,11 +158,11 @@ def _arcs(c: FreeContour, i: int) -> list[DirectedCircle] | None:
     out: list[DirectedCircle] = []
     for sense, side in product(senses, sides):
         radius = _radius(c, i)
-        own: list[Row] = [] if radius is None else [(0.0, 0.0, 1.0, sense * radius)]
+        of_radius: list[Row] = [] if radius is None else [(0.0, 0.0, 1.0, sense * radius)]
         more = [] if e.beside is None else [DirectedCircle(e.beside[0], side * e.beside[1])]
         cpr = c.polar(e.cpr, e.pole, False)
         near = [] if cpr is None else [(e.pole, abs(cpr))]
-        made = circles([*own, *rows], [*touching, *more], near)
+        made = circles([*of_radius, *rows], [*touching, *more], near)
         if made is None:
             return None
         out += [m for m in made if m.rho * sense > 1e-9]

@@ -55,8 +55,8 @@ def _doubt(read: Program, how: str, choice: str, ranking: list[Candidate]) -> Pr
     """Add a remark where all signs are those of another kind of control than the stated one."""
     if not ranking or ranking[0].score < CLEAR or kin(ranking[0].dialect) == kin(choice):
         return read
-    own = next((c.score for c in ranking if kin(c.dialect) == kin(choice)), 0.0)
-    if own >= SURE * ranking[0].score:
+    score = next((c.score for c in ranking if kin(c.dialect) == kin(choice)), 0.0)
+    if score >= SURE * ranking[0].score:
         return read
     text = f"{how}; it looks like {ranking[0]}: perhaps --dialect {ranking[0].dialect}, or another set-up"
     return replace(read, warnings=(Remark(1, 1, text), *read.warnings))

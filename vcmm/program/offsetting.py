@@ -114,8 +114,8 @@ def corner(a: ContourPiece, b: ContourPiece, h: float, rounding: str) -> Joint:
 def _inside_point(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> Vec:
     """Return the meeting point of the parallel curves. Tangents that differ by rounding alone need not meet at all, or meet far away, where one
     piece is an arc: then the point between their ends serves, which is within ROUNDED of both."""
-    one, two = beside(a, a.end, h), beside(b, b.start, h)
-    middle = 0.5 * (one[0] + two[0]), 0.5 * (one[1] + two[1])
+    first, second = beside(a, a.end, h), beside(b, b.start, h)
+    middle = 0.5 * (first[0] + second[0]), 0.5 * (first[1] + second[1])
     rounded = _beside_both(a, b, h, turn) < CORNER_TOLERANCE
     try:
         point = _meeting(a, b, h)
@@ -245,24 +245,24 @@ def sweep_of(start: Vec, end: Vec, centre: Vec, clockwise: bool, turns: int) -> 
 # -- moves and pieces ---------------------------------------------------------------------------------------------------
 def planar(move: Move) -> bool:
     """Return True for a move with motion in its plane."""
-    one, two, _ = PLANES[move.plane]
-    moved = math.hypot(move.end[one] - move.start[one], move.end[two] - move.start[two]) > STILL
+    first, second, _ = PLANES[move.plane]
+    moved = math.hypot(move.end[first] - move.start[first], move.end[second] - move.start[second]) > STILL
     return move.kind == "arc" or (move.kind != "dwell" and moved)
 
 
 def piece_of(move: Move) -> ContourPiece:
     """Return a move as a piece of its plane."""
-    one, two, _ = PLANES[move.plane]
-    start, end = (move.start[one], move.start[two]), (move.end[one], move.end[two])
+    first, second, _ = PLANES[move.plane]
+    start, end = (move.start[first], move.start[second]), (move.end[first], move.end[second])
     if move.centre is None:
         return ContourPiece(start, end)
-    centre = (move.centre[one], move.centre[two])
+    centre = (move.centre[first], move.centre[second])
     return ContourPiece(start, end, centre, sweep_of(start, end, centre, bool(move.clockwise), move.turns))
 
 
 def in_space(plane: str, point: Vec, height: float) -> Point:
     """Return a point of the plane at a height along its normal."""
-    one, two, normal = PLANES[plane]
+    first, second, normal = PLANES[plane]
     out = [0.0, 0.0, 0.0]
-    out[one], out[two], out[normal] = point[0], point[1], height
+    out[first], out[second], out[normal] = point[0], point[1], height
     return out[0], out[1], out[2]

@@ -149,10 +149,10 @@ def meeting(
     """
     turned = [math.atan2(t[1][1] - t[0][1], t[1][0] - t[0][0]) if len(t) == 2 else None for t in lines]
     turned = [None if a is None else _near(a, k * math.pi / 2.0) for k, a in enumerate(turned)]
-    one = turned[0] if turned[0] is not None else (turned[1] or math.pi / 2.0) - math.pi / 2.0
-    two = turned[1] if turned[1] is not None else one + math.pi / 2.0
+    first = turned[0] if turned[0] is not None else (turned[1] or math.pi / 2.0) - math.pi / 2.0
+    second = turned[1] if turned[1] is not None else first + math.pi / 2.0
     rows, right = [], []
-    for tips, angle, k in ((lines[0], one, 1), (lines[1], two, 0)):
+    for tips, angle, k in ((lines[0], first, 1), (lines[1], second, 0)):
         normal = (-math.sin(angle), math.cos(angle)) if k == 1 else (math.sin(angle), -math.cos(angle))
         rows.append(normal)
         right.append(normal[0] * tips[0][0] + normal[1] * tips[0][1] + sense[k] * radius)
@@ -161,7 +161,7 @@ def meeting(
     return (
         (right[0] * d - b * right[1]) / det,
         (a * right[1] - c * right[0]) / det,
-        [math.degrees(one), math.degrees(two)],
+        [math.degrees(first), math.degrees(second)],
     )
 
 
@@ -251,8 +251,10 @@ def correct_zero(
     """Correct a work offset (that in force, or another, which takes the corrected values over), so that `reads` will read `should` in the axes that
     are not None."""
     p = r.p
-    one, two = (tuple(p[i] if v is None else v for i, v in enumerate(which)) for which in (reads, should))
-    shifted = shifted_zero(r, (one[0], one[1], one[2]), (two[0], two[1], two[2]))
+    reading, goal = (
+        tuple(p[i] if v is None else v for i, v in enumerate(which)) for which in (reads, should)
+    )
+    shifted = shifted_zero(r, (reading[0], reading[1], reading[2]), (goal[0], goal[1], goal[2]))
     if name != r.offset:
         before = r.offsets.get(name, ORIGIN)
         x, y, z = (before[i] if reads[i] is None else shifted[i] for i in range(3))

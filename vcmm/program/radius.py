@@ -208,14 +208,14 @@ class _Walker:
         """Return True where the path already ends beside the start of the contour: an approach written for the centre itself."""
         if not self.path or _near(self.path[-1].end, move.start):
             return False
-        one, two, _ = PLANES[move.plane]
+        first, second, _ = PLANES[move.plane]
         end = self.path[-1].end
-        return math.dist((end[one], end[two]), beside(piece, piece.start, h)) < 1e-9
+        return math.dist((end[first], end[second]), beside(piece, piece.start, h)) < 1e-9
 
     def entry_piece(self, move: Move, piece: ContourPiece, here: Point, h: float) -> ContourPiece:
         """Return the entry from the true position of the tool, as a piece that ends on the contour."""
-        one, two, _ = PLANES[move.plane]
-        start = (here[one], here[two])
+        first, second, _ = PLANES[move.plane]
+        start = (here[first], here[second])
         if piece.centre is not None:
             fix = "begin with a straight line, G0 or G1, in the plane"
             self.refuse(move, "radius compensation begins with an arc", fix)
@@ -301,8 +301,8 @@ class _Maker:
 
     def offset(self, move: Move, piece: ContourPiece, h: float, end: Vec, entry: bool) -> None:
         """Take the parallel curve of one programmed move, up to its joint with the next."""
-        one, two, normal = PLANES[move.plane]
-        start = (self.here[one], self.here[two])
+        first, second, normal = PLANES[move.plane]
+        start = (self.here[first], self.here[second])
         target = in_space(move.plane, end, move.end[normal] - self.shift[normal])
         if piece.centre is None:
             ahead = (end[0] - start[0]) * (piece.end[0] - piece.start[0]) + (end[1] - start[1]) * (

@@ -260,7 +260,7 @@ class Recorder(ModalState):
     ) -> None:
         """Move along an arc in the plane to a programmed point; start and end within 1e-9 mm in the plane are a full circle."""
         plane = plane or self.plane
-        one, two, normal = PLANES[plane]
+        first, second, normal = PLANES[plane]
         self.check_radii(plane, end, centre)
         plane_map = in_plane(self.world, plane)
         if plane_map is None:
@@ -272,7 +272,7 @@ class Recorder(ModalState):
         lifted = [centre[0], centre[1], centre[2]]
         lifted[normal] = self.p[normal]
         middle = self.world.apply((lifted[0], lifted[1], lifted[2]))
-        from_, to, about = ((x[one], x[two]) for x in (start, target, middle))
+        from_, to, about = ((x[first], x[second]) for x in (start, target, middle))
         swept = math.dist(from_, about) * abs(sweep_of(from_, to, about, clockwise, turns))
         spindle = self.spindle(start, target)
         feed = self.rate(math.hypot(swept, target[normal] - start[normal]), spindle)
@@ -280,9 +280,9 @@ class Recorder(ModalState):
         self.p = end
 
     def check_radii(self, plane: str, end: Point, centre: Point) -> None:
-        one, two, _ = PLANES[plane]
-        r1 = math.hypot(self.p[one] - centre[one], self.p[two] - centre[two])
-        r2 = math.hypot(end[one] - centre[one], end[two] - centre[two])
+        first, second, _ = PLANES[plane]
+        r1 = math.hypot(self.p[first] - centre[first], self.p[second] - centre[second])
+        r2 = math.hypot(end[first] - centre[first], end[second] - centre[second])
         if r1 < 1e-9 or r2 < 1e-9:
             self.fault(
                 "the centre of the arc lies on its start or end: an arc of radius zero; check the centre"
@@ -380,14 +380,14 @@ class Recorder(ModalState):
 
 def radius_centre(start: Point, end: Point, radius: float, clockwise: bool, plane: str) -> Point | None:
     """Return the centre of the arc of a radius (negative: the long way round); None where the radius is too small."""
-    one, two, _ = PLANES[plane]
-    dx, dy = end[one] - start[one], end[two] - start[two]
+    first, second, _ = PLANES[plane]
+    dx, dy = end[first] - start[first], end[second] - start[second]
     chord = math.hypot(dx, dy)
     if chord < 1e-9 or chord / 2 - abs(radius) > 1e-3:
         return None
     height = math.sqrt(max(radius**2 - chord**2 / 4, 0.0))
     side = (1.0 if clockwise else -1.0) * (1.0 if radius > 0 else -1.0)
     centre = list(start)
-    centre[one] += dx / 2 + side * height * dy / chord
-    centre[two] += dy / 2 - side * height * dx / chord
+    centre[first] += dx / 2 + side * height * dy / chord
+    centre[second] += dy / 2 - side * height * dx / chord
     return centre[0], centre[1], centre[2]

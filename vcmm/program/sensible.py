@@ -83,10 +83,10 @@ def remarks_on(program: Program, setup: Setup, machine: Machine | None) -> tuple
     late = without_length(moves, setup.tools)
     if late is not None:
         out.append(Remark(late.source.line, 1, length_missing(late, setup.tools)))
-    seen: set[str] = set()
+    offsets: set[str] = set()
     for move in moves:
-        if move.offset not in setup.offsets and move.offset not in seen and move.kind in CUTS:
-            seen.add(move.offset)
+        if move.offset not in setup.offsets and move.offset not in offsets and move.kind in CUTS:
+            offsets.add(move.offset)
             text = (
                 f"work offset {move.offset} is not in the set-up: machine zero is taken; add it to [offsets]"
             )

@@ -106,8 +106,8 @@ def circles(
         return [_circle(_solve_three(kept))]
     if len(kept) < 2 or not equations:
         return None
-    found = _on_sphere(kept, equations[0])
-    return None if found is None else [_circle(p) for p in found]
+    points = _on_sphere(kept, equations[0])
+    return None if points is None else [_circle(p) for p in points]
 
 
 Equation = tuple[float, float, float, float, float]  # k, and the factors of x, y, rho and 1
@@ -120,8 +120,8 @@ def _equation(centre: Vec, radius: float, k: float) -> Equation:
     return k, -2.0 * a, -2.0 * b, 2.0 * radius * k, rest
 
 
-def _difference(one: Equation, other: Equation) -> Row:
-    return other[1] - one[1], other[2] - one[2], other[3] - one[3], one[4] - other[4]
+def _difference(equation: Equation, other: Equation) -> Row:
+    return other[1] - equation[1], other[2] - equation[2], other[3] - equation[3], equation[4] - other[4]
 
 
 def _independent(rows: Sequence[Row]) -> list[Row]:
@@ -167,12 +167,12 @@ def _on_sphere(rows: Sequence[Row], equation: Equation) -> list[Triple] | None:
     k, fx, fy, fr, rest = equation
     size = math.sqrt(sum(x * x for x in v))
     v = (v[0] / size, v[1] / size, v[2] / size)
-    two = v[0] ** 2 + v[1] ** 2 - k * v[2] ** 2
-    one = 2.0 * (p[0] * v[0] + p[1] * v[1] - k * p[2] * v[2]) + fx * v[0] + fy * v[1] + fr * v[2]
-    none = p[0] ** 2 + p[1] ** 2 - k * p[2] ** 2 + fx * p[0] + fy * p[1] + fr * p[2] + rest
-    if max(abs(two), abs(one), abs(none)) < 1e-9 * (1.0 + sum(x * x for x in p)):
+    square = v[0] ** 2 + v[1] ** 2 - k * v[2] ** 2
+    linear = 2.0 * (p[0] * v[0] + p[1] * v[1] - k * p[2] * v[2]) + fx * v[0] + fy * v[1] + fr * v[2]
+    constant = p[0] ** 2 + p[1] ** 2 - k * p[2] ** 2 + fx * p[0] + fy * p[1] + fr * p[2] + rest
+    if max(abs(square), abs(linear), abs(constant)) < 1e-9 * (1.0 + sum(x * x for x in p)):
         return None
-    return [(p[0] + s * v[0], p[1] + s * v[1], p[2] + s * v[2]) for s in quadratic(two, one, none)]
+    return [(p[0] + s * v[0], p[1] + s * v[1], p[2] + s * v[2]) for s in quadratic(square, linear, constant)]
 
 
 def quadratic(two: float, one: float, none: float) -> list[float]:

@@ -25,7 +25,7 @@ def arm_texts(found: ArmFit, prior: Path, target: Path, sources: Sequence[str]) 
     The joint covariance holds the geometry; further terms have an Input each, and what they share with the geometry is not written.
     """
     table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
-    said = f"calibrated from {', '.join(sources)}"
+    evidence = f"calibrated from {', '.join(sources)}"
     geometry = [i for i, t in enumerate(found.terms) if isinstance(t.effect, RotaryLocation)]
     starts = np.cumsum([0, *(t.size for t in found.terms)])
     rows = starts[geometry]
@@ -39,25 +39,25 @@ def arm_texts(found: ArmFit, prior: Path, target: Path, sources: Sequence[str]) 
         .rstrip()
         .replace('vcmm = "machine/1"\n', 'vcmm = "machine/1"\nlarge_errors = true\n', 1)
     )
-    told = "".join(f"# {r.text}\n" for r in found.redundant)
-    errors = (
-        f'[errors]\ntable = "{table}"\nstate = "residual"\ncovariance = "{covariance}"\nevidence = "{said}"\n'
-    )
-    further = [_term(found, i, said) for i in range(len(found.terms)) if i not in geometry]
+    remarks = "".join(f"# {r.text}\n" for r in found.redundant)
+    errors = f'[errors]\ntable = "{table}"\nstate = "residual"\ncovariance = "{covariance}"\nevidence = "{evidence}"\n'
+    further = [_term(found, i, evidence) for i in range(len(found.terms)) if i not in geometry]
     return {
-        f"{target.stem}.toml": "\n".join([head, "", told + errors, *further]),
-        table: isg_text(ErrorFile((), dict(zip(names, found.theta[rows].tolist()))), said),
+        f"{target.stem}.toml": "\n".join([head, "", remarks + errors, *further]),
+        table: isg_text(ErrorFile((), dict(zip(names, found.theta[rows].tolist()))), evidence),
         covariance: covariance_text(joint),
     }
 
 
-def _term(found: ArmFit, i: int, said: str) -> str:
+def _term(fit: ArmFit, i: int, evidence: str) -> str:
     """Return an effect of two numbers with its Input."""
-    term = found.terms[i]
-    start = sum(t.size for t in found.terms[:i])
+    term = fit.terms[i]
+    start = sum(t.size for t in fit.terms[:i])
     part = slice(start, start + term.size)
-    effect = term.with_values(found.theta[part])
-    law = MultivariateNormal(found.covariance[part, part])
-    known = Input(effect.name, effect.where, term.parameter, law, "machine", "")
-    text = input_toml(effect, replace(known), said).replace("diagnosed from calibrated", "calibrated")
+    effect = term.with_values(fit.theta[part])
+    law = MultivariateNormal(fit.covariance[part, part])
+    calibrated = Input(effect.name, effect.where, term.parameter, law, "machine", "")
+    text = input_toml(effect, replace(calibrated), evidence).replace(
+        "diagnosed from calibrated", "calibrated"
+    )
     return effect_toml(effect) + text

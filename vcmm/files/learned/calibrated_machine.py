@@ -57,13 +57,13 @@ def machine_texts(
     table stays, with its comments.
     """
     table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
-    said = f"calibrated from {', '.join(sources)}"
+    evidence = f"calibrated from {', '.join(sources)}"
     names, nodes = found.kept.labels
     stored = np.array([not (n[0] == "B" and len(n) == 2) for n in names])
     joint = JointCovariance(
         tuple(n for n, s in zip(names, stored) if s), nodes[stored], found.covariance[np.ix_(stored, stored)]
     )
-    errors = _errors(found, table, covariance, said)
+    errors = _errors(found, table, covariance, evidence)
     if prior is None:
         text = bare_text(found.machine) + errors + _repeatability(found)
     else:
@@ -71,7 +71,7 @@ def machine_texts(
     reversals = "".join(_reversal(found, c) for c in found.kept.curves if c.reversal)
     return {
         f"{target.stem}.toml": text + reversals,
-        table: isg_text(error_file(found), said),
+        table: isg_text(error_file(found), evidence),
         covariance: covariance_text(joint),
     }
 
@@ -87,14 +87,14 @@ def error_file(found: Calibration) -> ErrorFile:
     return ErrorFile(tuple(tables), {p: float(found.theta[model.slices[p]][0]) for p in model.pairs})
 
 
-def _errors(found: Calibration, table: str, covariance: str, said: str) -> str:
+def _errors(calibration: Calibration, table: str, covariance: str, evidence: str) -> str:
     """Return [errors], with errors that are not identified in comments."""
-    named = ", ".join(f'"{c}"' for c in found.machine.compensation)
+    named = ", ".join(f'"{c}"' for c in calibration.machine.compensation)
     on = f"compensation = [{named}]\n" if named else ""
-    missing = "".join(f"# not identified: {c.text}\n" for c in found.identified.combinations)
+    missing = "".join(f"# not identified: {c.text}\n" for c in calibration.identified.combinations)
     return (
-        f'{missing}[errors]\ntable = "{table}"\ninterpolation = "{between(found)}"\nstate = "{found.machine.state}"\n'
-        f'{on}covariance = "{covariance}"\nevidence = "{said}"\n'
+        f'{missing}[errors]\ntable = "{table}"\ninterpolation = "{between(calibration)}"\nstate = "{calibration.machine.state}"\n'
+        f'{on}covariance = "{covariance}"\nevidence = "{evidence}"\n'
     )
 
 
@@ -103,17 +103,19 @@ def between(found: Calibration) -> str:
     return "linear" if any(c.kind == LINEAR for c in found.kept.curves) else "cubic"
 
 
-def _reversal(found: Calibration, curve: Curve) -> str:
+def _reversal(calibration: Calibration, curve: Curve) -> str:
     """Return a lost motion as an effect with its Input; nothing where it does not differ from zero by more than chance."""
     from scipy.special import chdtrc
 
-    part = found.kept.slices[curve.component]
-    value, covariance = found.theta[part], found.covariance[part, part]
+    part = calibration.kept.slices[curve.component]
+    value, covariance = calibration.theta[part], calibration.covariance[part, part]
     if chdtrc(len(value), float(value @ np.linalg.pinv(covariance, rcond=1e-6) @ value)) > CHANCE:
         return f"# lost motion of {curve.axis}: none beyond chance\n"
     effect = curve_effect(curve, value)
-    known = Input(effect.name, curve.axis, number_of(effect), MultivariateNormal(covariance), "machine", "")
-    return effect_toml(effect) + input_toml(effect, known, "this calibration").replace(
+    reversal_input = Input(
+        effect.name, curve.axis, number_of(effect), MultivariateNormal(covariance), "machine", ""
+    )
+    return effect_toml(effect) + input_toml(effect, reversal_input, "this calibration").replace(
         "diagnosed from", "fitted in"
     )
 
@@ -153,22 +155,24 @@ def _dynamics_text(axis: Axis) -> str:
 
 def stated_repeatability(machine: Machine) -> str:
     """Return [repeatability] of a machine that states it by a normal or t law of one number; nothing for another."""
-    for one in machine.inputs:
-        if one.effect == Scatter.name and isinstance(one.law, Normal | StudentT):
-            t = one.law.dof if isinstance(one.law, StudentT) else None
+    for item in machine.inputs:
+        if item.effect == Scatter.name and isinstance(item.law, Normal | StudentT):
+            t = item.law.dof if isinstance(item.law, StudentT) else None
             key, law = ("u", "normal") if t is None else ("scale", "t")
             dof = "" if t is None else f"dof = {t:.10g}\n"
-            return f'[repeatability]\nlaw = "{law}"\n{key} = "{one.law.scale * 1e3:.10g} um"\n{dof}'
+            return f'[repeatability]\nlaw = "{law}"\n{key} = "{item.law.scale * 1e3:.10g} um"\n{dof}'
     return ""
 
 
-def _repeatability(found: Calibration) -> str:
+def _repeatability(calibration: Calibration) -> str:
     """Return the scatter of a touch, where the machine itself probed."""
-    touches = [e for r, e in zip(found.readings, found.posterior.residual) if r.recording.kind == "probe"]
+    touches = [
+        e for r, e in zip(calibration.readings, calibration.posterior.residual) if r.recording.kind == "probe"
+    ]
     if not touches:
         return ""
-    left = sum(r.m for r in found.readings) / max(
-        sum(r.m for r in found.readings) - found.posterior.used, 1.0
+    left = sum(r.m for r in calibration.readings) / max(
+        sum(r.m for r in calibration.readings) - calibration.posterior.used, 1.0
     )
     u = rms(np.concatenate(touches)) * np.sqrt(left)
     return f'[repeatability]                # scatter of the touches of this calibration\nlaw = "normal"\nu = "{u * 1e3:.3g} um"\n'

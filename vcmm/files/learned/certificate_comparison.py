@@ -83,9 +83,9 @@ def certificate_worth(
     for i, prior in enumerate(PRIORS):
         report(f"prior {prior}", i / whole)
         by_prior += _certified_rows(prior, path, {**table, "prior": prior}, settings)
-    for i, (known, part) in enumerate(steps):
-        report(known, (len(PRIORS) + i) / whole)
-        by_fact += _certified_rows(known, path, part, settings)
+    for i, (label, part) in enumerate(steps):
+        report(label, (len(PRIORS) + i) / whole)
+        by_fact += _certified_rows(label, path, part, settings)
     report("machines at the limit", (whole - 1) / whole)
     limits = {k: v for k, v in table.items() if k != "measured"}
     at_limit = load_scenario(path, certificate={**limits, "prior": "limit"})
@@ -118,18 +118,18 @@ def _drawn_from(path: Path) -> MachineCertificate:
 def _facts(table: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     """Return (words, certificate) from the first limit on, one more fact each."""
     first = next(k for k in FIRST if table.get(k))
-    known = {k: v for k, v in table.items() if k in (first, "prior")}
-    steps = [(first, dict(known))]
+    stated = {k: v for k, v in table.items() if k in (first, "prior")}
+    steps = [(first, dict(stated))]
     for fact in FACTS:
-        if table.get(fact) and fact not in known:
-            known[fact] = table[fact]
-            steps.append((f"+ {fact}", dict(known)))
+        if table.get(fact) and fact not in stated:
+            stated[fact] = table[fact]
+            steps.append((f"+ {fact}", dict(stated)))
     return steps
 
 
-def _certified_rows(known: str, path: Path, table: dict[str, Any], settings: Settings) -> list[CertifiedU]:
+def _certified_rows(label: str, path: Path, table: dict[str, Any], settings: Settings) -> list[CertifiedU]:
     result = _uncertainty(load_scenario(path, certificate=table), settings)
-    return [CertifiedU(known, c.name, c.unit, c.expanded) for c in result.characteristics]
+    return [CertifiedU(label, c.name, c.unit, c.expanded) for c in result.characteristics]
 
 
 def _uncertainty(scenario: Scenario, settings: Settings) -> UncertaintyResult:

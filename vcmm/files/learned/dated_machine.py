@@ -30,15 +30,15 @@ def machine_files(dated: DatedMachine, original: Path, target: Path, at: str, la
     Raises UsageError where a number that was followed cannot be written so that it is read back.
     """
     stem, document = target.stem, editable(original)
-    said = f"followed until {last}, as of {at}"
+    evidence = f"followed until {last}, as of {at}"
     files: dict[str, str] = {}
-    in_table = _renew_table(dated, document, original, said, files, f"{stem}_errors.csv")
+    in_table = _renew_table(dated, document, original, evidence, files, f"{stem}_errors.csv")
     _take_out_inputs(dated, document)
     without_table(document, "tracked")
     move_names(document, original.parent, target.parent)
     if in_table:
         document["errors"]["table"] = f"{stem}_errors.csv"
-    text = str(document.as_string()).rstrip() + "\n" + _departures(dated, in_table, said)
+    text = str(document.as_string()).rstrip() + "\n" + _departures(dated, in_table, evidence)
     if dated.uncertain:
         files[f"{stem}_state.csv"] = covariance_text(dated.joint(dated.state))
         text += f'\n[tracked]\nat = "{at}"\nlast_check = "{last}"\ncovariance = "{stem}_state.csv"\n'
@@ -59,7 +59,7 @@ def _departure_of(dated: DatedMachine, effect: Effect) -> dict[str, Array]:
 
 
 def _renew_table(
-    dated: DatedMachine, document: Any, original: Path, said: str, files: dict[str, str], name: str
+    dated: DatedMachine, document: Any, original: Path, evidence: str, files: dict[str, str], name: str
 ) -> set[str]:
     """Put the error table with the numbers of the day into `files`; [errors] without its statements about their uncertainty. Return the
     ids in the table."""
@@ -78,7 +78,7 @@ def _renew_table(
             tables.append(ErrorTable(arguments, grids, {effect.component: values}, 0))
         else:
             constants[effect.where] = _constant(file, effect.where) + sum(float(v) for v in moved.values())
-    files[name] = isg_text(ErrorFile(_together(tables), constants), said)
+    files[name] = isg_text(ErrorFile(_together(tables), constants), evidence)
     for key in ("uncertainty", "covariance"):
         if key in errors:
             del errors[key]
@@ -108,12 +108,12 @@ def _together(tables: list[ErrorTable]) -> tuple[ErrorTable, ...]:
     return tuple(out)
 
 
-def _same_grids(one: ErrorTable, other: ErrorTable) -> bool:
-    same = one.arguments == other.arguments and len(one.grids) == len(other.grids)
-    return same and all(np.array_equal(a, b) for a, b in zip(one.grids, other.grids))
+def _same_grids(table: ErrorTable, other: ErrorTable) -> bool:
+    same = table.arguments == other.arguments and len(table.grids) == len(other.grids)
+    return same and all(np.array_equal(a, b) for a, b in zip(table.grids, other.grids))
 
 
-def _departures(dated: DatedMachine, in_table: set[str], said: str) -> str:
+def _departures(dated: DatedMachine, in_table: set[str], evidence: str) -> str:
     """Return [[effects]] of the differences from the original file; the reader adds effects of one name and place."""
     blocks = []
     for effect in {q.effect.id: q.effect for q in dated.followed.tracked.quantities}.values():
@@ -125,7 +125,7 @@ def _departures(dated: DatedMachine, in_table: set[str], said: str) -> str:
         for name in linear:
             value = np.asarray(moved.get(name, np.zeros(np.shape(getattr(effect, name)))), dtype=float)
             changes[name] = float(value) if value.ndim == 0 else value
-        blocks.append("\n" + effect_toml(replace(effect, **changes), said))
+        blocks.append("\n" + effect_toml(replace(effect, **changes), evidence))
     return "".join(blocks)
 
 

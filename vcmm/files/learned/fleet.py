@@ -93,31 +93,31 @@ def diagnosed_folder(
 def record_of(asked: FolderJob, file: str) -> Record:
     """Return one recording as plain values: the kept part of its diagnosis, or `problem`, why there is none."""
     path = Path(file)
-    known: Record = {"file": path.relative_to(asked.folder).as_posix(), "machine": "", "date": ""}
+    record: Record = {"file": path.relative_to(asked.folder).as_posix(), "machine": "", "date": ""}
     try:
-        known["date"] = str(read_toml(path).data.get("date", ""))
+        record["date"] = str(read_toml(path).data.get("date", ""))
         recording, machine = load_recording(
             path, load_machine(asked.machine) if asked.machine else None, gaps=True
         )
-        known["machine"] = machine.name
+        record["machine"] = machine.name
         diagnosed = diagnose(recording, machine, seed=asked.seed)
-        found = diagnosis_json(diagnosed)
-        for told, a in zip(found["answer"], diagnosed.answer):
-            told["family_size"] = family_size(a, recording.run)
+        as_json = diagnosis_json(diagnosed)
+        for entry, a in zip(as_json["answer"], diagnosed.answer):
+            entry["family_size"] = family_size(a, recording.run)
     except VcmmError as error:
-        return {**known, "problem": first_of(error).replace(str(asked.folder) + "/", ""), "ours": False}
+        return {**record, "problem": first_of(error).replace(str(asked.folder) + "/", ""), "ours": False}
     except (
         Exception
     ) as error:  # an internal error in one of thousands is reported and does not end the others
         return {
-            **known,
+            **record,
             "problem": f"internal error ({type(error).__name__}: {error}); please report it",
             "ours": True,
         }
-    kept = {k: found[k] for k in COMMON_KEYS if k in found}
+    kept = {k: as_json[k] for k in COMMON_KEYS if k in as_json}
     if kept["unknown"]:  # its curve or map is long, and is in the document of the recording itself
         kept["unknown"] = {k: v for k, v in kept["unknown"].items() if k != "shape"}
-    return {**known, "problem": None, "ours": False, **kept}
+    return {**record, "problem": None, "ours": False, **kept}
 
 
 def family_size(a: Answer, run: Run) -> Record | None:
@@ -148,23 +148,26 @@ def changes(records: Sequence[Record]) -> list[Change]:
     out: list[Change] = []
     good = [r for r in in_time(records) if r["problem"] is None]
     for machine in dict.fromkeys(r["machine"] for r in good):
-        own = [r for r in good if r["machine"] == machine]
-        mixed = _mixed_families(own)
-        numbers = [_numbers(r, mixed) for r in own]
-        for key in dict.fromkeys(k for n in numbers for k in n) if len(own) > 1 else ():
-            out.append(_change(machine, key, own, [n.get(key) for n in numbers]))
+        of_machine = [r for r in good if r["machine"] == machine]
+        mixed = _mixed_families(of_machine)
+        numbers = [_numbers(r, mixed) for r in of_machine]
+        for key in dict.fromkeys(k for n in numbers for k in n) if len(of_machine) > 1 else ():
+            out.append(_change(machine, key, of_machine, [n.get(key) for n in numbers]))
     return out
 
 
 def _change(
-    machine: str, key: tuple[str, str, str], own: Sequence[Record], seen: Sequence[tuple[float, float] | None]
+    machine: str,
+    key: tuple[str, str, str],
+    records: Sequence[Record],
+    values: Sequence[tuple[float, float] | None],
 ) -> Change:
     name, parameter, unit = key
-    when = tuple((r["file"], r["date"]) for r in own)
+    when = tuple((r["file"], r["date"]) for r in records)
     return Change(
-        machine, name, parameter, unit, first=when[0], last=when[-1], before=seen[0], after=seen[-1],
-        occurrences=sum(s is not None for s in seen), of=len(own),
-        went=trend([_moment(date) for _, date in when], seen), there=presence(seen), when=when,
+        machine, name, parameter, unit, first=when[0], last=when[-1], before=values[0], after=values[-1],
+        occurrences=sum(s is not None for s in values), of=len(records),
+        went=trend([_moment(date) for _, date in when], values), there=presence(values), when=when,
     )  # fmt: skip
 
 

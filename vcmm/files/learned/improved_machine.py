@@ -37,18 +37,18 @@ def improved_machine(
     document = editable(original)
     move_names(document, original.parent, target.parent)
     text = str(document.as_string())
-    known = {i.id for i in machine.inputs}
+    ids = {i.id for i in machine.inputs}
     blocks = [f"# {note}\n" for note in notes(answers)]
     for answer in answers_to_write(answers):
         assert answer.fitted is not None
-        said = f"found in {source}, probability {answer.probability:.3f}"
+        evidence = f"found in {source}, probability {answer.probability:.3f}"
         remark = answer.fitted.diagnosis.file_note(answer.fitted)
-        told = f"# {remark}\n" if remark else ""
-        blocks.append(told + effect_toml(departure(answer.fitted, machine), said))
+        comment = f"# {remark}\n" if remark else ""
+        blocks.append(comment + effect_toml(departure(answer.fitted, machine), evidence))
         # an Input names its effect by place: with a second effect of that place (another period) it would be ambiguous
         alone = all(e.id != answer.fitted.id or addable(e, answer.fitted) for e in machine.effects)
-        wanted = [one for one in answer.inputs if alone and one.id not in known]
-        blocks += [input_toml(answer.fitted, one, source) for one in wanted]
+        wanted = [item for item in answer.inputs if alone and item.id not in ids]
+        blocks += [input_toml(answer.fitted, item, source) for item in wanted]
     return text + "".join(f"\n{block}" for block in blocks)
 
 
@@ -63,16 +63,16 @@ def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: s
     if not isinstance(stated, dict) or not isinstance(stated.get("table"), str):
         return {}
     file = read_error_file(original.parent / stated["table"])
-    own = tuple(effects_of(file))
+    effects = tuple(effects_of(file))
     axis = machine.axes.get(mistake.component)
     arm = None if axis is None or axis.measured_at is None else np.asarray(axis.measured_at, dtype=float)
     try:
-        new = repaired_effects(own, mistake, arm)
+        new = repaired_effects(effects, mistake, arm)
     except (UsageError, KeyError):
         return {}
     numbers = {e.where: getattr(e, e.about.table_parameter) for e in new if e.about.table_parameter}
-    said = f"corrected after {source}: {mistake.component}, {mistake.what}"
-    return {TABLE: isg_text(with_values(file, numbers), said)}
+    evidence = f"corrected after {source}: {mistake.component}, {mistake.what}"
+    return {TABLE: isg_text(with_values(file, numbers), evidence)}
 
 
 def repaired_in_place(machine: Machine, mistake: Mistake, source: str) -> str:
@@ -84,11 +84,11 @@ def repaired_in_place(machine: Machine, mistake: Mistake, source: str) -> str:
         new = repair_machine(machine, mistake).effects
     except (UsageError, KeyError):
         return ""
-    changed = [(one, two) for one, two in zip(machine.effects, new) if two is not one]
-    if not changed or not all(addable(one, two) for one, two in changed):
+    changed = [(old, two) for old, two in zip(machine.effects, new) if two is not old]
+    if not changed or not all(addable(old, two) for old, two in changed):
         return ""
-    said = f"corrects a mistake found in {source}: {mistake.component}, {mistake.what}"
-    return "".join(f"\n{effect_toml(departure(two, machine), said)}" for _, two in changed)
+    evidence = f"corrects a mistake found in {source}: {mistake.component}, {mistake.what}"
+    return "".join(f"\n{effect_toml(departure(two, machine), evidence)}" for _, two in changed)
 
 
 def with_table(text: str) -> str:

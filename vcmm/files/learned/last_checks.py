@@ -64,9 +64,11 @@ def check_parts(track: Track, name: str) -> tuple[CheckPart, ...]:
     file, followed = track.checks[number].name, track.followed
     recording, _ = load_recording(track.folder / file, followed.tracked.machine, gaps=True)
     problem = make_problem(recording, followed.tracked.machine)
-    seen, forecast, u = _beside(followed, track.states_before(number), problem, followed.seen[number].noise)
+    values_seen, forecast, u = _beside(
+        followed, track.states_before(number), problem, followed.seen[number].noise
+    )
     scale, unit = (1e6, "µrad") if recording.kind == "angle" else (1e3, "µm")
-    values = (seen * scale, forecast * scale, u * scale)
+    values = (values_seen * scale, forecast * scale, u * scale)
     parts = _circles(problem, (file, track.checks[number].date, unit), values)
     parts = parts or (_along(problem, (file, track.checks[number].date, unit), values),)
     return tuple(p for p in parts if name in (file, p.name)) or parts
@@ -123,7 +125,7 @@ def _circles(
             continue
         angle = np.arctan2(way[rows, j], way[rows, i]) % (2 * np.pi)
         order = np.argsort(angle, kind="stable")
-        seen, forecast, u = (v[rows][order] for v in values)
+        observed, forecast, u = (v[rows][order] for v in values)
         flat = np.zeros(len(rows))
         out.append(
             CheckPart(
@@ -134,7 +136,7 @@ def _circles(
                 unit=unit,
                 place=angle[order],
                 up=flat,
-                seen=seen,
+                seen=observed,
                 forecast=forecast,
                 u=u,
             )
@@ -146,11 +148,11 @@ def _planes_of(way: Array) -> Array:
     """Return the number of the plane in which each reading was made (m,), -1: of none. One along an axis lies in two: it takes that of
     the next reading, else of the one before."""
     flat = np.stack([np.hypot(way[:, i], way[:, j]) > 1 - FLAT for i, j in PLANES.values()], axis=1)
-    own = np.where(flat.sum(axis=1) == 1, flat.argmax(axis=1), -1)
-    sure, out = np.flatnonzero(own >= 0), own.copy()
+    direction = np.where(flat.sum(axis=1) == 1, flat.argmax(axis=1), -1)
+    sure, out = np.flatnonzero(direction >= 0), direction.copy()
     for k in np.flatnonzero(flat.sum(axis=1) > 1):
         at = int(np.searchsorted(sure, k))
-        near = [int(own[sure[n]]) for n in (at, at - 1) if 0 <= n < len(sure)]
+        near = [int(direction[sure[n]]) for n in (at, at - 1) if 0 <= n < len(sure)]
         out[k] = next((p for p in near if flat[k, p]), -1)
     return out
 
@@ -158,17 +160,17 @@ def _planes_of(way: Array) -> Array:
 def _along(problem: Problem, words: tuple[str, str, str], values: tuple[Array, Array, Array]) -> CheckPart:
     """Return a picture over the one axis that moved, by its sense; else reading by reading."""
     file, date, unit = words
-    seen, forecast, u = values
+    observed, forecast, u = values
     run, row = problem.recording.run, problem.recording.row
     moved = [a for a, q in run.position.items() if np.ptp(q[row]) > 1e-6]
     if problem.recording.kind == "probe" or len(moved) != 1:
         number = np.arange(1.0, len(row) + 1)
         return CheckPart(
-            file, date, "", False, unit, number, up=np.zeros(len(row)), seen=seen, forecast=forecast, u=u
+            file, date, "", False, unit, number, up=np.zeros(len(row)), seen=observed, forecast=forecast, u=u
         )
     place = np.asarray(run.position[moved[0]][row], dtype=float)
     step = np.diff(place, prepend=2 * place[0] - place[min(1, len(place) - 1)])
     up = np.where(step == 0, np.nan, np.sign(step))
     for k in range(len(up)):  # a position that is read again keeps the sense in which it was reached
         up[k] = (up[k - 1] if k else 1.0) if np.isnan(up[k]) else up[k]
-    return CheckPart(file, date, moved[0], False, unit, place, up=up, seen=seen, forecast=forecast, u=u)
+    return CheckPart(file, date, moved[0], False, unit, place, up=up, seen=observed, forecast=forecast, u=u)

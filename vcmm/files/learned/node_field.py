@@ -64,12 +64,12 @@ def node_text(
         document = editable(original)
         move_names(document, original.parent, target.parent)
         start = str(document.as_string())
-    said, dof = f"LaserTracer, {', '.join(sources)}", int(found.dof.min())
+    source_text, dof = f"LaserTracer, {', '.join(sources)}", int(found.dof.min())
     process = field_process(found, fit, approach_scale(found))
-    parts = [start.rstrip(), "", *_effect_lines(name, process, found, dof, said)]
+    parts = [start.rstrip(), "", *_effect_lines(name, process, found, dof, source_text)]
     evidence = {
-        "systematic": f"{said}: mean of {dof + 1} approaches of each node, {len(found.place)} nodes",
-        "random": f"{said}: scatter of {dof + 1} approaches of each node",
+        "systematic": f"{source_text}: mean of {dof + 1} approaches of each node, {len(found.place)} nodes",
+        "random": f"{source_text}: scatter of {dof + 1} approaches of each node",
     }
     for share, redraw in SHARES:
         parts += ["", "[[inputs]]", f'effect = "{name}"', f'parameter = "{share}"', f'redraw = "{redraw}"']
@@ -77,16 +77,18 @@ def node_text(
     return "\n".join(parts) + "\n"
 
 
-def _effect_lines(name: str, process: FieldProcess, found: NodeScatter, dof: int, said: str) -> list[str]:
+def _effect_lines(
+    name: str, process: FieldProcess, scatter: NodeScatter, dof: int, evidence: str
+) -> list[str]:
     """Return the [[effects]] table; nodes that are filled in follow those that were read."""
-    mean, _ = process.posterior(found.deviation)
+    mean, _ = process.posterior(scatter.deviation)
     rows = ", ".join(f"[{', '.join(f'{v:.4f}' for v in row)}]" for row in process.correlation)
     words = [
         'margins = "t"', f"dof = {dof}", f"length_scales_mm = [{_three(process.lengths)}]",
         f"amplitude_um = [{_three(process.amplitude * 1e3)}]", f"correlation = [{rows}]",
     ]  # fmt: skip
     return [
-        f"[[effects]]                                # {said}",
+        f"[[effects]]                                # {evidence}",
         f'effect = "{name}"',
         f"process = {{ {', '.join(words)} }}",
         f"# the first {process.readings} nodes were read, the others are filled in",

@@ -27,9 +27,9 @@ def renewed_files(original: Path, machine: Machine, new: RenewedTables, source: 
     if not isinstance(stated, dict) or not isinstance(stated.get("table"), str):
         raise UsageError(f"{original}: no [errors] table, so there is none to write anew")
     old = read_error_file(original.parent / stated["table"])
-    said = f"stored tables moved to what {source} says of them"
+    evidence = f"stored tables moved to what {source} says of them"
     joint = JointCovariance(new.errors, new.position, new.covariance)
-    return {TABLE: isg_text(_refine_file(old, machine, new), said), COVARIANCE: covariance_text(joint)}
+    return {TABLE: isg_text(_refine_file(old, machine, new), evidence), COVARIANCE: covariance_text(joint)}
 
 
 def _refine_file(old: ErrorFile, machine: Machine, new: RenewedTables) -> ErrorFile:
@@ -43,8 +43,8 @@ def _refine_file(old: ErrorFile, machine: Machine, new: RenewedTables) -> ErrorF
             if nodes is None or not len(new.of(name)):
                 same.setdefault(b"", (table.grids, {}))[1][name] = values
                 continue
-            held = np.asarray(getattr(effects[name], "values"), dtype=float)  # noqa: B009 - tables and splines have it
-            same.setdefault(np.asarray(nodes).tobytes(), ((nodes,), {}))[1][name] = held
+            table_values = np.asarray(getattr(effects[name], "values"), dtype=float)  # noqa: B009 - tables and splines have it
+            same.setdefault(np.asarray(nodes).tobytes(), ((nodes,), {}))[1][name] = table_values
         tables += [ErrorTable(table.arguments, grids, values, table.line) for grids, values in same.values()]
     constants = {
         n: float(getattr(effects[n], effects[n].about.table_parameter))

@@ -38,32 +38,32 @@ def reversed_texts(
 
     Raises UsageError for an axis that the structure lacks.
     """
-    for one in found:
-        if one.file.axis not in chain.letters:
+    for result in found:
+        if result.file.axis not in chain.letters:
             raise UsageError(
-                f'{one.file.name} is about axis {one.file.axis}, which structure = "{chain.structure}" lacks'
+                f'{result.file.name} is about axis {result.file.axis}, which structure = "{chain.structure}" lacks'
             )
-    straight = [one for one in found if one.straight is not None]
+    straight = [result for result in found if result.straight is not None]
     out: dict[str, str] = {}
     text = _head(found, chain)
     if straight:
         table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
-        said = f"reversal {', '.join(sources)}"
-        text += f'[errors]\ntable = "{table}"\ncovariance = "{covariance}"\nevidence = "{said}"\n'
-        out[table] = isg_text(_tables(straight), said)
+        evidence = f"reversal {', '.join(sources)}"
+        text += f'[errors]\ntable = "{table}"\ncovariance = "{covariance}"\nevidence = "{evidence}"\n'
+        out[table] = isg_text(_tables(straight), evidence)
         out[covariance] = covariance_text(_joint(straight))
-    for one in found:
-        text += "".join(f"\n# not identified: {c.text}" for c in one.combinations) + "\n"
-        text += _effects(one)
+    for result in found:
+        text += "".join(f"\n# not identified: {c.text}" for c in result.combinations) + "\n"
+        text += _effects(result)
     return {f"{target.stem}.toml": text, **out}
 
 
-def _head(found: Sequence[ReversalResult], chain: Chain) -> str:
+def _head(results: Sequence[ReversalResult], chain: Chain) -> str:
     """Return axes with the travel that was scanned; those that did not move get a millimetre to either side."""
     lines = ['vcmm = "machine/1"', 'name = "machine of reversals"', f'structure = "{chain.structure}"']
-    seen, fixed = spans(found), turning_axes(found)
+    ranges, fixed = spans(results), turning_axes(results)
     for letter in chain.letters:
-        low, high = (-TURNS, TURNS) if is_rotary(letter) else seen.get(letter, (-1.0, 1.0))
+        low, high = (-TURNS, TURNS) if is_rotary(letter) else ranges.get(letter, (-1.0, 1.0))
         unit = "deg" if is_rotary(letter) else "mm"
         lines += [f"[axes.{letter}]", f'travel = ["{low:.10g} {unit}", "{high:.10g} {unit}"]']
         if letter in fixed:
@@ -73,10 +73,10 @@ def _head(found: Sequence[ReversalResult], chain: Chain) -> str:
 
 def _tables(straight: Sequence[ReversalResult]) -> ErrorFile:
     tables = []
-    for one in straight:
-        assert one.straight is not None
-        values: dict[str, Array] = {one.file.error: one.straight.machine}
-        tables.append(ErrorTable((one.file.axis,), (one.straight.nodes,), values, 0))
+    for result in straight:
+        assert result.straight is not None
+        values: dict[str, Array] = {result.file.error: result.straight.machine}
+        tables.append(ErrorTable((result.file.axis,), (result.straight.nodes,), values, 0))
     return ErrorFile(tuple(tables), {})
 
 
@@ -84,33 +84,33 @@ def _joint(straight: Sequence[ReversalResult]) -> JointCovariance:
     """Return the joint covariance; straightnesses of different files are independent."""
     from scipy.linalg import block_diag
 
-    parts = [one.straight for one in straight if one.straight is not None]
-    names = tuple(one.file.error for one in straight if one.straight for _ in one.straight.nodes)
+    parts = [result.straight for result in straight if result.straight is not None]
+    names = tuple(result.file.error for result in straight if result.straight for _ in result.straight.nodes)
     matrix = block_diag(*(p.covariance * student_variance(p.dof) for p in parts))
     return JointCovariance(names, np.concatenate([p.nodes for p in parts]), matrix)
 
 
-def _effects(one: ReversalResult) -> str:
+def _effects(result: ReversalResult) -> str:
     """Return [[effects]] and [[inputs]] of a squareness or a turning axis."""
     out = ""
-    if one.square is not None:
-        located = RotaryLocation(one.file.error, tilt=one.square.angle)
-        u = one.square.u * float(np.sqrt(student_variance(one.square.dof)))
-        out += _toml_of(located, "tilt", Normal(u), one.file.name)
-    for name in one.errors if one.turning is not None else ():
-        assert one.turning is not None
-        value, covariance = turning_input(one.turning, name)
+    if result.square is not None:
+        located = RotaryLocation(result.file.error, tilt=result.square.angle)
+        u = result.square.u * float(np.sqrt(student_variance(result.square.dof)))
+        out += _toml_of(located, "tilt", Normal(u), result.file.name)
+    for name in result.errors if result.turning is not None else ():
+        assert result.turning is not None
+        value, covariance = turning_input(result.turning, name)
         turning = RotaryCyclic(name, value)
         out += _toml_of(
             turning,
             "coefficients",
-            MultivariateNormal(covariance * student_variance(one.turning.dof)),
-            one.file.name,
+            MultivariateNormal(covariance * student_variance(result.turning.dof)),
+            result.file.name,
         )
     return out
 
 
 def _toml_of(effect: Effect, parameter: str, law: Law | MultivariateNormal, source: str) -> str:
-    known = Input(effect.name, str(effect.where), parameter, law, "machine", "")
-    said = input_toml(effect, known, source).replace("diagnosed from", "reversal")
-    return effect_toml(effect) + said
+    located = Input(effect.name, str(effect.where), parameter, law, "machine", "")
+    text = input_toml(effect, located, source).replace("diagnosed from", "reversal")
+    return effect_toml(effect) + text

@@ -86,12 +86,14 @@ def thermal_text(
             )
     document = editable(original)
     move_names(document, original.parent, target.parent)
-    said = f"calibrated from {', '.join(sources)}"
-    blocks = [effect_toml(e, said if k == 0 else "") for k, e in enumerate(written.effects)]
-    return f"{str(document.as_string()).rstrip()}\n\n" + "\n".join([*blocks, _input(model, written, said)])
+    evidence = f"calibrated from {', '.join(sources)}"
+    blocks = [effect_toml(e, evidence if k == 0 else "") for k, e in enumerate(written.effects)]
+    return f"{str(document.as_string()).rstrip()}\n\n" + "\n".join(
+        [*blocks, _input(model, written, evidence)]
+    )
 
 
-def _input(model: ThermalModel, written: WrittenTerms, said: str) -> str:
+def _input(model: ThermalModel, written: WrittenTerms, evidence: str) -> str:
     units = [parse_unit(parameter(e, name).metadata["unit"]).factor for e, name, _ in written.numbers]
     covariance = covariance_of(model, written) / np.outer(units, units)
     covariance = (covariance + covariance.T) / 2
@@ -99,8 +101,8 @@ def _input(model: ThermalModel, written: WrittenTerms, said: str) -> str:
     if len(units) == 1:
         effect, name, number = written.numbers[0]
         law = Normal(float(np.sqrt(model.covariance[number, number])))
-        one = input_toml(effect, Input(effect.name, effect.where, name, law), "")
-        return left + one.replace("diagnosed from ", said)
+        block = input_toml(effect, Input(effect.name, effect.where, name, law), "")
+        return left + block.replace("diagnosed from ", evidence)
     names = ", ".join(f'"{e.id}.{name}"' for e, name, _ in written.numbers)
     rows = ",\n  ".join(f"[{', '.join(f'{v:.12g}' for v in row)}]" for row in covariance)
-    return f'{left}[[inputs]]\nnames = [{names}]\ncovariance = [\n  {rows},\n]\nevidence = "{said}"\n'
+    return f'{left}[[inputs]]\nnames = [{names}]\ncovariance = [\n  {rows},\n]\nevidence = "{evidence}"\n'

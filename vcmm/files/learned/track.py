@@ -130,15 +130,15 @@ def track(
 
 def _take_in(request: TrackRequest, progress: Progress) -> tuple[FollowedMachine, tuple[KnownFile, ...], int]:
     """Return the machine after all recordings of the folder, their files, and the number of new ones; the state is kept."""
-    known = load_machine(request.machine)
-    tracked, of_machine = tracked_machine(known), hash_of(request.machine)
-    found = _in_time(request.folder)
+    machine = load_machine(request.machine)
+    tracked, of_machine = tracked_machine(machine), hash_of(request.machine)
+    in_time = _in_time(request.folder)
     followed, files, is_kept = _state_before(request, tracked, of_machine)
-    new = _new_files(found, files, request)
-    for i, one in enumerate(new):
-        progress(one.name, i / len(new))
-        followed = _follow_file(request, known, followed, one)
-        files = (*files, one)
+    new = _new_files(in_time, files, request)
+    for i, file in enumerate(new):
+        progress(file.name, i / len(new))
+        followed = _follow_file(request, machine, followed, file)
+        files = (*files, file)
     if not followed.seen:
         raise UsageError(f"{request.folder} holds no recording")
     if request.state is not None and (new or not is_kept):
@@ -219,24 +219,24 @@ def recordings_by_date(folder: Path, machine: Machine) -> list[tuple[str, Record
 
 
 def _new_files(
-    found: Sequence[KnownFile], known: Sequence[KnownFile], request: TrackRequest
+    files: Sequence[KnownFile], earlier: Sequence[KnownFile], request: TrackRequest
 ) -> list[KnownFile]:
     """Return the files that the state does not hold yet. Raises UsageError where one is older than the state, changed since, or gone."""
-    have = {f.name: f for f in known}
-    for f in found:
+    have = {f.name: f for f in earlier}
+    for f in files:
         if f.name in have and f != have[f.name]:
             raise UsageError(
                 f"{request.folder / f.name} was changed since the state took it in; --replay works everything out anew"
             )
-    gone = sorted(have.keys() - {f.name for f in found})
+    gone = sorted(have.keys() - {f.name for f in files})
     if gone:
         raise UsageError(
             f"{request.folder} no longer holds {gone[0]}, which the state ({request.state}/{TEXT}) knows; put it back, or --replay"
         )
-    new = [f for f in found if f.name not in have]
-    if known and new and _order(new[0]) < _order(known[-1]):
+    new = [f for f in files if f.name not in have]
+    if earlier and new and _order(new[0]) < _order(earlier[-1]):
         raise UsageError(
-            f"{request.folder / new[0].name} of {new[0].date} is older than the state, which ends on {known[-1].date}; --replay "
+            f"{request.folder / new[0].name} of {new[0].date} is older than the state, which ends on {earlier[-1].date}; --replay "
             "works everything out anew in the order of the dates"
         )
     return new
@@ -251,13 +251,13 @@ def _follow_file(
 ) -> FollowedMachine:
     """Process one more recording; `diagnose` explains an alarm against the knowledge before it."""
     recording, _ = load_recording(request.folder / file.name, machine, gaps=True)
-    seen = see_recording(before.tracked, recording, file.name, moment(file.date))
-    after = follow_one(before, seen, file.date)
+    compressed = see_recording(before.tracked, recording, file.name, moment(file.date))
+    after = follow_one(before, compressed, file.date)
     last = after.checks[-1]
     if not (last.alarm and request.explain):
         return after
-    said = _explain(before, recording, seen.when, request.seed)
-    return replace(after, checks=(*after.checks[:-1], replace(last, answer=said)))
+    answer = _explain(before, recording, compressed.when, request.seed)
+    return replace(after, checks=(*after.checks[:-1], replace(last, answer=answer)))
 
 
 def _explain(before: FollowedMachine, recording: Recording, when: float, seed: int) -> str:
@@ -265,10 +265,14 @@ def _explain(before: FollowedMachine, recording: Recording, when: float, seed: i
     from vcmm.learn.diagnosis.job import diagnose  # large, and seldom needed
 
     try:
-        found = diagnose(recording, as_machine(machine_on(before, when)), seed=seed)
+        diagnosis = diagnose(recording, as_machine(machine_on(before, when)), seed=seed)
     except VcmmError as error:
         return f"no diagnosis: {first_of(error)}"
-    return f"{found.verdict}: {'; '.join(map(_in_words, found.answer))}" if found.answer else found.verdict
+    return (
+        f"{diagnosis.verdict}: {'; '.join(map(_in_words, diagnosis.answer))}"
+        if diagnosis.answer
+        else diagnosis.verdict
+    )
 
 
 def _in_words(answer: Answer) -> str:

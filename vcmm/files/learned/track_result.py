@@ -134,9 +134,9 @@ class Track:
         rows = self.followed.tracked.rows
         pick = np.zeros((len(picked), self.followed.tracked.factor.shape[0]))
         start = np.zeros(len(picked))
-        for i, one in enumerate(picked):
-            pick[i, rows[one.quantity.id]] = one.weights
-            start[i] = one.weights @ one.quantity.value
+        for i, number in enumerate(picked):
+            pick[i, rows[number.quantity.id]] = number.weights
+            start[i] = number.weights @ number.quantity.value
         ways, states = pick @ self.followed.ways, self._states
         values = np.array([start + ways @ s.mean for s in states])
         us = np.array([np.sqrt(((ways @ s.factor) ** 2).sum(axis=1)) for s in states])
@@ -145,8 +145,8 @@ class Track:
         future = [(d, self.followed.at(last + d)) for d in (*AHEAD, beyond)]
         when = np.array([c.when for c in self.checks])
         out = []
-        for i, one in enumerate(picked):
-            size = 1.0 / in_unit(1.0, one.unit) if one.unit not in ("", "1") else 1.0
+        for i, number in enumerate(picked):
+            size = 1.0 / in_unit(1.0, number.unit) if number.unit not in ("", "1") else 1.0
             ahead = tuple(
                 (
                     d,
@@ -157,9 +157,9 @@ class Track:
             )
             out.append(
                 NumberOverTime(
-                    one.name,
-                    one.unit,
-                    one.what,
+                    number.name,
+                    number.unit,
+                    number.what,
                     when,
                     value=values[:, i] / size,
                     u=us[:, i] / size,
@@ -186,9 +186,9 @@ class Track:
 
     def course(self, name: str) -> NumberOverTime:
         """Return one number by its name. Raises KeyError with the closest names."""
-        for one in self.courses:
-            if one.name == name:
-                return one
+        for number in self.courses:
+            if number.name == name:
+                return number
         raise KeyError(f'no "{name}" is followed.{choose_from(name, [c.name for c in self.courses])}')
 
     def plot(self, name: str | None = None, ax: Any = None) -> Axes:

@@ -41,12 +41,12 @@ class KnownFile:
 
 def hash_of(path: Path) -> str:
     """Return the hash of a TOML file and of the files beside it that it names."""
-    found = hashlib.sha256(path.read_bytes())
+    digest = hashlib.sha256(path.read_bytes())
     for text in sorted(set(_texts(read_toml(path).data))):
         there = find_file(text, path.parent)
         if there is not None:
-            found.update(there.read_bytes())
-    return found.hexdigest()
+            digest.update(there.read_bytes())
+    return digest.hexdigest()
 
 
 def _texts(value: Any) -> list[str]:
@@ -59,20 +59,20 @@ def _texts(value: Any) -> list[str]:
 def recording_hash(path: Path, content: dict[str, Any]) -> str:
     """Return the hash of a recording: of its file, which was read before (`content`), and its data, not of the machine file that it names."""
     data = {k: v for k, v in content.items() if k != "machine"}
-    found = hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode())
+    digest = hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode())
     for text in sorted(set(_texts(data))):
         there = find_file(text, path.parent)
         if there is not None:
-            found.update(there.read_bytes())
-    return found.hexdigest()
+            digest.update(there.read_bytes())
+    return digest.hexdigest()
 
 
 def write_state(folder: Path, followed: FollowedMachine, machine: str, files: tuple[KnownFile, ...]) -> None:
     """Write both files, each whole: the text names the hash of the numbers. machine: hash of the machine file."""
     folder.mkdir(parents=True, exist_ok=True)
     arrays = {"mean": followed.state.mean, "factor": followed.state.factor}
-    for i, one in enumerate(followed.seen):
-        arrays |= {f"columns_{i}": one.columns, f"value_{i}": one.value}
+    for i, recording in enumerate(followed.seen):
+        arrays |= {f"columns_{i}": recording.columns, f"value_{i}": recording.value}
     stream = io.BytesIO()
     np.savez(stream, **arrays)  # type: ignore[arg-type]
     content = stream.getvalue()
@@ -99,10 +99,10 @@ def _text(followed: FollowedMachine, machine: str, files: tuple[KnownFile, ...],
             f"group = {json.dumps(name)}",
         ]
         lines += [f"{k} = {v}" for k, v in asdict(rate).items()]
-    for file, seen, check in zip(files, followed.seen, followed.checks):
+    for file, recording, check in zip(files, followed.seen, followed.checks):
         lines += ["", "[[recordings]]", f"file = {json.dumps(file.name)}", f'date = "{file.date}"']
         lines += [f'sha256 = "{file.sha256}"', f"alarm = {'true' if check.alarm else 'false'}"]
-        lines += [f"seen = {_table({k: getattr(seen, k) for k in PLAIN})}"]
+        lines += [f"seen = {_table({k: getattr(recording, k) for k in PLAIN})}"]
         plain = {k: v for k, v in asdict(check).items() if k != "suspects"}
         lines += [f"check = {_table(plain)}"]
         suspects = ", ".join(f"[{json.dumps(n)}, {p!r}]" for n, p in check.suspects)
@@ -144,15 +144,15 @@ def read_state(
             f"{numbers} is not the file that {TEXT} was written with; --replay works everything out anew"
         )
     with np.load(numbers) as arrays:
-        known = data.get("recordings", [])
-        seen = tuple(
+        recordings = data.get("recordings", [])
+        compressed = tuple(
             SeenRecording(columns=arrays[f"columns_{i}"], value=arrays[f"value_{i}"], **r["seen"])
-            for i, r in enumerate(known)
+            for i, r in enumerate(recordings)
         )
         state = GaussianState(arrays["mean"], arrays["factor"])
     checks = tuple(
-        FollowedCheck(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in known
+        FollowedCheck(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in recordings
     )
     rates = tuple(GroupRates(**{k: r[k] for k in GroupRates.__dataclass_fields__}) for r in data["rates"])
-    files = tuple(KnownFile(r["file"], r["date"], r["sha256"]) for r in known)
-    return FollowedMachine(tracked, float(data["alpha"]), rates, state, seen, checks), files
+    files = tuple(KnownFile(r["file"], r["date"], r["sha256"]) for r in recordings)
+    return FollowedMachine(tracked, float(data["alpha"]), rates, state, compressed, checks), files

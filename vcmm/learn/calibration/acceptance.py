@@ -84,13 +84,13 @@ def predict_figures(
 def without_rounding(figures: Sequence[Figure]) -> tuple[list[Figure], list[str]]:
     """Return the figures without value and chance to pass where the machine file does not determine them; and sentences that say why."""
     out, why = [], dict[str, list[str]]()
-    for one in figures:
-        reason = UNTOLD.get(one.name.split(" ")[0])
-        if reason is None or one.value_um is None or one.value_um > LEAST_LIMIT:
-            out.append(one)
+    for row in figures:
+        reason = UNTOLD.get(row.name.split(" ")[0])
+        if reason is None or row.value_um is None or row.value_um > LEAST_LIMIT:
+            out.append(row)
             continue
-        why.setdefault(reason, []).append(one.name)
-        out.append(replace(one, value_um=None, u_um=None, p_pass=None))
+        why.setdefault(reason, []).append(row.name)
+        out.append(replace(row, value_um=None, u_um=None, p_pass=None))
     return out, [f"{reason}: {', '.join(names)} cannot be predicted" for reason, names in why.items()]
 
 
@@ -98,16 +98,16 @@ def tip_errors(machine: Machine, run: Run, rng: np.random.Generator, trials: int
     """Return the tip errors (trials, n, 3) mm, actual - nominal, of sampled machines, scatter along nx ny nz included; workpiece axes."""
     run = machine.prepare(_run_with_tip(machine, with_defaults(machine, run)))
     total = np.broadcast_to(machine.indication_error(run), (trials, run.n, 3)).copy()
-    for found in influences(machine, run, machine.inputs):
-        law, factor = found.input.spread(found.response.shape[2])
-        shape = (trials, len(found.copies), factor.shape[1])
+    for influence in influences(machine, run, machine.inputs):
+        law, factor = influence.input.spread(influence.response.shape[2])
+        shape = (trials, len(influence.copies), factor.shape[1])
         if isinstance(law, MultivariateSamples):
             raw = law.values[rng.integers(len(law.values), size=shape[:2])]
         else:
             raw = np.reshape(law.isf(rng.uniform(1e-12, 1.0, size=int(np.prod(shape)))), shape)
-        moved = found.response @ factor
-        for copy in range(len(found.copies)):
-            rows = found.codes == copy
+        moved = influence.response @ factor
+        for copy in range(len(influence.copies)):
+            rows = influence.codes == copy
             total[:, rows] += np.einsum("nik,tk->tni", moved[rows], raw[:, copy])
     return -total
 
@@ -147,13 +147,13 @@ def _middle(machine: Machine) -> dict[str, float]:
 
 
 def _moving(
-    machine: Machine, positions: Mapping[str, Array], senses: Mapping[str, Array], seen: Array
+    machine: Machine, positions: Mapping[str, Array], senses: Mapping[str, Array], directions: Array
 ) -> Run:
-    """Return rows at axis positions, the axes not named in their middle; seen (3,) or (n, 3): direction of measurement."""
+    """Return rows at axis positions, the axes not named in their middle; directions (3,) or (n, 3): direction of measurement."""
     n = len(next(iter(positions.values())))
     at = {a: np.asarray(positions.get(a, np.full(n, q))) for a, q in _middle(machine).items()}
     columns = {f"sense_{a}": senses.get(a, np.zeros(n)) for a in machine.axes}
-    direction = np.broadcast_to(seen, (n, 3))
+    direction = np.broadcast_to(directions, (n, 3))
     columns |= {f"n{c}": direction[:, i].copy() for i, c in enumerate("xyz")}
     return Run(at, np.zeros((n, 3)), columns)
 
@@ -180,9 +180,9 @@ def _both_ways(machine: Machine, start: Array, end: Array, senses: Mapping[str, 
     sense = np.concatenate([np.ones(n), -np.ones(n)])
     rows = np.tile(once, (RUNS, 1))
     ways = {a: np.tile(sense, RUNS) * s for a, s in senses.items()}
-    seen = np.zeros(3)
-    seen[["XYZ".index(a) for a in letters]] = (end - start) / length
-    return _moving(machine, {a: rows[:, i] for i, a in enumerate(letters)}, ways, seen), n
+    direction = np.zeros(3)
+    direction[["XYZ".index(a) for a in letters]] = (end - start) / length
+    return _moving(machine, {a: rows[:, i] for i, a in enumerate(letters)}, ways, direction), n
 
 
 def _split(values: Array, n: int) -> tuple[Array, Array]:
@@ -208,8 +208,8 @@ def _positioning(
 
 
 def _limit(limits: Mapping[str, Limit], name: str, where: str, length: float) -> float | None:
-    found = limits.get(f"{name} {where}", limits.get(name))
-    return None if found is None else found(length)
+    limit = limits.get(f"{name} {where}", limits.get(name))
+    return None if limit is None else limit(length)
 
 
 def _circles(
@@ -285,9 +285,9 @@ def _measured_lengths(
 ) -> tuple[Array, Array]:
     """Return (errors (trials, lengths, repeats) mm, indicated - true, lengths (lengths,) mm)."""
     run, length = length_run(machine, lines, offset, REPEATS)
-    seen = np.einsum("tni,ni->tn", -tip_errors(machine, run, rng, trials), run.normal)
-    half = seen.shape[1] // 2
-    return (seen[:, :half] + seen[:, half:]).reshape(trials, -1, REPEATS), length[::REPEATS]
+    lengths = np.einsum("tni,ni->tn", -tip_errors(machine, run, rng, trials), run.normal)
+    half = lengths.shape[1] // 2
+    return (lengths[:, :half] + lengths[:, half:]).reshape(trials, -1, REPEATS), length[::REPEATS]
 
 
 def sphere_figures(machine: Machine, rng: np.random.Generator, trials: int) -> tuple[Array, Array]:
@@ -354,10 +354,10 @@ def volume_figures(machine: Machine, seed: int = 0, trials: int = 200, nodes: in
 
 def _where_known(machine: Machine) -> Machine:
     """Return the machine with travels no longer than the error tables."""
-    known = known_ranges(machine)
+    ranges = known_ranges(machine)
     axes = {
-        a: replace(x, travel=(max(x.travel[0], known[a][0]), min(x.travel[1], known[a][1])))
-        if a in known
+        a: replace(x, travel=(max(x.travel[0], ranges[a][0]), min(x.travel[1], ranges[a][1])))
+        if a in ranges
         else x
         for a, x in machine.axes.items()
     }

@@ -102,11 +102,13 @@ def fit_arm(recordings: Sequence[PoseReadings], nominal: Machine) -> ArmFit:
         worth = [t for t in sorted(left, key=lambda t: -gains[t.name]) if gains[t.name] > STRONG]
         if not worth:
             break
-        told = best.redundant
+        redundant = best.redundant
         trial = fit_terms(recordings, nominal, [*_asked(best), worth[0]], best)
         left.remove(worth[0])
         if trial.log_evidence > best.log_evidence + STRONG and trial.press < best.press:
-            best = replace(trial, redundant=tuple({r.name: r for r in (*told, *trial.redundant)}.values()))
+            best = replace(
+                trial, redundant=tuple({r.name: r for r in (*redundant, *trial.redundant)}.values())
+            )
     return best
 
 
@@ -139,19 +141,19 @@ def _screen(fit: ArmFit, terms: Sequence[Term]) -> tuple[dict[str, float], list[
     with the same effect as a term of the fit.
     """
     problem = _Problem(fit.recordings, fit.nominal, [*fit.terms, *terms])
-    free, own = problem.columns(fit.placements, fit.u)
+    free, of_terms = problem.columns(fit.placements, fit.u)
     size = len(fit.theta)
-    known = np.column_stack([free, own[:, :size]])
+    fitted_columns = np.column_stack([free, of_terms[:, :size]])
     labels = ["tracker or target"] * free.shape[1] + [t.name for t in fit.terms for _ in range(t.size)]
-    q = orthonormal(known)
+    q = orthonormal(fitted_columns)
     rest = np.concatenate([stack_rows(p, o, fit.u) for p, o in fit.residual])
     gains, same, k = {}, [], size
     for term in terms:
-        block = own[:, k : k + term.size]
+        block = of_terms[:, k : k + term.size]
         k += term.size
         left = block - q @ (q.T @ block)
         if np.linalg.norm(left) < SAME * np.linalg.norm(block):
-            same.append(Redundant(term.name, same_as(block[:, 0], known, labels)))
+            same.append(Redundant(term.name, same_as(block[:, 0], fitted_columns, labels)))
         part = orthonormal(left) if np.any(left) else left
         won = min(float(np.sum((part.T @ rest) ** 2)) / float(rest @ rest), 1.0 - 1e-12)
         gains[term.name] = -0.5 * len(rest) * np.log1p(-won) - 0.5 * term.size * np.log(len(rest))
@@ -161,8 +163,8 @@ def _screen(fit: ArmFit, terms: Sequence[Term]) -> tuple[dict[str, float], list[
 def _asked(fit: ArmFit) -> list[Term]:
     """Return all geometry, and the further terms that a fit has."""
     geometry = geometry_terms(fit.nominal)
-    known = {t.name for t in geometry}
-    return [*geometry, *(t for t in fit.terms if t.name not in known)]
+    names = {t.name for t in geometry}
+    return [*geometry, *(t for t in fit.terms if t.name not in names)]
 
 
 def fit_terms(
@@ -254,19 +256,19 @@ class _Problem:
 
     def columns(self, placing: Sequence[TrackerPlacement], u: tuple[float, float]) -> tuple[Array, Array]:
         """Return columns of placing (m, 9 or 12 per recording) and of the terms (m, k), over the uncertainties."""
-        nuisances, own = [], []
+        nuisances, of_terms = [], []
         for poses, place in zip(self.recordings, placing):
             run = self.nominal.prepare(_with_offset(poses.run, place.offset))
             frames = tool_frames(self.nominal, run)
             nuisances.append(stack_rows(*nuisance_columns(poses, frames, place), u))
-            own.append(self._term_columns(poses, run, place, u))
+            of_terms.append(self._term_columns(poses, run, place, u))
         m = sum(len(n) for n in nuisances)
         free = np.zeros((m, sum(n.shape[1] for n in nuisances)))
         row = column = 0
         for block in nuisances:
             free[row : row + len(block), column : column + block.shape[1]] = block
             row, column = row + len(block), column + block.shape[1]
-        return free, np.concatenate(own)
+        return free, np.concatenate(of_terms)
 
     def _term_columns(
         self, poses: PoseReadings, run: Run, place: TrackerPlacement, u: tuple[float, float]
@@ -287,27 +289,27 @@ class _Problem:
         self, theta: Array, placing: list[TrackerPlacement], u: tuple[float, float]
     ) -> tuple[Array, list[TrackerPlacement]]:
         """Solve by Gauss-Newton until convergence."""
-        free, own = self.columns(placing, u)
+        free, of_terms = self.columns(placing, u)
         for step in range(STEPS):
             if step in (1, 3):  # the target sits elsewhere than at first
-                free, own = self.columns(placing, u)
+                free, of_terms = self.columns(placing, u)
             rest = np.concatenate([stack_rows(p, o, u) for p, o in self.rest(theta, placing)])
-            change, moves = self._step(free, own, rest, theta)
+            change, moves = self._step(free, of_terms, rest, theta)
             theta = theta + change
             placing = self._moved(placing, moves)
             if max(np.abs(change).max(initial=0.0), np.abs(moves).max(initial=0.0)) < STILL:
                 break
         return theta, placing
 
-    def _step(self, free: Array, own: Array, rest: Array, theta: Array) -> tuple[Array, Array]:
+    def _step(self, free: Array, of_terms: Array, rest: Array, theta: Array) -> tuple[Array, Array]:
         root = np.sqrt(self.prior)
-        top = np.concatenate([free, own], axis=1)
+        top = np.concatenate([free, of_terms], axis=1)
         below = np.concatenate([np.zeros((len(theta), free.shape[1])), np.diag(root)], axis=1)
         a, b = np.concatenate([top, below]), np.concatenate([rest, -root * theta])
         size = np.linalg.norm(a, axis=0)
         size[size == 0] = 1.0
-        found = np.linalg.lstsq(a / size, b, rcond=1e-10)[0] / size
-        return found[free.shape[1] :], found[: free.shape[1]]
+        step = np.linalg.lstsq(a / size, b, rcond=1e-10)[0] / size
+        return step[free.shape[1] :], step[: free.shape[1]]
 
     def _moved(self, placing: Sequence[TrackerPlacement], moves: Array) -> list[TrackerPlacement]:
         out, k = [], 0
@@ -329,9 +331,9 @@ class _Problem:
         m = position.size + sum(o.size for o in turned)
         share = m / max(m - self.rank, 1)
         stated = self.recordings[0].u
-        found = _rms(position) * share**0.5
+        rms = _rms(position) * share**0.5
         angle = _rms(np.concatenate(turned)) * share**0.5 if turned else u[1]
-        return max(found, stated[0], 1e-9), max(angle, stated[1], 1e-12)
+        return max(rms, stated[0], 1e-9), max(angle, stated[1], 1e-12)
 
     @property
     def rank(self) -> int:
@@ -344,13 +346,13 @@ class _Problem:
         u: tuple[float, float],
         redundant: Sequence[Redundant],
     ) -> ArmFit:
-        free, own = self.columns(placing, u)
+        free, of_terms = self.columns(placing, u)
         rest = self.rest(theta, placing)
         flat = np.concatenate([stack_rows(p, o, u) for p, o in rest])
         basis = orthonormal(free)
-        seen = own - basis @ (basis.T @ own)
-        covariance = np.asarray(np.linalg.inv(seen.T @ seen + np.diag(self.prior)), dtype=float)
-        left_out = self._left_out(basis, seen, flat, covariance)
+        visible = of_terms - basis @ (basis.T @ of_terms)
+        covariance = np.asarray(np.linalg.inv(visible.T @ visible + np.diag(self.prior)), dtype=float)
+        left_out = self._left_out(basis, visible, flat, covariance)
         m = len(flat)
         cost = float(flat @ flat)
         return ArmFit(
@@ -368,9 +370,9 @@ class _Problem:
             log_evidence=-0.5 * cost - m_log(rest, u) - 0.5 * len(theta) * np.log(m),
         )
 
-    def _left_out(self, basis: Array, seen: Array, flat: Array, covariance: Array) -> Array:
+    def _left_out(self, basis: Array, visible: Array, flat: Array, covariance: Array) -> Array:
         """Return the residuals of every pose predicted from the others (Allen, Technometrics 16 (1974) 125): (1 - H)^-1 r by pose."""
-        root = seen @ np.linalg.cholesky(covariance)
+        root = visible @ np.linalg.cholesky(covariance)
         half = np.concatenate([basis, root], axis=1)
         out, start = np.empty_like(flat), 0
         for poses in self.recordings:

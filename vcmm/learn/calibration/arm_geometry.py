@@ -48,17 +48,17 @@ def axis_lines(machine: Machine) -> list[Line]:
     for name in machine.chain.tool:
         axis = machine.axes[name]
         centre = np.array(axis.centre)
-        own = axis.alignment if axis.alignment is not None else np.eye(3)
+        alignment = axis.alignment if axis.alignment is not None else np.eye(3)
         six = np.zeros(6)
         for effect in machine.effects:
             if isinstance(effect, RotaryLocation) and effect.link == name:
                 letter = effect.component[0]
                 six["XYZABC".index(letter)] += effect.offset if letter in "XYZ" else effect.tilt
-        located = own @ rotation_from_vector(six[None, 3:])[0] @ own.T
-        moved = centre + own @ six[:3]
+        located = alignment @ rotation_from_vector(six[None, 3:])[0] @ alignment.T
+        moved = centre + alignment @ six[:3]
         shift = shift + turn @ (moved - located @ centre)
         turn = turn @ located
-        lines.append((turn @ centre + shift, turn @ own @ unit_vector(name)))
+        lines.append((turn @ centre + shift, turn @ alignment @ unit_vector(name)))
     return lines
 
 
@@ -67,17 +67,17 @@ def link_numbers(machine: Machine, nominal: Machine) -> list[LinkNumber]:
     in the placing
     of tracker and tool). nominal: determines which axes are parallel and which way x points, so that both machines use the same convention.
     """
-    found, ideal = axis_lines(machine), axis_lines(nominal)
+    lines, ideal = axis_lines(machine), axis_lines(nominal)
     names = machine.chain.tool
     out: list[LinkNumber] = []
     origin, x = None, None
-    for i, (one, two) in enumerate(itertools.pairwise(names)):
-        ends = _link(found[i], found[i + 1], origin, ideal[i], ideal[i + 1], _sense(ideal, i))
-        told = [ends.theta(x, found[i][1]), ends.d, ends.a, ends.alpha, ends.beta]
-        for word, value in zip(QUANTITIES, told):
+    for i, (name, second) in enumerate(itertools.pairwise(names)):
+        ends = _link(lines[i], lines[i + 1], origin, ideal[i], ideal[i + 1], _sense(ideal, i))
+        values = [ends.theta(x, lines[i][1]), ends.d, ends.a, ends.alpha, ends.beta]
+        for word, value in zip(QUANTITIES, values):
             first = i == 0 and word in ("joint offset", "link offset d")
             if value is not None and not first:
-                out.append(LinkNumber(one, two, word, float(value)))
+                out.append(LinkNumber(name, second, word, float(value)))
         origin, x = ends.foot, ends.x
     return out
 
@@ -110,9 +110,9 @@ class _NextLink:
 
 
 def _link(
-    one: Line, two: Line, origin: Array | None, ideal_one: Line, ideal_two: Line, sense: float
+    first: Line, second: Line, origin: Array | None, ideal_one: Line, ideal_two: Line, sense: float
 ) -> _NextLink:
-    (p, z), (q, w) = one, two
+    (p, z), (q, w) = first, second
     start = p if origin is None else origin
     if np.linalg.norm(np.cross(ideal_one[1], ideal_two[1])) < np.sin(PARALLEL):
         foot = q + w * ((start - q) @ z) / (w @ z)

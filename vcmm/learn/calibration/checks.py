@@ -49,14 +49,16 @@ def check_recordings(recordings: Sequence[Recording]) -> None:
 
 def check_instruments(certificates: Mapping[str, InstrumentCertificate]) -> None:
     """Raises UsageError where one instrument, by its serial, has two certificates. certificates: recording name -> its instrument."""
-    seen: dict[tuple[str, str], tuple[str, InstrumentCertificate]] = {}
-    for name, one in certificates.items():
-        if not one.serial:
+    by_serial: dict[tuple[str, str], tuple[str, InstrumentCertificate]] = {}
+    for name, certificate in certificates.items():
+        if not certificate.serial:
             continue
-        before, first = seen.setdefault((one.instrument.name, one.serial), (name, one))
-        if dict(first.u) != dict(one.u):
+        before, first = by_serial.setdefault(
+            (certificate.instrument.name, certificate.serial), (name, certificate)
+        )
+        if dict(first.u) != dict(certificate.u):
             raise UsageError(
-                f'{before} and {name} were read with one "{one.instrument.name}", serial = "{one.serial}", but state different u of its own '
+                f'{before} and {name} were read with one "{certificate.instrument.name}", serial = "{certificate.serial}", but state different u of its own '
                 "errors; state the same in both, or give two instruments two serials"
             )
 
@@ -106,10 +108,10 @@ def remarks_on(recordings: Sequence[Recording]) -> list[str]:
 
 def _short_lines(lines: dict[str, list[tuple[str, float, float]]]) -> list[str]:
     out = []
-    for axis, found in lines.items():
-        low, high = min(f[1] for f in found), max(f[2] for f in found)
+    for axis, spans in lines.items():
+        low, high = min(f[1] for f in spans), max(f[2] for f in spans)
         unit, scale = ("deg", 180 / np.pi) if is_rotary(axis) else ("mm", 1.0)
-        for name, start, end in found:
+        for name, start, end in spans:
             if end - start < PART * (high - low):
                 out.append(
                     f"{name} reads {axis} from {start * scale:.6g} to {end * scale:.6g} {unit}, other recordings from {low * scale:.6g} to "
@@ -151,19 +153,19 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
     white = [project(p, c, 1 / p.u**2) for p, c in zip(parts, columns)]
     a, b = np.sum([w.gram for w in white], axis=0), np.sum([w.back_project(w.y) for w in white], axis=0)
     factor = append_identity(broad_factor(model, ROUGH), len(b))
-    for part, one in zip(parts, white):
+    for part, whitened in zip(parts, white):
         if len(parts) < 2 or not part.stated:
             continue
-        mean, known = conditioned_factor(
-            NormalEquations(a - one.gram, b - one.back_project(one.y), model), factor
+        mean, mean_factor = conditioned_factor(
+            NormalEquations(a - whitened.gram, b - whitened.back_project(whitened.y), model), factor
         )
         nothing = np.zeros(len(mean))
         gains, misfits = {}, {}
         factors = LIKELY_FACTORS | ARCSEC if part.recording.kind == "angle" else LIKELY_FACTORS
         for times in (1.0, *factors):
-            told, misfits[times] = log_likelihood(one, mean, known, times)
-            gains[times] = told - log_likelihood(one, nothing, factor, times)[0]
-        if chdtrc(part.m - one.rank, misfits[1.0]) > MISFIT_CHANCE:
+            evidence, misfits[times] = log_likelihood(whitened, mean, mean_factor, times)
+            gains[times] = evidence - log_likelihood(whitened, nothing, factor, times)[0]
+        if chdtrc(part.m - whitened.rank, misfits[1.0]) > MISFIT_CHANCE:
             continue
         times = max(factors, key=lambda t: gains[t])
         if gains[times] - gains[1.0] > SURE and misfits[times] < FITS * part.m:
@@ -179,6 +181,9 @@ def log_likelihood(one: WhitenedReadings, mean: Array, factor: Array, times: flo
     Their covariance is times^2 1 + (x factor)(x factor)'.
     """
     away = times * one.y - one.predict(mean)
-    told = condition(one.gram, one.back_project(away), factor / times)
-    misfit = float(away @ away - told.gain) / times**2
-    return -misfit / 2 - told.log_det / 2, misfit  # times^m of the covariance and of the readings cancel
+    conditioned = condition(one.gram, one.back_project(away), factor / times)
+    misfit = float(away @ away - conditioned.gain) / times**2
+    return (
+        -misfit / 2 - conditioned.log_det / 2,
+        misfit,
+    )  # times^m of the covariance and of the readings cancel

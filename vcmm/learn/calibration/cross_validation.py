@@ -81,26 +81,27 @@ def compare_interpolations(
 
     Raises UsageError where no recording is a line of 6 positions or more, or lengths to as many places, and what `calibrate` raises.
     """
-    held = [held_rows(r) for r in recordings]
-    if not any(h.any() for h in held):
+    masks = [held_rows(r) for r in recordings]
+    if not any(h.any() for h in masks):
         raise UsageError(
             f"no recording is a line of {LEAST} positions or more along one axis, or lengths to as many places; nothing can be held out to "
             "compare interpolations"
         )
-    kept = [r.take(~h) for r, h in zip(recordings, held)]
+    kept = [r.take(~h) for r, h in zip(recordings, masks)]
     out = []
     for k, name in enumerate(names):
         progress(name, k / len(names))
         start = time.perf_counter()
-        found = calibrate(kept, machine, certificates, only, interpolation=name)
+        calibration = calibrate(kept, machine, certificates, only, interpolation=name)
         seconds = time.perf_counter() - start
         whole = [
-            readings(r, machine, found.posterior.model, (certificates or {}).get(r.name)) for r in recordings
+            readings(r, machine, calibration.posterior.model, (certificates or {}).get(r.name))
+            for r in recordings
         ]
         out.append(
             _score(
                 name,
-                [predict_rows(found, k, p, h) for k, (p, h) in enumerate(zip(whole, held)) if h.any()],
+                [predict_rows(calibration, k, p, h) for k, (p, h) in enumerate(zip(whole, masks)) if h.any()],
                 seconds,
             )
         )
@@ -117,28 +118,28 @@ class _HeldOutPrediction:
     noise: Array
 
 
-def predict_rows(found: Calibration, number: int, part: Readings, held: Mask) -> _HeldOutPrediction:
+def predict_rows(calibration: Calibration, number: int, part: Readings, held_out: Mask) -> _HeldOutPrediction:
     """Predict the held-out readings of recording `number`, as the docstring of this module says. part: all of its readings."""
-    post = found.posterior
+    post = calibration.posterior
     noise = post.noise[number].u * part.u
-    weight = 1 / noise[~held]
-    inverse = np.linalg.pinv(part.nuisance[~held] * weight[:, None], rcond=1e-9) * weight
-    through = part.nuisance[held] @ inverse
+    weight = 1 / noise[~held_out]
+    inverse = np.linalg.pinv(part.nuisance[~held_out] * weight[:, None], rcond=1e-9) * weight
+    through = part.nuisance[held_out] @ inverse
     error = part.value - part.errors @ post.theta
-    moved = part.errors[held] - through @ part.errors[~held]
+    moved = part.errors[held_out] - through @ part.errors[~held_out]
     u2 = np.einsum("ij,jk,ik->i", moved, post.covariance, moved)
-    u2 += ((through * noise[~held]) ** 2).sum(axis=1)
+    u2 += ((through * noise[~held_out]) ** 2).sum(axis=1)
     return _HeldOutPrediction(
         part.recording.kind == "angle",
-        error[held] - through @ error[~held],
-        np.sqrt(u2 + noise[held] ** 2),
-        noise[held],
+        error[held_out] - through @ error[~held_out],
+        np.sqrt(u2 + noise[held_out] ** 2),
+        noise[held_out],
     )
 
 
-def _score(name: str, found: Sequence[_HeldOutPrediction], seconds: float) -> PredictedPositions:
-    error, u, noise = (np.concatenate([getattr(f, k) for f in found]) for k in ("error", "u", "noise"))
-    angle = np.concatenate([np.full(len(f.error), f.angle) for f in found])
+def _score(name: str, predictions: Sequence[_HeldOutPrediction], seconds: float) -> PredictedPositions:
+    error, u, noise = (np.concatenate([getattr(f, k) for f in predictions]) for k in ("error", "u", "noise"))
+    angle = np.concatenate([np.full(len(f.error), f.angle) for f in predictions])
     density = -((error / u) ** 2) / 2 - np.log(u / noise * np.sqrt(2 * np.pi))
     return PredictedPositions(
         name=name,

@@ -75,8 +75,8 @@ class SetupPlan:
     @cached_property
     def weight(self) -> Array:
         """Mean square of the tip error over the volume per unit variance of the numbers behind the prior: a quadratic form."""
-        seen = self.field @ self.factor
-        return np.asarray(seen.T @ seen / (len(seen) / 3))
+        visible = self.field @ self.factor
+        return np.asarray(visible.T @ visible / (len(visible) / 3))
 
     def volume(self, chosen: Sequence[int]) -> float:
         """Return the root mean variance of the tip error over the volume, mm."""
@@ -127,12 +127,12 @@ def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:
     )
 
 
-def _marginal_information(gram: Array, own: int) -> Array:
+def _marginal_information(gram: Array, size: int) -> Array:
     """Return the information on theta when the own errors of the instrument (unit variance, the last ones) are marginalised."""
-    if not own:
+    if not size:
         return gram
-    k = len(gram) - own
-    inner = gram[k:, k:] + np.eye(own)
+    k = len(gram) - size
+    inner = gram[k:, k:] + np.eye(size)
     return np.asarray(gram[:k, :k] - gram[:k, k:] @ np.linalg.solve(inner, gram[k:, :k]))
 
 
@@ -150,15 +150,15 @@ def volume_field(model: ErrorModel, machine: Machine) -> Array:
     for direction in np.eye(3):
         position = {a: mesh[:, i] for i, a in enumerate(letters)}
         position |= {a: np.zeros(len(mesh)) for a in machine.axes if a not in letters}
-        one = layout("field", "displacement", Run(position, offset), direction, {}, 1.0)
-        out.append(error_columns(Observer(one, machine), model))
+        volume = layout("field", "displacement", Run(position, offset), direction, {}, 1.0)
+        out.append(error_columns(Observer(volume, machine), model))
     return np.concatenate(out)
 
 
 def proposal(plan: SetupPlan, chosen: Sequence[int]) -> Proposal:
-    found = identify(plan.normal_equations(chosen))
+    identifiability = identify(plan.normal_equations(chosen))
     names = tuple(plan.names[i] for i in sorted(chosen))
-    return Proposal(names, plan.time(chosen), plan.volume(chosen) * 1e3, found)
+    return Proposal(names, plan.time(chosen), plan.volume(chosen) * 1e3, identifiability)
 
 
 def best_within(plan: SetupPlan, budget: float, seed: int = 0) -> list[int]:
@@ -168,8 +168,8 @@ def best_within(plan: SetupPlan, budget: float, seed: int = 0) -> list[int]:
     for _ in range(STARTS):
         first = [int(i) for i in rng.permutation(len(plan.names))[:2]]
         starts.append(_greedy(plan, budget, first if plan.time(first) <= budget else []))
-    found = [_exchange_setups(plan, budget, s) for s in starts]
-    return min(found, key=plan.volume)
+    plans = [_exchange_setups(plan, budget, s) for s in starts]
+    return min(plans, key=plan.volume)
 
 
 def _greedy(plan: SetupPlan, budget: float, chosen: list[int]) -> list[int]:

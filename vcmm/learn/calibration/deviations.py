@@ -43,8 +43,8 @@ class RecordedTest:
             return None
         rng = np.random.default_rng(0)
         moved = np.zeros((TRIALS, self.recording.m))
-        for _, own in self.certificate.columns(self.recording, self.machine.prepare(self.recording.run)):
-            moved += rng.standard_normal((TRIALS, own.shape[1])) @ own.T
+        for _, columns in self.certificate.columns(self.recording, self.machine.prepare(self.recording.run)):
+            moved += rng.standard_normal((TRIALS, columns.shape[1])) @ columns.T
         return self.value + moved
 
     def figures(

@@ -106,10 +106,10 @@ def smoothness(told: NormalEquations, start: Smoothness | None = None) -> Smooth
     return Smoothness(lengths, sizes, _sites(told, lengths, sizes), best)
 
 
-def _sites(told: NormalEquations, lengths: Mapping[str, float], sizes: Array) -> tuple[PriorSite, ...]:
+def _sites(equations: NormalEquations, lengths: Mapping[str, float], sizes: Array) -> tuple[PriorSite, ...]:
     """Return every curve averaged over lengths and sizes, the others at theirs; twice, the second time beside the first sites."""
-    curves = told.model.curves
-    joint = JointPosterior(told, [_plain(c, lengths[c.component], s) for c, s in zip(curves, sizes)])
+    curves = equations.model.curves
+    joint = JointPosterior(equations, [_plain(c, lengths[c.component], s) for c, s in zip(curves, sizes)])
     for _ in range(2):
         for number, curve in enumerate(curves):
             joint.replace(number, OneCurve(curve, *joint.without(number)).site(float(sizes[number])))
@@ -122,8 +122,8 @@ def log_evidence(told: NormalEquations, lengths: Mapping[str, float], sizes: Arr
     spans = np.cumsum([0, *(f.shape[1] for f in factors)])
     size = len(told.b)
     factor = np.zeros((size, int(spans[-1]) + size - told.model.size + len(told.model.pairs)))
-    for curve, one, (low, high) in zip(told.model.curves, factors, pairwise(spans)):
-        factor[told.model.slices[curve.component], low:high] = curve.free @ one
+    for curve, factor_of_curve, (low, high) in zip(told.model.curves, factors, pairwise(spans)):
+        factor[told.model.slices[curve.component], low:high] = curve.free @ factor_of_curve
     rest = np.arange(size - (factor.shape[1] - spans[-1]), size)
     ones = np.ones(size - told.model.size)
     factor[rest, np.arange(spans[-1], factor.shape[1])] = [*widest_pairs(told.model), *ones]
@@ -169,10 +169,10 @@ class JointPosterior:
     def without(self, number: int) -> tuple[Array, Array]:
         """Return precision (g, g) and precision times mean (g,) of one curve by the readings and all other priors."""
         part = self.parts[number]
-        own = self.a[part, part]
+        block = self.a[part, part]
         half, pull = self._solve(number, self.a[:, part])
-        size, ways = np.linalg.eigh(own - half.T @ half)
-        heard = size > ROUNDING * np.linalg.norm(own, 2)  # elsewhere the readings say nothing
+        size, ways = np.linalg.eigh(block - half.T @ half)
+        heard = size > ROUNDING * np.linalg.norm(block, 2)  # elsewhere the readings say nothing
         size, ways = size[heard], ways[:, heard]
         return (ways * size) @ ways.T, ways @ (ways.T @ (self.b[part] - half.T @ pull))
 
@@ -189,11 +189,11 @@ class JointPosterior:
             shifted[self.parts[k]] += self.sites[k].shift
         right = np.concatenate([columns, shifted[:, None], self.a], axis=1)
         rows = np.concatenate([f.T @ right[at] for at, f in blocks])
-        known, gram = rows[:, : -len(self.b)], rows[:, -len(self.b) :]
+        solved, gram = rows[:, : -len(self.b)], rows[:, -len(self.b) :]
         inner = np.concatenate([gram[:, at] @ f for at, f in blocks], axis=1)
         inner = (inner + inner.T) / 2
         inner.flat[:: len(inner) + 1] += 1.0
-        out = solve_triangular(np.linalg.cholesky(inner), known, lower=True)
+        out = solve_triangular(np.linalg.cholesky(inner), solved, lower=True)
         return out[:, :-1], out[:, -1]
 
     def replace(self, number: int, site: PriorSite) -> None:
@@ -218,11 +218,11 @@ class OneCurve:
 
     def best(self, length: float, size: float) -> tuple[float, float, float]:
         """Return (length, size, value) of the best correlation length, each tried with its best size."""
-        found = []
+        trials = []
         for tried in (length, *(s * self.curve.travel for s in SHARES)):
             size, value, _ = self.best_size(tried, size)
-            found.append((tried, size, value))
-        return max(found, key=lambda f: f[2])
+            trials.append((tried, size, value))
+        return max(trials, key=lambda f: f[2])
 
     def best_size(self, length: float, size: float) -> tuple[float, float, float]:
         """Return the most probable size for a length, by Newton's steps in ln size, as (size, value, spread of ln size)."""
@@ -285,16 +285,16 @@ class OneCurve:
         covariance += np.einsum("w,wi,wj->ij", weights, away, away)
         precision = np.linalg.inv(covariance)
         kept_size, ways = _eigen_floor(precision - self.a, 1e-9 * float(np.trace(precision)) / len(precision))
-        own = (ways * kept_size) @ ways.T
-        return PriorSite(ways / np.sqrt(kept_size), (own + self.a) @ mean - self.b)
+        in_site = (ways * kept_size) @ ways.T
+        return PriorSite(ways / np.sqrt(kept_size), (in_site + self.a) @ mean - self.b)
 
     def _posterior(self, length: float, size: float) -> tuple[Array, Array]:
         factor = _factor(self.curve, length, size)
-        told = condition(self.a, self.b, factor)
-        return told.mean, told.covariance
+        posterior = condition(self.a, self.b, factor)
+        return posterior.mean, posterior.covariance
 
 
 def _evidence(a: Array, b: Array) -> tuple[float, Array, Array]:
     """Return (ln evidence, mean of z, variances of z) of numbers of unit variance, M = 1 + a."""
-    told = condition(a, b, np.ones(len(b)))
-    return float(told.gain) / 2 - told.log_det / 2, told.mean, (told.half**2).sum(axis=1)
+    posterior = condition(a, b, np.ones(len(b)))
+    return float(posterior.gain) / 2 - posterior.log_det / 2, posterior.mean, (posterior.half**2).sum(axis=1)

@@ -125,19 +125,19 @@ def fit_face(
     ]
     a, y = np.concatenate(rows), np.concatenate([of.reading for of in means])
     mean, precision = _knowledge(slide, spindle, prior, where)
-    known, right = precision, precision @ mean
+    information, right = precision, precision @ mean
     if half_turn is not None:
         half = _half_turn_rows(half_turn, slide, where)
-        known = half.T @ half / half_turn.u**2 + known
+        information = half.T @ half / half_turn.u**2 + information
         right = half.T @ half_turn.odd / half_turn.u**2 + right
     u = _scatter(means, prior.size)
     for _ in range(2):  # the noise from the residual, once the fit is known
-        normal = a.T @ a / u**2 + known
-        found = np.linalg.solve(normal, a.T @ y / u**2 + right)
-        left = y - a @ found
+        normal = a.T @ a / u**2 + information
+        theta = np.linalg.solve(normal, a.T @ y / u**2 + right)
+        left = y - a @ theta
         u = float(np.sqrt((left**2).mean() * memory(left, prior.sectors)))
     covariance = np.asarray(np.linalg.inv(normal), dtype=float)[where.face, where.face]
-    return FaceFit(prior, found[where.face], covariance, float(left.std()))
+    return FaceFit(prior, theta[where.face], covariance, float(left.std()))
 
 
 def zernike_terms(x: Array, y: Array, radius: float, degree: int) -> Array:
@@ -205,9 +205,9 @@ def _numbers(slide: SlideKnowledge, spindle: SpindleKnowledge, prior: FacePrior,
 
 
 def _rows(
-    of: _ScanMeans, index: float, number: int, where: _Numbers, known: tuple[SlideKnowledge, FacePrior]
+    of: _ScanMeans, index: float, number: int, where: _Numbers, knowledge: tuple[SlideKnowledge, FacePrior]
 ) -> Array:
-    slide, prior = known
+    slide, prior = knowledge
     px, py = of.x * np.cos(of.angle - index), of.x * np.sin(of.angle - index)
     a = np.zeros((len(of.x), where.size))
     a[:, where.face] = zernike_terms(px, py, prior.radius, prior.degree)[:, PLANE:]

@@ -56,27 +56,27 @@ def known_rise(scan: FaceScan, machine: Machine | None) -> KnownRise:
     for first in range(0, n, BLOCK):
         part = run.take(np.arange(first, min(first + BLOCK, n)))
         along = np.tile([0.0, 0.0, 1.0], (part.n, 1))
-        seen = Carrier(machine, part, Sight(along, motion=-1.0, reading=0.0))
-        columns = {one.id: _columns(seen, machine, one) for one in kept}
+        carrier = Carrier(machine, part, Sight(along, motion=-1.0, reading=0.0))
+        columns = {item.id: _columns(carrier, machine, item) for item in kept}
         once = [columns[i.id] for i in kept if i.redraw != EVERY_READING]
         blocks.append(np.concatenate([np.zeros((part.n, 0)), *once], axis=1))
-        for one in kept:
-            if one.redraw == EVERY_READING:
-                alone[first : first + part.n] += (columns[one.id] ** 2).sum(axis=1)
+        for item in kept:
+            if item.redraw == EVERY_READING:
+                alone[first : first + part.n] += (columns[item.id] ** 2).sum(axis=1)
     return KnownRise(value, np.concatenate(blocks), alone, machine.name)
 
 
-def _columns(seen: Carrier, machine: Machine, one: Input) -> Array:
+def _columns(carrier: Carrier, machine: Machine, item: Input) -> Array:
     """Return columns (n, r) mm per draw of unit variance."""
-    gain = seen.of_input(one, acted_on(machine, one))
-    law, factor = one.spread(gain.shape[1])
+    gain = carrier.of_input(item, acted_on(machine, item))
+    law, factor = item.spread(gain.shape[1])
     covariance, u = getattr(law, "covariance", None), np.asarray(law.u, dtype=float)
     if covariance is not None and u.ndim:  # rows of samples, drawn together
         return np.asarray(gain @ factor @ MultivariateNormal(covariance).factor)
     return np.asarray(gain @ factor * u)
 
 
-def _moves_the_tip(machine: Machine, one: Input) -> bool:
+def _moves_the_tip(machine: Machine, item: Input) -> bool:
     """Return whether an Input moves the tip; a column of the run has no value in a scan; errors of a reading alone are in its scatter."""
-    effects = [e for m in (one.members or (one,)) for e in acted_on(machine, m)]
-    return not one.is_channel and any(e.link != "reading" for e in effects)
+    effects = [e for m in (item.members or (item,)) for e in acted_on(machine, m)]
+    return not item.is_channel and any(e.link != "reading" for e in effects)

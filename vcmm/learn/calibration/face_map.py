@@ -93,12 +93,12 @@ def map_face(scan: FaceScan, machine: Machine | None = None) -> FaceMap:
     return (_spiral if scan.spiral else _raster)(scan, known_rise(scan, machine))
 
 
-def _spiral(scan: FaceScan, known: KnownRise) -> FaceMap:
+def _spiral(scan: FaceScan, rise: KnownRise) -> FaceMap:
     """Map a turned face: profiles of both sides, tilt and lobes by least squares, each scan with its own zero.
 
     All is linear in the readings, so that the knowledge of the machine goes through the same matrices (vcmm.learn.calibration.face_knowledge).
     """
-    height = scan.reading - known.value
+    height = scan.reading - rise.value
     sides = [s for s in (1.0, -1.0) if (s * scan.x > 0).sum() >= 4 * READINGS]
     if 1.0 not in sides:
         raise UsageError(
@@ -107,34 +107,34 @@ def _spiral(scan: FaceScan, known: KnownRise) -> FaceMap:
     nodes = _rings(scan, sides)
     a, cut = _columns(scan, sides, nodes)
     fit, noise, memory = _least_squares(a, height)
-    found, k = fit.found, len(nodes)
-    alone = (fit.weights * known.alone) @ fit.weights.T
-    covariance, moved = fit.covariance + alone, fit.weights @ known.joint
-    halves = np.zeros((len(sides), k, len(found)))
+    theta, k = fit.found, len(nodes)
+    alone = (fit.weights * rise.alone) @ fit.weights.T
+    covariance, moved = fit.covariance + alone, fit.weights @ rise.joint
+    halves = np.zeros((len(sides), k, len(theta)))
     for i in range(len(sides)):
         halves[i, :, i * k : (i + 1) * k] = np.eye(k)
     to_p = (np.eye(k) - np.outer(np.ones(k), _ring_areas(nodes))) @ halves.mean(axis=0)
     to_odd = (halves[0] - halves[-1]) / 2
-    profile, spread = to_p @ found, to_p @ (covariance + moved @ moved.T) @ to_p.T
-    figures = [*_shape_figures(scan, nodes, profile, spread), *_lobe_figures(found, covariance, cut["lobes"])]
+    profile, spread = to_p @ theta, to_p @ (covariance + moved @ moved.T) @ to_p.T
+    figures = [*_shape_figures(scan, nodes, profile, spread), *_lobe_figures(theta, covariance, cut["lobes"])]
     odd = u_odd = None
     if len(sides) == 2:  # it is what the machine file does not hold, so that the file's u is not in it
         by_noise = to_odd @ covariance @ to_odd.T
-        odd, u_odd = to_odd @ found, np.sqrt(np.diag(by_noise))
+        odd, u_odd = to_odd @ theta, np.sqrt(np.diag(by_noise))
         figures.append(_slope(nodes, odd, by_noise))
     # free zeros and tilts, the mean over the area, and what the slide still does on either side
     off = np.outer(np.ones(len(height)), _ring_areas(nodes)) @ halves.mean(axis=0)
     off += np.sign(scan.x)[:, None] * (_hats(nodes, np.abs(scan.x)) @ to_odd)
     off[:, cut["free"]] += a[:, cut["free"]]
     px, py = scan.x * np.cos(scan.across), scan.x * np.sin(scan.across)
-    x, y, cells, count, _ = _cell_means(px, py, height - off @ found)
+    x, y, cells, count, _ = _cell_means(px, py, height - off @ theta)
     number = _cell_numbers(px, py)[0]
-    together = _means_of(number, known.joint - off @ moved, count.size)
-    u_cells = _u_alone(noise, memory, count, _means_of(number, known.alone[:, None], count.size))
+    together = _means_of(number, rise.joint - off @ moved, count.size)
+    u_cells = _u_alone(noise, memory, count, _means_of(number, rise.alone[:, None], count.size))
     u = np.sqrt(u_cells**2 + (together**2).sum(axis=1).reshape(count.shape))
     return FaceMap(
         scan=scan, x=x, y=y, height=cells, u=u, figures=(*_size_figures(cells, u_cells, together), *figures), noise=noise, memory=memory,
-        warnings=(*_unseen(scan, known.machine, len(sides)), *outlier_remarks(scan, a, height, height - a @ found)), machine=known.machine, r=nodes, profile=profile, covariance=spread, odd=odd, u_odd=u_odd,
+        warnings=(*_unseen(scan, rise.machine, len(sides)), *outlier_remarks(scan, a, height, height - a @ theta)), machine=rise.machine, r=nodes, profile=profile, covariance=spread, odd=odd, u_odd=u_odd,
     )  # fmt: skip
 
 
@@ -188,13 +188,13 @@ def _least_squares(a: Array, y: Array) -> tuple[LinearFit, float, float]:
     q = a / scale
     inverse = np.linalg.pinv(q.T @ q, rcond=1e-12, hermitian=True)
     rank = np.linalg.matrix_rank(inverse, hermitian=True)
-    found = inverse @ (q.T @ y)
-    found = found + inverse @ (q.T @ (y - q @ found))  # once more: what rounding left
-    left = y - q @ found
+    theta = inverse @ (q.T @ y)
+    theta = theta + inverse @ (q.T @ (y - q @ theta))  # once more: what rounding left
+    left = y - q @ theta
     noise = float(np.sqrt((left**2).sum() / max(len(y) - int(rank), 1)))
     memory = _memory(left)
     covariance = noise**2 * memory * inverse / np.outer(scale, scale)
-    return LinearFit(found / scale, inverse @ q.T / scale[:, None], covariance), noise, memory
+    return LinearFit(theta / scale, inverse @ q.T / scale[:, None], covariance), noise, memory
 
 
 def _memory(left: Array) -> float:
@@ -231,12 +231,12 @@ def _shape_figures(scan: FaceScan, r: Array, p: Array, covariance: Array) -> lis
     return out
 
 
-def _lobe_figures(found: Array, covariance: Array, where: slice) -> list[FaceFigure]:
+def _lobe_figures(theta: Array, covariance: Array, where: slice) -> list[FaceFigure]:
     """Return the amplitude of each order at the centre of the face (axial)."""
     out = []
     for i, order in enumerate(LOBES):
         c, s = where.start + 4 * i, where.start + 4 * i + 2
-        size = float(np.hypot(found[c], found[s]))
+        size = float(np.hypot(theta[c], theta[s]))
         u = float(np.sqrt((covariance[c, c] + covariance[s, s]) / 2))
         out.append(FaceFigure(f"{order} per turn, axial", size, u, "mm"))
     return out
@@ -250,9 +250,9 @@ def _slope(r: Array, odd: Array, covariance: Array) -> FaceFigure:
     )
 
 
-def _raster(scan: FaceScan, known: KnownRise) -> FaceMap:
+def _raster(scan: FaceScan, rise: KnownRise) -> FaceMap:
     """Map a milled face: less its plane (or its mean) of each scan."""
-    height = scan.reading - known.value
+    height = scan.reading - rise.value
     names = list(dict.fromkeys(scan.run.tolist()))
     columns = []
     for name in names:
@@ -263,18 +263,18 @@ def _raster(scan: FaceScan, known: KnownRise) -> FaceMap:
         raise UsageError(
             f"{len(height)} readings on no area: a raster takes twelve or more, over X and over Y"
         )
-    both = np.column_stack([height, known.joint])
+    both = np.column_stack([height, rise.joint])
     flat = both - a @ np.linalg.lstsq(a, both, rcond=None)[0]
     x, y, cells, count, inside = _cell_means(scan.x, scan.across, flat[:, 0])
     noise = float(np.sqrt((inside**2).sum() / max(len(flat) - int((count > 0).sum()), 1)))
     memory = _memory(inside)
     number = _cell_numbers(scan.x, scan.across)[0]
     together = _means_of(number, flat[:, 1:], count.size)
-    u_cells = _u_alone(noise, memory, count, _means_of(number, known.alone[:, None], count.size))
+    u_cells = _u_alone(noise, memory, count, _means_of(number, rise.alone[:, None], count.size))
     u = np.sqrt(u_cells**2 + (together**2).sum(axis=1).reshape(count.shape))
     return FaceMap(
         scan=scan, x=x, y=y, height=cells, u=u, figures=_size_figures(cells, u_cells, together), noise=noise, memory=memory,
-        warnings=_unseen(scan, known.machine, 1), machine=known.machine,
+        warnings=_unseen(scan, rise.machine, 1), machine=rise.machine,
     )  # fmt: skip
 
 
@@ -282,8 +282,8 @@ def _size_figures(cells: Array, u: Array, together: Array) -> tuple[FaceFigure, 
     """Return peak to valley (of the two cells) and rms of the map: the change of each with every cell, through u of the cells by
     themselves and through
     together (cells, m), their common errors."""
-    known = np.isfinite(cells)
-    value, alone, common = cells[known], u[known], together[known.ravel()]
+    filled = np.isfinite(cells)
+    value, alone, common = cells[filled], u[filled], together[filled.ravel()]
     ends = np.zeros(len(value))
     ends[value.argmax()] += 1.0
     ends[value.argmin()] -= 1.0
@@ -368,12 +368,12 @@ def _means_of(number: npt.NDArray[np.intp], columns: Array, cells: int) -> Array
         return np.asarray(np.reshape(sums, (len(sums), cells)).T / count[:, None])
 
 
-def _u_alone(noise: float, memory: float, count: Array, known: Array) -> Array:
-    """Return u of cells by themselves: with `memory` readings of common error counting as one; known (cells, 1) mm^2: mean variance of
+def _u_alone(noise: float, memory: float, count: Array, shared_variance: Array) -> Array:
+    """Return u of cells by themselves: with `memory` readings of common error counting as one; shared_variance (cells, 1) mm^2: mean variance of
     Inputs that are sampled anew for each."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        own = noise**2 * np.minimum(memory, count) / count
-        u = np.sqrt(own + known.reshape(count.shape) / count)
+        noise_variance = noise**2 * np.minimum(memory, count) / count
+        u = np.sqrt(noise_variance + shared_variance.reshape(count.shape) / count)
     return np.where(count > 0, u, np.nan)
 
 

@@ -54,31 +54,31 @@ def fit_process(found: NodeScatter) -> ProcessFit:
     weights = _length_weights(found, grids, sizes)
     lengths = np.exp([w @ g for g, w in zip(grids, weights)])
     ends = np.exp(np.array([_ends(g, w) for g, w in zip(grids, weights)]).T)
-    here = np.exp((one := np.array(_likelihood(found, lengths, sizes))) - one.max(axis=1, keepdims=True))
+    here = np.exp((logs := np.array(_likelihood(found, lengths, sizes))) - logs.max(axis=1, keepdims=True))
     here /= here.sum(axis=1, keepdims=True)
     amplitude = np.array([np.sqrt(w @ s**2) for w, s in zip(here, sizes)])
     spread = np.exp(np.array([_ends(np.log(s), w) for w, s in zip(here, sizes)]).T)
     return ProcessFit(lengths, ends, amplitude, spread, *_correlation(found), tried)
 
 
-def _likelihood(found: NodeScatter, lengths: Array, sizes: list[Array]) -> Array:
+def _likelihood(scatter: NodeScatter, lengths: Array, sizes: list[Array]) -> Array:
     """Return ln likelihood of each amplitude of each direction, as (3, sizes). Whitened by u, all amplitudes share one set of eigenvectors."""
-    own = correlation_of(found.place, found.place, lengths)
+    correlation = correlation_of(scatter.place, scatter.place, lengths)
     out = np.zeros((3, AMPLITUDES))
     for i in range(3):
-        u = found.deviation_u[:, i]
-        values, vectors = np.linalg.eigh(own / np.outer(u, u))
-        square = (vectors.T @ (found.deviation[:, i] / u)) ** 2
+        u = scatter.deviation_u[:, i]
+        values, vectors = np.linalg.eigh(correlation / np.outer(u, u))
+        square = (vectors.T @ (scatter.deviation[:, i] / u)) ** 2
         variance = 1 + sizes[i][:, None] ** 2 * np.maximum(values, 0.0)
         out[i] = -0.5 * (np.log(variance) + square / variance).sum(axis=1)
     return out
 
 
-def _length_weights(found: NodeScatter, grids: list[Array], sizes: list[Array]) -> list[Array]:
+def _length_weights(scatter: NodeScatter, grids: list[Array], sizes: list[Array]) -> list[Array]:
     """Return the weight of each ln length along x, y, z, the other two and the amplitudes summed over."""
     mesh = np.array(np.meshgrid(*grids, indexing="ij"))
     triples = np.exp(mesh.reshape(3, -1).T)
-    ln = np.array([_likelihood(found, lengths, sizes) for lengths in triples])  # (triples, 3, sizes)
+    ln = np.array([_likelihood(scatter, lengths, sizes) for lengths in triples])  # (triples, 3, sizes)
     whole = np.log(np.exp(ln - ln.max(axis=2, keepdims=True)).sum(axis=2)) + ln.max(axis=2)
     weight = np.exp((total := whole.sum(axis=1)) - total.max()).reshape(mesh.shape[1:])
     weight /= weight.sum()
@@ -102,15 +102,15 @@ def _ends(grid: Array, weight: Array) -> tuple[float, float]:
     return float(max(low, grid[0])), float(min(high, grid[-1]))
 
 
-def _correlation(found: NodeScatter) -> tuple[Array, Array]:
+def _correlation(scatter: NodeScatter) -> tuple[Array, Array]:
     """Return the correlation (3, 3) of X, Y, Z over all approaches, each less its node's mean and by its node's d; (1 - r^2) / sqrt(dof) is its u."""
-    unit = found.at / np.maximum(found.d, 1e-300)[:, None]
+    unit = scatter.at / np.maximum(scatter.d, 1e-300)[:, None]
     rows = unit[~np.isnan(unit).any(axis=2)]
     second = rows.T @ rows
     size = np.sqrt(np.diag(second))
     r = second / np.outer(size, size)
     np.fill_diagonal(r, 1.0)
-    return r, (1 - r**2) / np.sqrt(found.dof.sum())
+    return r, (1 - r**2) / np.sqrt(scatter.dof.sum())
 
 
 def support(place: Array, lengths: Array) -> Array:

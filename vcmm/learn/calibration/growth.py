@@ -60,8 +60,8 @@ def growth_remarks(
     ]
     factor = np.concatenate([known.factor, growth_factor(model, known.names, growth)], axis=1)
     for part in parts:
-        own = [c for _, c in part.own]
-        white = project(part, np.concatenate([part.errors, *own], axis=1), 1.0 / part.u**2)
+        own_columns = [c for _, c in part.own]
+        white = project(part, np.concatenate([part.errors, *own_columns], axis=1), 1.0 / part.u**2)
         whole = append_identity(factor, white.columns.shape[1])
         _, misfit = log_likelihood(white, np.zeros(len(whole)), whole, 1.0)
         left = part.m - white.rank

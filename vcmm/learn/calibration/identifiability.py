@@ -102,11 +102,11 @@ def identify(reduced: NormalEquations, covariance: Array | None = None) -> Ident
     guessed = [] if covariance is None else _by_the_prior(reduced, factor, ratio, covariance)
     names = tuple(n for n in model.names if ratio[n] < WORSE and n not in guessed)
     doubtful = [n for n in model.names if n not in names and n not in guessed]
-    found = combinations(model, before, after, doubtful)
-    told = {n for c in found for n in c.names}
-    untold = [*guessed, *(n for n in doubtful if n in model.pairs and n not in told)]
-    found = (*found, *_beside(model, before, after, untold))
-    return Identifiability(names, found, ratio, _condition(reduced, factor, names))
+    groups = combinations(model, before, after, doubtful)
+    names_told = {n for c in groups for n in c.names}
+    untold = [*guessed, *(n for n in doubtful if n in model.pairs and n not in names_told)]
+    groups = (*groups, *_beside(model, before, after, untold))
+    return Identifiability(names, groups, ratio, _condition(reduced, factor, names))
 
 
 def _by_the_prior(
@@ -137,10 +137,10 @@ def _beside(model: ErrorModel, before: Array, after: Array, names: Sequence[str]
         row = model.slices[name].start
         amount = look @ after[:, row] / np.sqrt(after[row, row])
         share = np.abs(amount) / had
-        own = labels.index((name, ANGLE_SHAPE))
-        order = [own, *(int(i) for i in np.argsort(-share) if i != own)]
+        at = labels.index((name, ANGLE_SHAPE))
+        order = [at, *(int(i) for i in np.argsort(-share) if i != at)]
         members = [
-            (*labels[i], float(amount[i])) for i in order if i == own or share[i] > LEAST_SHARE * share[own]
+            (*labels[i], float(amount[i])) for i in order if i == at or share[i] > LEAST_SHARE * share[at]
         ]
         out.append(Combination(tuple(members), _several(members)))
     return out
@@ -188,8 +188,8 @@ def combinations(
     inner = np.linalg.solve(lower, np.linalg.solve(lower, left).T)
     size, ways = np.linalg.eigh((inner + inner.T) / 2)
     free = ways[:, size > OPEN]
-    found = [_members(vector, labels, lower) for vector in _sparse(free)]
-    return tuple(_combinations(found, doubtful))
+    groups = [_members(vector, labels, lower) for vector in _sparse(free)]
+    return tuple(_combinations(groups, doubtful))
 
 
 def _shapes(model: ErrorModel, names: Sequence[str]) -> tuple[Array, list[tuple[str, str]]]:
@@ -258,19 +258,19 @@ def _members(vector: Array, labels: Sequence[tuple[str, str]], lower: Array) -> 
 
 
 def _combinations(
-    found: Sequence[list[tuple[str, str, float]]], doubtful: Sequence[str]
+    groups: Sequence[list[tuple[str, str, float]]], doubtful: Sequence[str]
 ) -> list[Combination]:
     """Return one entry per error that is alone (all its free shapes), one per combination of several; the rest in one word."""
     alone: dict[str, list[tuple[str, str, float]]] = {}
     several: list[Combination] = []
-    for members in found:
+    for members in groups:
         if len({name for name, _, _ in members}) == 1:
             alone.setdefault(members[0][0], []).extend(members)
         else:
             several.append(Combination(tuple(members), _several(members)))
     out = [Combination(tuple(m), _alone(name, m)) for name, m in alone.items()]
-    told = {n for c in [*out, *several] for n in c.names}
-    silent = [n for n in doubtful if n not in told and n[1] != "0"]  # curves
+    names = {n for c in [*out, *several] for n in c.names}
+    silent = [n for n in doubtful if n not in names and n[1] != "0"]  # curves
     out += [
         Combination(
             ((n, FINER, 1.0),),
@@ -288,7 +288,7 @@ def _alone(name: str, members: Sequence[tuple[str, str, float]]) -> str:
 
 
 def _several(members: Sequence[tuple[str, str, float]]) -> str:
-    parts = [_member(*one) for one in members]
+    parts = [_member(*row) for row in members]
     more = "" if len(parts) <= 6 else f" and {len(parts) - 6} more"
     names = dict.fromkeys(name for name, _, _ in members)
     return (

@@ -120,7 +120,9 @@ def net_posterior(
     rng = np.random.default_rng(0)
     factor = _factor(table.covariance)
     draws = table.theta + rng.standard_normal((MEMBERS, factor.shape[1])) @ factor.T
-    lifted = np.array([_net_through_draw(one, table.model, carrier.model, NETS[name], rng) for one in draws])
+    lifted = np.array(
+        [_net_through_draw(draw, table.model, carrier.model, NETS[name], rng) for draw in draws]
+    )
     lifted = lifted @ gauge(carrier.model, machine).T
     theta, away = lifted.mean(axis=0), lifted - lifted.mean(axis=0)
     covariance = away.T @ away / (MEMBERS - 1) + _net_misfit(theta, table, carrier.model)

@@ -120,19 +120,19 @@ def calibrate(
     given = (recordings, machine, certificates or {}, ranges, tuple(only), correlated or {})
     job = _Job(*given, progress=progress, growth=growth, lines=alone)
     progress("reading", 0.1)
-    parts, post, known = job.best() if kind == SPLINE else job.refit_as(kind)
+    parts, post, prior = job.best() if kind == SPLINE else job.refit_as(kind)
     swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
     check_agreement(parts, post.model)
     progress("what is identified", 0.9)
-    found = beforehand(parts, post.model) if growth else identify(post.information, post.covariance)
-    if not known.names:
-        _refuse_if_nothing(found)
-    kept, theta, covariance = _selected_errors(post, known, (*found.names, *known.names), machine)
+    identifiability = beforehand(parts, post.model) if growth else identify(post.information, post.covariance)
+    if not prior.names:
+        _refuse_if_nothing(identifiability)
+    kept, theta, covariance = _selected_errors(post, prior, (*identifiability.names, *prior.names), machine)
     remarks = (
         *remarks_on(recordings),
-        *assumption_remarks(parts, post, only, bool(known.names)),
+        *assumption_remarks(parts, post, only, bool(prior.names)),
         *swinging,
-        *(growth_remarks(growth, parts, post.model, known) if growth else as_before(found, known)),
+        *(growth_remarks(growth, parts, post.model, prior) if growth else as_before(identifiability, prior)),
     )
     return Calibration(
         machine=_with_travels(machine, spans | ranges),
@@ -140,7 +140,7 @@ def calibrate(
         theta=theta,
         covariance=covariance,
         posterior=post,
-        identified=found,
+        identified=identifiability,
         readings=tuple(parts),
         warnings=remarks,
         interpolation=kind,
@@ -192,11 +192,11 @@ def _check_reach(
     before: Mapping[str, tuple[float, float]], ranges: Mapping[str, tuple[float, float]]
 ) -> None:
     """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated; a table over a whole turn has no end."""
-    for axis, known in before.items():
-        if axis not in ranges or whole_turn(axis, np.array(known)):
+    for axis, span in before.items():
+        if axis not in ranges or whole_turn(axis, np.array(span)):
             continue
         unit, scale = ("deg", 180 / np.pi) if is_rotary(axis) else ("mm", 1.0)
-        (low, high), (first, last) = ranges[axis], known
+        (low, high), (first, last) = ranges[axis], span
         if low < first - REST or high > last + REST:
             raise ModelLimit(
                 f"the readings go from {axis} = {low * scale:g} to {high * scale:g} {unit}, the tables of the machine file from "
@@ -220,21 +220,21 @@ class _Job:
 
     def best(self) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
         """Return the fit with splines; more nodes where a curve is so rough that it runs otherwise between them."""
-        parts, post, known = self.fit_nodes(FINE if known_nodes(self.machine) <= FINE else FINEST)
-        fine = post.model.curves and len(post.model.curves[0].nodes) == FINE and not known.names
+        parts, post, prior = self.fit_nodes(FINE if known_nodes(self.machine) <= FINE else FINEST)
+        fine = post.model.curves and len(post.model.curves[0].nodes) == FINE and not prior.names
         if fine and expected_between(post) > BETWEEN:
             del parts, post  # of 10^5 readings a quarter of a gigabyte
             return self.fit_nodes(FINEST)
-        return parts, post, known
+        return parts, post, prior
 
     def refit_as(self, kind: str) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
         """Fit with another interpolation; nets are learnt from the table and use the nodes of a spline."""
         model = self.model(FINEST)
-        known = known_errors_of(self.machine, model)
+        prior = known_errors_of(self.machine, model)
         if kind in NETS:
             table = self.posterior_of(as_kind(model, LINEAR, self.recordings))[1]
             parts, carrier = self.posterior_of(model)
-            return parts, net_posterior(table, carrier, parts, self.machine, kind), known
+            return parts, net_posterior(table, carrier, parts, self.machine, kind), prior
         parts, post = self.posterior_of(as_kind(model, kind, self.recordings))
         return parts, post, known_errors_of(self.machine, post.model)
 
@@ -270,19 +270,21 @@ class _Job:
         model = self.model(nodes)
         parts = self.read(model)
         self.progress("errors and smoothness", 0.4)
-        known = known_errors_of(self.machine, model)
-        told = beforehand(parts, model) if known.names and any(c.rotary for c in model.curves) else None
-        best = solve_posterior(parts, model, self.since(known, model, told))
+        prior = known_errors_of(self.machine, model)
+        identifiability = (
+            beforehand(parts, model) if prior.names and any(c.rotary for c in model.curves) else None
+        )
+        best = solve_posterior(parts, model, self.since(prior, model, identifiability))
         for step in (4, 2):
             coarse, lift = model.coarser(step)
-            if self.may_be(coarse, lift, known, best):
+            if self.may_be(coarse, lift, prior, best):
                 model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
-                known = known_errors_of(self.machine, model)
-                best = solve_posterior(parts, model, self.since(known, model, told))
+                prior = known_errors_of(self.machine, model)
+                best = solve_posterior(parts, model, self.since(prior, model, identifiability))
                 break
-        if known.names and not self.growth:
-            best = solve_posterior(parts, model, self.since(known, model, identify(best.information)))
-        return parts, best, known
+        if prior.names and not self.growth:
+            best = solve_posterior(parts, model, self.since(prior, model, identify(best.information)))
+        return parts, best, prior
 
     def may_be(self, coarse: ErrorModel, lift: Array, known: PriorKnowledge, best: ErrorPosterior) -> bool:
         """Return whether fewer nodes are as good: by their misfit between them and by the evidence, or, where a file is known, no
@@ -311,8 +313,8 @@ class _Job:
                 changed,
             )
         for name in model.names if known.names else ():
-            told = found is None or name in found.names or name not in known.names
-            if not told or (self.only and name not in self.only):
+            is_identified = found is None or name in found.names or name not in known.names
+            if not is_identified or (self.only and name not in self.only):
                 changed[model.slices[name]] = 0.0
         return Before(known.factor, changed)
 
@@ -337,17 +339,17 @@ def beforehand(parts: Sequence[Readings], model: ErrorModel) -> Identifiability:
     return identify(normal_equations([project(p, c, 1.0 / p.u**2) for p, c in zip(parts, columns)], model))
 
 
-def _refuse_if_nothing(found: Identifiability) -> None:
-    if not found.names:
+def _refuse_if_nothing(identifiability: Identifiability) -> None:
+    if not identifiability.names:
         raise UsageError(
             "the recordings identify no error of the machine by itself:\n  "
-            + "\n  ".join(found.briefly())
+            + "\n  ".join(identifiability.briefly())
             + "\nAdd such recordings, or name the errors to look for with --errors; the others are then taken as zero"
         )
 
 
 def _selected_errors(
-    post: ErrorPosterior, known: PriorKnowledge, names: Sequence[str], machine: Machine
+    post: ErrorPosterior, prior: PriorKnowledge, names: Sequence[str], machine: Machine
 ) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
     """Return the errors with the given names: model, numbers, covariance (unidentified errors stay in it as uncertainty).
 
@@ -360,7 +362,7 @@ def _selected_errors(
     rows = np.concatenate([np.arange(model.size)[model.slices[n]] for n in kept.names])
     about = average_line(kept, machine)
     covariance = about @ post.covariance[np.ix_(rows, rows)] @ about.T
-    return kept, about @ (known.theta + post.theta)[rows], covariance
+    return kept, about @ (prior.theta + post.theta)[rows], covariance
 
 
 def _with_travels(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Machine:

@@ -101,12 +101,12 @@ class Curve:
         """Return the functions at q (n,) that the convention removes, (n, 0 to 3): a constant, for a straightness the position from the middle, of a
         centred curve once per turn.
         """
-        one = np.ones(len(q))
+        ones = np.ones(len(q))
         if self.reversal:
-            return np.zeros((len(one), 0))
+            return np.zeros((len(ones), 0))
         if self.rotary:
-            return np.stack([one, *([np.cos(q), np.sin(q)] if self.centred else [])], axis=1)
-        return np.stack([one, q - self.nodes[[0, -1]].mean()] if self.straightness else [one], axis=1)
+            return np.stack([ones, *([np.cos(q), np.sin(q)] if self.centred else [])], axis=1)
+        return np.stack([ones, q - self.nodes[[0, -1]].mean()] if self.straightness else [ones], axis=1)
 
     @cached_property
     def convention(self) -> Array:
@@ -124,8 +124,8 @@ class Curve:
         at, weight = np.polynomial.legendre.leggauss(3)
         half = np.diff(self.nodes)[:, None] / 2
         q = (self.nodes[:-1, None] + half * (1 + at)).ravel()
-        told = (self._convention(q) * (half * weight).ravel()[:, None]).T @ self.weights(q)
-        return np.asarray(np.linalg.solve(told @ self.convention, told))
+        product = (self._convention(q) * (half * weight).ravel()[:, None]).T @ self.weights(q)
+        return np.asarray(np.linalg.solve(product @ self.convention, product))
 
     @cached_property
     def projector(self) -> Array:
@@ -242,13 +242,13 @@ def error_model(
     for axis in in_order(a for a in ranges if is_rotary(a)):
         curves += [Curve(f"E{kind}{axis}", np.linspace(*ranges[axis], 2 * nodes - 1)) for kind in "XYZABC"]
         pairs += [f"{where}{axis}" for where in LOCATIONS[axis[0]]]
-    known = [*(c.component for c in curves), *pairs]
+    names = [*(c.component for c in curves), *pairs]
     for name in only:
-        if name not in known:
+        if name not in names:
             raise UsageError(
-                f'--errors names "{name}", no error of the axes that moved.{choose_from(name, known)}'
+                f'--errors names "{name}", no error of the axes that moved.{choose_from(name, names)}'
             )
-    wanted = set(only or known)
+    wanted = set(only or names)
     kept = [replace(c, centred=_is_centred(c, wanted)) for c in curves if c.component in wanted]
     return ErrorModel(tuple(kept), tuple(p for p in pairs if p in wanted))
 
@@ -291,8 +291,8 @@ def _as_squareness(model: ErrorModel, curve: Curve, machine: Machine) -> Array:
     free = np.concatenate([*pairs, _rigid(machine.prepare(run).tip), _tool_turns(machine, run)], axis=1)
     scale = np.linalg.norm(free, axis=0)
     scale[scale == 0] = 1.0
-    found = np.linalg.lstsq(free / scale, taken, rcond=1e-9)[0] / scale[:, None]
-    return np.asarray(found[: len(model.pairs)])
+    solution = np.linalg.lstsq(free / scale, taken, rcond=1e-9)[0] / scale[:, None]
+    return np.asarray(solution[: len(model.pairs)])
 
 
 def number_of(effect: Effect) -> str:
@@ -319,9 +319,9 @@ def _columns(chain: Chain, axes: Mapping[str, Axis], run: Run, effect: Effect) -
 
 def _grid(model: ErrorModel, machine: Machine) -> Run:
     """Return corners and middles of the volume, each with four tips."""
-    found = {c.axis: np.linspace(c.nodes[0], c.nodes[-1], 4 if c.rotary else 3) for c in model.curves}
+    grids = {c.axis: np.linspace(c.nodes[0], c.nodes[-1], 4 if c.rotary else 3) for c in model.curves}
     letters = machine.chain.letters
-    steps: list[Any] = [found.get(a, np.zeros(1)) for a in letters]
+    steps: list[Any] = [grids.get(a, np.zeros(1)) for a in letters]
     mesh = np.stack([m.ravel() for m in np.meshgrid(*steps, indexing="ij")], axis=1)
     offset = np.repeat(np.array(SPANS), len(mesh), axis=0)
     mesh = np.tile(mesh, (len(SPANS), 1))

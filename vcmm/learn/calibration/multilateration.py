@@ -88,13 +88,13 @@ def locate_points(data: Lengths) -> MultilaterationResult:
     system = _linearise(data, points, stations, dead)
     turn, shift = nearest_pose(points, data.nominal)
     alone, common, station = system.covariances(points)
-    found = MultilaterationResult(
+    result = MultilaterationResult(
         points=points @ turn.T + shift, stations=stations @ turn.T + shift, dead_paths=dead, residual=system.residual,
         left=len(data.length) - 3 * len(points) - 4 * len(stations) + 6,
         alone=turn @ alone @ turn.T, common=turn @ common @ turn.T, condition=condition,
     )  # fmt: skip
-    _check_known(data, found.u * np.sqrt(station))
-    return found
+    _check_known(data, result.u * np.sqrt(station))
+    return result
 
 
 def nearest_pose(points: Array, nominal: Array) -> tuple[Array, Array]:
@@ -140,13 +140,13 @@ def _check(data: Lengths) -> None:
         raise ModelLimit(
             f"lengths from {stations} stations; expected {NEED} or more, since stations, dead paths and points are found together"
         )
-    seen = np.zeros((points, stations), dtype=bool)
-    seen[data.point, data.station] = True
-    few = np.flatnonzero(seen.sum(axis=1) < 3)
+    is_measured = np.zeros((points, stations), dtype=bool)
+    is_measured[data.point, data.station] = True
+    few = np.flatnonzero(is_measured.sum(axis=1) < 3)
     if len(few):
         at = " ".join(f"{v:g}" for v in data.nominal[few[0]])
         raise ModelLimit(
-            f"the point at ({at}) mm was seen from {seen[few[0]].sum()} stations; expected 3 or more"
+            f"the point at ({at}) mm was seen from {is_measured[few[0]].sum()} stations; expected 3 or more"
         )
     if len(data.length) <= 3 * points + 4 * stations - 6:
         raise ModelLimit(
@@ -169,10 +169,10 @@ class _LinearStep:
         columns = np.concatenate(
             [self.beam, np.ones((len(d.length), 1))], axis=1
         )  # dw of station and dead path
-        blocks, right, own = np.zeros((count, 4, 4)), np.zeros((count, 4)), np.zeros((points, 3))
+        blocks, right, of_points = np.zeros((count, 4, 4)), np.zeros((count, 4)), np.zeros((points, 3))
         np.add.at(blocks, d.station, np.einsum("mi,mj->mij", columns, columns))
         np.add.at(right, d.station, -columns * self.residual[:, None])
-        np.add.at(own, d.point, self.beam * self.residual[:, None])
+        np.add.at(of_points, d.point, self.beam * self.residual[:, None])
         pairs = np.zeros((points * count, 3, 4))
         np.add.at(pairs, d.point * count + d.station, -np.einsum("mi,mj->mij", self.beam, columns))
         coupling = pairs.reshape(points, count, 3, 4).transpose(0, 2, 1, 3).reshape(points, 3, -1)
@@ -180,16 +180,16 @@ class _LinearStep:
         whole[np.arange(count), :, np.arange(count)] = blocks
         carried = self.inverse @ coupling
         matrix = whole.reshape(4 * count, -1) - np.einsum("pia,pib->ab", coupling, carried)
-        return matrix, right.ravel() - np.einsum("pia,pi->a", carried, own), coupling
+        return matrix, right.ravel() - np.einsum("pia,pi->a", carried, of_points), coupling
 
     def back(self, change: Array) -> Array:
         """Return the steps of the points (I, 3) that go with steps (J, 4) of stations and dead paths."""
         d = self.data
         columns = np.concatenate([self.beam, np.ones((len(d.length), 1))], axis=1)
         left = self.residual + (columns * change[d.station]).sum(axis=1)
-        own = np.zeros((len(d.nominal), 3))
-        np.add.at(own, d.point, self.beam * left[:, None])
-        return np.asarray(np.einsum("pij,pj->pi", self.inverse, own))
+        of_points = np.zeros((len(d.nominal), 3))
+        np.add.at(of_points, d.point, self.beam * left[:, None])
+        return np.asarray(np.einsum("pij,pj->pi", self.inverse, of_points))
 
     def covariances(self, points: Array) -> tuple[Array, Array, Array]:
         """See `MultilaterationResult`: of points (I, 3) for u = 1, their own lengths alone, and what the stations add where the whole lies nearest to the

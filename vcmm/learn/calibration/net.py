@@ -77,5 +77,5 @@ def share_left(net: AxisNet, x: Array, y: Array, span: Array) -> float:
 
 def folds(n: int) -> tuple[Sequence[int], Sequence[int]]:
     """Return training and validation rows: every third position is held out for validation, never an end."""
-    held = [k for k in range(1, n - 1) if k % 3 == 2]
-    return [k for k in range(n) if k not in held], held
+    held_out = [k for k in range(1, n - 1) if k % 3 == 2]
+    return [k for k in range(n) if k not in held_out], held_out

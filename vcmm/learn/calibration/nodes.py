@@ -68,9 +68,9 @@ def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:
     ModelLimit where the lengths determine no points.
     """
     data, node, place = lengths_of(recording, machine)
-    found = locate_points(data)
-    own = _length_uncertainties(recording)
-    share = _propagate(data, found, own**2)  # (I, 3) variance of a point by the lengths' own u
+    result = locate_points(data)
+    length_u = _length_uncertainties(recording)
+    share = _propagate(data, result, length_u**2)  # (I, 3) variance of a point by the lengths' own u
     groups = [np.flatnonzero(node == k) for k in range(len(place))]
     few = [k for k, g in enumerate(groups) if len(g) < LEAST]
     if few:
@@ -81,22 +81,22 @@ def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:
     count = np.array([len(g) for g in groups])
     at = np.full((len(place), count.max(), 3), np.nan)
     for k, g in enumerate(groups):
-        at[k, : len(g)] = found.points[g]
+        at[k, : len(g)] = result.points[g]
     mean = np.nanmean(at, axis=1)
     at = at - mean[:, None]
     d = np.sqrt(np.nansum(at**2, axis=1) / (count - 1)[:, None])
     instrument = np.sqrt(np.array([share[g].mean(axis=0) for g in groups]))
     per_length = _changing(
-        data, found, node, len(place)
+        data, result, node, len(place)
     )  # (K,) variance of a length that changes between stations
-    dilution = np.array([np.einsum("pii->pi", found.alone[g]).mean(axis=0) for g in groups])
-    stated = np.array([(own[np.isin(data.point, g)] ** 2).mean() for g in groups])
+    dilution = np.array([np.einsum("pii->pi", result.alone[g]).mean(axis=0) for g in groups])
+    stated = np.array([(length_u[np.isin(data.point, g)] ** 2).mean() for g in groups])
     changing = per_length[:, None] * dilution
     single = np.maximum(d**2 - changing + np.maximum(per_length - stated, 0.0)[:, None], 0.0)
-    common = np.array([np.einsum("pii->pi", found.common[g]).mean(axis=0) for g in groups]) * found.u**2
+    common = np.array([np.einsum("pii->pi", result.common[g]).mean(axis=0) for g in groups]) * result.u**2
     return NodeScatter(
         place=place, deviation=mean - place, deviation_u=np.sqrt(d**2 / count[:, None] + common), d=d, instrument=instrument, changing=np.sqrt(changing),
-        single=np.sqrt(single), dof=count - 1, test=t_tests(at, count), at=at, located=found,
+        single=np.sqrt(single), dof=count - 1, test=t_tests(at, count), at=at, located=result,
     )  # fmt: skip
 
 
@@ -126,15 +126,15 @@ def _approaches(recording: Recording, node: Ints, station: Ints) -> Ints:
     run = recording.run
     if "repeat" in run.labels:
         return recording.groups("repeat")[1]
-    known = [c for c in SENSES if c in run.columns]
-    if known:
-        senses = np.stack([run.column(c)[recording.row] for c in known], axis=1)
+    sense_columns = [c for c in SENSES if c in run.columns]
+    if sense_columns:
+        senses = np.stack([run.column(c)[recording.row] for c in sense_columns], axis=1)
         return np.asarray(np.unique(senses, axis=0, return_inverse=True)[1]).ravel()
     order = np.zeros(recording.m, dtype=np.intp)
-    seen: dict[tuple[int, int], int] = {}
+    counts: dict[tuple[int, int], int] = {}
     for i, key in enumerate(zip(node.tolist(), station.tolist())):
-        order[i] = seen.get(key, 0)
-        seen[key] = int(order[i]) + 1
+        order[i] = counts.get(key, 0)
+        counts[key] = int(order[i]) + 1
     return order
 
 
@@ -159,22 +159,22 @@ def _length_uncertainties(recording: Recording) -> Array:
     return np.full(recording.m, 0.0 if recording.noise is None else float(np.ravel(recording.noise.u)[0]))
 
 
-def _propagate(data: Lengths, found: MultilaterationResult, variance: Array) -> Array:
+def _propagate(data: Lengths, result: MultilaterationResult, variance: Array) -> Array:
     """Return (I, 3) mm²: variance of every point by variances (m,) of its lengths, the stations known."""
-    way = found.points[data.point] - found.stations[data.station]
+    way = result.points[data.point] - result.stations[data.station]
     beam = way / np.linalg.norm(way, axis=1)[:, None]
-    gain = np.einsum("mij,mj->mi", found.alone[data.point], beam)
-    out = np.zeros((len(found.points), 3))
+    gain = np.einsum("mij,mj->mi", result.alone[data.point], beam)
+    out = np.zeros((len(result.points), 3))
     np.add.at(out, data.point, gain**2 * variance[:, None])
     return out
 
 
-def _changing(data: Lengths, found: MultilaterationResult, node: Ints, nodes: int) -> Array:
+def _changing(data: Lengths, result: MultilaterationResult, node: Ints, nodes: int) -> Array:
     """Return (K,) mm²: mean square of the residuals at each node for its share of the degrees of freedom."""
     square, count = np.zeros(nodes), np.zeros(nodes)
-    np.add.at(square, node[data.point], found.residual**2)
+    np.add.at(square, node[data.point], result.residual**2)
     np.add.at(count, node[data.point], 1.0)
-    return np.asarray(square / (count * found.left / len(data.length)))
+    return np.asarray(square / (count * result.left / len(data.length)))
 
 
 def t_tests(at: Array, count: Ints) -> Array:

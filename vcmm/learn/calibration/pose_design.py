@@ -74,8 +74,8 @@ class PosePlan:
     def weight(self) -> Array:
         """Mean square of the tip error over the volume per unit variance of the numbers; without the part that even all poses leave
         undetermined."""
-        seen = self.field @ self.factor @ self.seen_part
-        return np.asarray(seen.T @ seen / (len(seen) / 3))
+        visible = self.field @ self.factor @ self.seen_part
+        return np.asarray(visible.T @ visible / (len(visible) / 3))
 
     @cached_property
     def seen_part(self) -> Array:
@@ -92,9 +92,9 @@ class PosePlan:
     def covariance(self, chosen: Sequence[int]) -> Array:
         """Return the covariance (r, r) of the numbers behind the prior, after the poses."""
         r = self.factor.shape[1]
-        known = np.full(self.behind.shape[1], 1.0 / FREE**2)
-        known[: r + self.own] = 1.0
-        full = np.diag(known) + self.behind[list(chosen)].sum(axis=0)
+        precision = np.full(self.behind.shape[1], 1.0 / FREE**2)
+        precision[: r + self.own] = 1.0
+        full = np.diag(precision) + self.behind[list(chosen)].sum(axis=0)
         return np.asarray(np.linalg.inv(full)[:r, :r])
 
     def volume(self, chosen: Sequence[int]) -> float:
@@ -139,10 +139,10 @@ class PosePlan:
 
     def _information(self, chosen: Sequence[int]) -> Array:
         """Return the information of the poses on the errors, places and sizes of the spheres free, as (size, size)."""
-        size, own = self.model.size, self.own
+        size, own_size = self.model.size, self.own
         full = self.grams[list(chosen)].sum(axis=0)
         inner = full[size:, size:].copy()
-        inner[:own, :own] += np.eye(own)
+        inner[:own_size, :own_size] += np.eye(own_size)
         rest = np.linalg.pinv(inner, rcond=1e-10, hermitian=True)
         a = full[:size, :size] - full[:size, size:] @ rest @ full[size:, :size]
         return np.asarray((a + a.T) / 2)
@@ -167,14 +167,14 @@ def pose_plan(setups: Sequence[PlannedSetup], machine: Machine) -> PosePlan:
     widths = [p.nuisance.shape[1] for _, p in parts]
     starts = np.cumsum([columns[0].shape[1], *widths])
     grams, candidates = [], []
-    for (setup, part), seen, start, width in zip(parts, columns, starts, widths):
+    for (setup, part), columns_of_part, start, width in zip(parts, columns, starts, widths):
         full = np.zeros((part.m, int(starts[-1])))
-        full[:, : seen.shape[1]] = seen
+        full[:, : columns_of_part.shape[1]] = columns_of_part
         full[:, start : start + width] = part.nuisance
-        for one, rows in _by_pose(setup, part):
+        for pose, rows in _by_pose(setup, part):
             x = full[rows] / part.u[rows, None]
             grams.append(x.T @ x)
-            candidates.append(one)
+            candidates.append(pose)
     lengths = {c.component: 0.35 * c.travel for c in model.curves}
     factor = scale_factor(prior(model, lengths), usual(model))
     return PosePlan(

@@ -46,13 +46,13 @@ def put_to_poses(test: PoseReadings, nominal: Machine, machine: Machine, known: 
         _left(test, frames, _anew(test, frames, known))
         for frames in (tool_frames(m, test.run) for m in (nominal, machine))
     )
-    held = _left(test, tool_frames(machine, test.run), known)[0]
+    residuals = _left(test, tool_frames(machine, test.run), known)[0]
     return PoseTest(
         test.name,
         test.n,
         before[0],
         after[0],
-        held if held < MOVED * max(after[0], 1e-3) else None,
+        residuals if residuals < MOVED * max(after[0], 1e-3) else None,
         before[1],
         after[1],
     )

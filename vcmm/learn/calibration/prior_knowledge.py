@@ -41,34 +41,34 @@ class PriorKnowledge:
 
 def known_errors_of(machine: Machine, model: ErrorModel) -> PriorKnowledge:
     """Return errors and their covariance as the machine file has them. Raises ModelLimit where its tables do not reach the nodes."""
-    own = [e for e in machine.effects if e.about.is_calibrated]
-    told = tuple(n for n in model.names if any(name_of(e) == n for e in own))
+    calibrated = [e for e in machine.effects if e.about.is_calibrated]
+    names = tuple(n for n in model.names if any(name_of(e) == n for e in calibrated))
     theta = np.zeros(model.size)
-    for effect in own:
+    for effect in calibrated:
         place = _place(model, effect)
         if place is not None:
             part, run, column = place
             theta[part] += effect.error_motion(run)[:, column] * _reading_of(effect)
-    blocks = [b for one in machine.inputs if (b := _input(machine, model, one)) is not None]
+    blocks = [b for item in machine.inputs if (b := _input(machine, model, item)) is not None]
     factor = np.concatenate(blocks, axis=1) if blocks else np.zeros((model.size, 0))
-    if not told and not blocks:
-        return PriorKnowledge(theta, factor, told)
+    if not names and not blocks:
+        return PriorKnowledge(theta, factor, names)
     convention = gauge(model, machine)
     for curve in (
         c for c in model.curves if c.rotary
     ):  # about the line that the file states: nothing is taken off
         convention[model.slices[curve.component], model.slices[curve.component]] = np.eye(len(curve.nodes))
-    return PriorKnowledge(convention @ theta, convention @ factor, told)
+    return PriorKnowledge(convention @ theta, convention @ factor, names)
 
 
 def known_ranges(machine: Machine) -> dict[str, tuple[float, float]]:
     """Return linear axis -> (low, high) mm over which the machine file tabulates errors: where all its tables reach."""
     out: dict[str, tuple[float, float]] = {}
     for effect in machine.effects:
-        for known in known_range(effect) if effect.about.is_calibrated else ():
-            if "XYZ"[known.direction] == effect.link:
+        for span in known_range(effect) if effect.about.is_calibrated else ():
+            if "XYZ"[span.direction] == effect.link:
                 low, high = out.get(effect.link, (-np.inf, np.inf))
-                out[effect.link] = (max(low, known.low), min(high, known.high))
+                out[effect.link] = (max(low, span.low), min(high, span.high))
     return out
 
 
@@ -88,8 +88,8 @@ def known_turns(machine: Machine) -> dict[str, Array]:
 
 def known_nodes(machine: Machine) -> int:
     """Return the largest number of nodes of an error over its linear axis in the machine file; 0 where it tabulates none."""
-    own = [own_nodes(e) for e in machine.effects if e.about.is_calibrated and e.link in "XYZ"]
-    return max((len(nodes) for nodes in own if nodes is not None), default=0)
+    nodes_of = [own_nodes(e) for e in machine.effects if e.about.is_calibrated and e.link in "XYZ"]
+    return max((len(nodes) for nodes in nodes_of if nodes is not None), default=0)
 
 
 def name_of(effect: Effect) -> str:
@@ -122,26 +122,26 @@ def _letter(name: str, curve: Curve | None) -> str:
     return name[1]
 
 
-def _input(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
+def _input(machine: Machine, model: ErrorModel, item: Input) -> Array | None:
     """Return how one draw of unit variance of an Input moves theta, (size, r); None where it does not."""
-    if one.is_channel or one.redraw != "machine":
+    if item.is_channel or item.redraw != "machine":
         return None
-    total = _parameter_shift(machine, model, one)
-    return None if total is None else total @ _factor(one, total.shape[1])
+    total = _parameter_shift(machine, model, item)
+    return None if total is None else total @ _factor(item, total.shape[1])
 
 
-def _parameter_shift(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
+def _parameter_shift(machine: Machine, model: ErrorModel, item: Input) -> Array | None:
     """Return theta per unit of each element of an Input, (size, k); None where it does not move."""
-    if one.members:
-        parts = [_parameter_shift(machine, model, m) for m in one.members]
+    if item.members:
+        parts = [_parameter_shift(machine, model, m) for m in item.members]
         whole = [
             np.zeros((model.size, width)) if part is None else part
-            for part, width in zip(parts, one.member_widths)
+            for part, width in zip(parts, item.member_widths)
         ]
-        return None if all(part is None for part in parts) else one.join_responses(whole)
+        return None if all(part is None for part in parts) else item.join_responses(whole)
     total: Array | None = None
     for effect in machine.effects:
-        if effect.name != one.effect or one.where not in (EVERY, effect.where):
+        if effect.name != item.effect or item.where not in (EVERY, effect.where):
             continue
         place = (
             _place(model, effect)
@@ -151,15 +151,15 @@ def _parameter_shift(machine: Machine, model: ErrorModel, one: Input) -> Array |
         if place is None or lacking(effect, place[1]):
             continue
         part, run, column = place
-        unit = basis(effect, one.parameter, run)[:, column, :] * _reading_of(effect)
+        unit = basis(effect, item.parameter, run)[:, column, :] * _reading_of(effect)
         block = np.zeros((model.size, unit.shape[1]))
         block[part] = unit
         total = block if total is None else total + block
     return total
 
 
-def _factor(one: Input, k: int) -> Array:
-    law, factor = one.spread(k)
+def _factor(item: Input, k: int) -> Array:
+    law, factor = item.spread(k)
     if isinstance(law, MultivariateSamples):
         return MultivariateNormal(law.covariance).factor
     return factor * law.u

@@ -72,20 +72,20 @@ def readings(
     nuisance, names = nuisance_columns(recording, machine)
     turns = _tool_turns(recording, machine, observer)
     in_frame = with_probe_frame(observer.run, machine)
-    own = certificate.unknowns(recording, in_frame) if certificate else []
-    probe, told = free_probe_errors(recording, in_frame, certificate)
+    unknowns = certificate.unknowns(recording, in_frame) if certificate else []
+    probe, remarks = free_probe_errors(recording, in_frame, certificate)
     u, stated, dof = _noise(recording, machine)
     return Readings(
         recording=recording,
         errors=error_columns(observer, model),
-        own=tuple(own),
+        own=tuple(unknowns),
         nuisance=np.concatenate([nuisance, turns, probe], axis=1),
         names=names,
         value=recording.value - observer.baseline(),
         u=u,
         stated=stated,
         dof=dof,
-        assumed=(*assumed, *told),
+        assumed=(*assumed, *remarks),
         moved=way,
     )
 
@@ -174,10 +174,10 @@ def _tool_turns(recording: Recording, machine: Machine, observer: Observer) -> A
         six = np.zeros((recording.run.n, 6))
         six[:, :3] = way
         moved = tip_motion(machine.chain, machine.axes, observer.run, [Motion("tool", "motion", six)])[:, :3]
-        seen = (recording.direction * moved[recording.row]).sum(axis=1)
+        along = (recording.direction * moved[recording.row]).sum(axis=1)
         two = recording.other >= 0
-        seen[two] -= (recording.direction[two] * moved[recording.other[two]]).sum(axis=1)
-        out.append(seen)
+        along[two] -= (recording.direction[two] * moved[recording.other[two]]).sum(axis=1)
+        out.append(along)
     return np.stack(out, axis=1)
 
 

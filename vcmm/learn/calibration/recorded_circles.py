@@ -119,11 +119,11 @@ def _figures(test: RecordedTest, circle: Circle, limits: Limits) -> tuple[list[F
 
     def compute(value: Array) -> Mapping[str, Array]:
         paths = value @ radial.T
-        found = circular(
+        values = circular(
             circle.angle[ahead], paths[..., ahead], paths[..., back], circle.angle[back], centred=free
         )
         gone = ("D", "F max", "F min") if radius_free or swept < FULL else ()
-        return {n: v for n, v in found.items() if n not in gone}
+        return {n: v for n, v in values.items() if n not in gone}
 
     return test.figures(compute, circle.plane, limits, circle.radius), notes
 
@@ -176,7 +176,7 @@ def _ways(recording: Recording, rows: Ints, angle: Array, plane: str) -> Array:
     """Return +1 counter-clockwise, -1 clockwise (rows,): by the order of the rows, which must not contradict the senses of the file."""
     step = (np.diff(angle) + np.pi) % TURN - np.pi
     labels = [recording.run.labels[n][rows] for n in ("setup", "run") if n in recording.run.labels]
-    step = np.where([any(one[i] != one[i + 1] for one in labels) for i in range(len(step))], 0.0, step)
+    step = np.where([any(label[i] != label[i + 1] for label in labels) for i in range(len(step))], 0.0, step)
     arrived, left = np.concatenate([[0.0], step]), np.concatenate([step, [0.0]])
     way = np.sign(np.where(np.abs(arrived) > 1e-9, arrived, left))
     for axis, slope in zip(plane, (-np.sin(angle), np.cos(angle))):
@@ -205,10 +205,10 @@ def _radial(recording: Recording, circle: Circle) -> Array:
     out = np.zeros((len(circle.rows), recording.m))
     where = np.searchsorted(circle.rows, recording.row)
     out[where, np.arange(recording.m)] = (recording.direction * circle.out[where]).sum(axis=1)
-    told = (out**2).sum(axis=1)
-    if (told < RADIAL).any():
+    square = (out**2).sum(axis=1)
+    if (square < RADIAL).any():
         raise UsageError(
-            f"{recording.name}: {recording.places(np.flatnonzero(told[where] < RADIAL))} not read along the radius; a circle takes the length of "
+            f"{recording.name}: {recording.places(np.flatnonzero(square[where] < RADIAL))} not read along the radius; a circle takes the length of "
             "a ball bar, a displacement along nx ny nz = the radius, or both directions of the plane (dx_um dy_um)"
         )
     return out

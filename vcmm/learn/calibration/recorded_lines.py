@@ -143,12 +143,12 @@ def recorded_diagonals(
             out += test.figures(compute, name, limits, float(targets[-1] - targets[0]))
             drawn = None if test.draws is None else compute(test.draws)["E"]
             largest["Ef" if "0" in name else "Ed"].append((float(compute(test.value)["E"]), drawn))
-    for name, found in largest.items():
-        if found:
-            draws = [d for _, d in found if d is not None]
-            spread = np.max(draws, axis=0) if len(draws) == len(found) else None
+    for name, figures in largest.items():
+        if figures:
+            draws = [d for _, d in figures if d is not None]
+            spread = np.max(draws, axis=0) if len(draws) == len(figures) else None
             limit = limit_of(limits, name, "")
-            out.append(figure_of(name, max(v for v, _ in found), spread, limit and limit(0.0)))
+            out.append(figure_of(name, max(v for v, _ in figures), spread, limit and limit(0.0)))
     body = [n for n in names if "0" not in n]
     if body and len(body) < 4:
         notes.append(f"ISO 230-6 takes four body diagonals; here: {', '.join(body)}")

@@ -64,8 +64,8 @@ class Calibration(Readable):
     @property
     def residual(self) -> Array:
         """All residuals of lengths (not of angles), mm."""
-        found = [e for r, e in zip(self.readings, self.posterior.residual) if r.recording.kind != "angle"]
-        return np.concatenate(found) if found else np.zeros(0)
+        residuals = [e for r, e in zip(self.readings, self.posterior.residual) if r.recording.kind != "angle"]
+        return np.concatenate(residuals) if residuals else np.zeros(0)
 
     def band(self, name: str) -> tuple[Array, Array, Array]:
         """Return (nodes, value, u) of one identified error, mm or rad; a squareness has one node, nan."""
@@ -107,10 +107,10 @@ class Calibration(Readable):
             curve = next((c for c in self.kept.curves if c.component == name), None)
             if curve is not None and curve.periodic:
                 part = self.kept.slices[name]
-                found = harmonics(curve, value, self.covariance[part, part])
+                waves = harmonics(curve, value, self.covariance[part, part])
                 row["harmonics"] = [
                     {"order": int(h["order"]), "amplitude": h["amplitude"] * scale, "u": h["u"] * scale}
-                    for h in found
+                    for h in waves
                 ]
             out.append(row)
         return out
@@ -131,7 +131,7 @@ def probe_radii(
     named = [
         (i, k, n) for i, p in enumerate(parts) for k, n in enumerate(p.names) if n.split("[")[0] == "radius"
     ]
-    named = [one for one in named if parts[one[0]].recording.kind == "probe"]
+    named = [row for row in named if parts[row[0]].recording.kind == "probe"]
     if not named:
         return []
     columns, names = columns_of(parts, Before.nothing(post.model))
@@ -139,25 +139,25 @@ def probe_radii(
     before = shapes.shape[1] + len(names)
     starts = before + np.cumsum([0, *(p.nuisance.shape[1] for p in parts)])
     gram, right = np.zeros((starts[-1], starts[-1])), np.zeros(starts[-1])
-    for part, seen, noise, start in zip(parts, columns, post.noise, starts):
+    for part, block, noise, start in zip(parts, columns, post.noise, starts):
         x = np.zeros((part.m, starts[-1]))
-        x[:, : shapes.shape[1]] = seen[:, : post.model.size] @ shapes
-        x[:, shapes.shape[1] : before] = seen[:, post.model.size :]
+        x[:, : shapes.shape[1]] = block[:, : post.model.size] @ shapes
+        x[:, shapes.shape[1] : before] = block[:, post.model.size :]
         x[:, start : start + part.nuisance.shape[1]] = part.nuisance
         x = x / (noise.u * part.u)[:, None]
         gram += x.T @ x
         right += x.T @ (part.value / (noise.u * part.u))
     gram[shapes.shape[1] : before, shapes.shape[1] : before] += np.eye(len(names))
-    found, covariance, known = _solve(gram, right)
+    solution, covariance, shares = _solve(gram, right)
     out: list[dict[str, object]] = []
     for i, k, name in named:
         at = starts[i] + k
-        if known[at] > 1 - 1e-6:
+        if shares[at] > 1 - 1e-6:
             u = float(np.sqrt(covariance[at, at]))
             out.append(
                 {
                     "input": f"{parts[i].recording.name}: {name}",
-                    "value_um": float(found[at]) * 1e3,
+                    "value_um": float(solution[at]) * 1e3,
                     "u_um": u * 1e3,
                 }
             )

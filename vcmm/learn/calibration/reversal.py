@@ -207,8 +207,8 @@ def separate(file: ReversalFile, beside: Sequence[ReversalResult] = ()) -> Rever
     """
     try:
         if file.kind == "straightness":
-            found = straightness_reversal(file.scans, file.sense, file.u)
-            return ReversalResult(file, found.scatter, straight=found)
+            separation = straightness_reversal(file.scans, file.sense, file.u)
+            return ReversalResult(file, separation.scatter, straight=separation)
         if file.kind == "half-turn":
             return _half_turn(file, beside)
         assert file.test is not None
@@ -223,9 +223,9 @@ def separate_all(files: Sequence[ReversalFile]) -> list[ReversalResult]:
     """Separate every file, in their order; half turns with the results of the others for the same axes. Raises UsageError for two of one error."""
     others = [separate(f) for f in files if f.kind != "half-turn"]
     apart = iter(others)
-    found = [separate(f, others) if f.kind == "half-turn" else next(apart) for f in files]
-    check_apart(found)
-    return found
+    results = [separate(f, others) if f.kind == "half-turn" else next(apart) for f in files]
+    check_apart(results)
+    return results
 
 
 def _half_turn(file: ReversalFile, beside: Sequence[ReversalResult]) -> ReversalResult:
@@ -233,8 +233,8 @@ def _half_turn(file: ReversalFile, beside: Sequence[ReversalResult]) -> Reversal
     are known."""
     scans, tilt, more = file.scans, file.axis_tilt, 0.0
     straight = next((o.straight for o in beside if o.straight and o.file.error == f"EZ{file.axis}"), None)
-    known = straight is not None and _covers(straight, file.scans)
-    if straight is not None and known:
+    is_covered = straight is not None and _covers(straight, file.scans)
+    if straight is not None and is_covered:
         scans = tuple(replace(s, value=s.value - file.sense * _on(straight, s.place)) for s in scans)
         weights = _slope(scans[0].place) @ _interpolation(straight.nodes, scans[0].place)
         more += float(weights @ straight.covariance @ weights)
@@ -247,7 +247,7 @@ def _half_turn(file: ReversalFile, beside: Sequence[ReversalResult]) -> Reversal
         more += float(turning.covariance[1::2, i, i].sum())  # odd orders cancel
     square = squareness_reversal(scans, -file.lever * file.sense, file.u, tilt)
     square = replace(square, u=float(np.hypot(square.u, np.sqrt(more))))
-    return ReversalResult(file, square.u, square=square, with_straight=known, with_tilt=bool(tilt))
+    return ReversalResult(file, square.u, square=square, with_straight=is_covered, with_tilt=bool(tilt))
 
 
 def _covers(straight: StraightnessReversal, scans: Sequence[LineScan]) -> bool:
@@ -261,7 +261,7 @@ def _on(straight: StraightnessReversal, place: Array) -> Array:
 
 def _interpolation(nodes: Array, place: Array) -> Array:
     """Return the values at the places from those at the nodes, as (n, k)."""
-    return np.stack([np.interp(place, nodes, one) for one in np.eye(len(nodes))], axis=1)
+    return np.stack([np.interp(place, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
 
 
 def _slope(place: Array) -> Array:
@@ -273,13 +273,13 @@ def _slope(place: Array) -> Array:
 def check_apart(found: Sequence[ReversalResult]) -> None:
     """Raises UsageError where two files find the same error."""
     first: dict[str, str] = {}
-    for one in found:
-        for name in one.errors:
+    for result in found:
+        for name in result.errors:
             if name in first:
                 raise UsageError(
-                    f"{first[name]} and {one.file.name} both find {name}; give one of them (repeats belong into one file, by run)"
+                    f"{first[name]} and {result.file.name} both find {name}; give one of them (repeats belong into one file, by run)"
                 )
-            first[name] = one.file.name
+            first[name] = result.file.name
 
 
 def turning_input(found: SeparationResult, name: str) -> tuple[Array, Array]:
@@ -297,16 +297,18 @@ def turning_input(found: SeparationResult, name: str) -> tuple[Array, Array]:
 def spans(found: Sequence[ReversalResult]) -> dict[str, tuple[float, float]]:
     """Return linear axis -> its known part, mm: the length of its straightness, else the scan of a half turn."""
     out: dict[str, tuple[float, float]] = {}
-    for one in sorted(found, key=lambda r: r.straight is None):
-        places = [s.place for s in one.file.scans] if one.straight is None else [one.straight.nodes]
-        if places and one.file.axis not in out:
-            out[one.file.axis] = (min(float(p.min()) for p in places), max(float(p.max()) for p in places))
+    for result in sorted(found, key=lambda r: r.straight is None):
+        places = [s.place for s in result.file.scans] if result.straight is None else [result.straight.nodes]
+        if places and result.file.axis not in out:
+            out[result.file.axis] = (min(float(p.min()) for p in places), max(float(p.max()) for p in places))
     return out
 
 
 def turning_axes(found: Sequence[ReversalResult]) -> set[str]:
     """Return the axes whose error motions were seen in fixed directions."""
-    return {one.file.axis for one in found if one.turning is not None and is_rotary(one.file.axis)}
+    return {
+        result.file.axis for result in found if result.turning is not None and is_rotary(result.file.axis)
+    }
 
 
 def student_variance(dof: float) -> float:

@@ -41,9 +41,9 @@ def reversed_recordings(
             raise UsageError(
                 f'{file.name} is about axis {file.axis}, which structure = "{machine.chain.structure}" lacks'
             )
-    found = [separate(file) for file in files]
-    recordings = [_recording(one, machine) for one in found]
-    return recordings, {r.name: _covariance(one) for r, one in zip(recordings, found)}
+    results = [separate(file) for file in files]
+    recordings = [_recording(result, machine) for result in results]
+    return recordings, {r.name: _covariance(result) for r, result in zip(recordings, results)}
 
 
 def whiten_readings(part: Readings, covariance: Array) -> Readings:
@@ -54,16 +54,16 @@ def whiten_readings(part: Readings, covariance: Array) -> Readings:
     )  # the lines are free: any variance serves
     size, ways = np.linalg.eigh(full / part.u[0] ** 2)
     half = ways / np.sqrt(np.maximum(size, 1e-6 * size[-1])) @ ways.T
-    own = tuple((name, half @ columns) for name, columns in part.own)
+    unknowns = tuple((name, half @ columns) for name, columns in part.own)
     return replace(
-        part, errors=half @ part.errors, own=own, nuisance=half @ part.nuisance, value=half @ part.value
+        part, errors=half @ part.errors, own=unknowns, nuisance=half @ part.nuisance, value=half @ part.value
     )
 
 
-def _recording(one: ReversalResult, machine: Machine) -> Recording:
+def _recording(result: ReversalResult, machine: Machine) -> Recording:
     """Return the curve at its nodes, tip at the place from which the machine file counts its errors: without an arm of a rotation."""
-    assert one.straight is not None
-    file, nodes = one.file, one.straight.nodes
+    assert result.straight is not None
+    file, nodes = result.file, result.straight.nodes
     k = len(nodes)
     position = {a: nodes if a == file.axis else np.zeros(k) for a in machine.chain.letters}
     sign = -1.0 if file.axis in machine.chain.work else 1.0  # the workpiece moves, the tip errs the other way
@@ -73,19 +73,19 @@ def _recording(one: ReversalResult, machine: Machine) -> Recording:
         name=file.name,
         kind="displacement",
         run=Run(position, np.zeros((k, 3)), columns),
-        value=one.straight.machine,
+        value=result.straight.machine,
         measuring=False,
         row=np.arange(k),
         direction=direction,
         other=np.full(k, -1, dtype=np.intp),
         nuisance=dict.fromkeys(LINES, ""),
-        noise=Normal(float(np.sqrt(np.trace(_covariance(one)) / k))),
+        noise=Normal(float(np.sqrt(np.trace(_covariance(result)) / k))),
     )
 
 
-def _covariance(one: ReversalResult) -> Array:
-    assert one.straight is not None
-    return one.straight.covariance * student_variance(one.straight.dof)
+def _covariance(result: ReversalResult) -> Array:
+    assert result.straight is not None
+    return result.straight.covariance * student_variance(result.straight.dof)
 
 
 def read_jointly(parts: Sequence[Readings], correlated: Mapping[str, Array]) -> list[Readings]:

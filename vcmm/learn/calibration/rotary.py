@@ -42,13 +42,16 @@ def average_line(model: ErrorModel, machine: Machine) -> Array:
             continue
         s = sense(axis, machine)
         wave = np.stack([np.cos(first.nodes), np.sin(first.nodes)], axis=1)
-        one, two = model.slices[first.component], model.slices[second.component]
-        for here, (x, y) in ((one, _mean_of_first(first, s)), (two, _mean_of_second(second, s))):
+        first_slice, second_slice = model.slices[first.component], model.slices[second.component]
+        for here, (x, y) in (
+            (first_slice, _mean_of_first(first, s)),
+            (second_slice, _mean_of_second(second, s)),
+        ):
             for name, row in zip(names, (x, y)):
                 if name in model.pairs:  # else it is the placement, as of a head
                     out[model.slices[name], here] += row
-            out[one, here] -= wave @ np.stack([x, -s * y])
-            out[two, here] -= wave @ np.stack([y, s * x])
+            out[first_slice, here] -= wave @ np.stack([x, -s * y])
+            out[second_slice, here] -= wave @ np.stack([y, s * x])
     return out
 
 

@@ -142,10 +142,12 @@ def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], 
     out = []
     plain = not width and not before.factor.shape[1] and bool((before.changed == 1).all())
     for part in parts if not plain else ():
-        own = np.zeros((part.m, sum(width.values())))
+        unknowns = np.zeros((part.m, sum(width.values())))
         for name, columns in part.own:
-            own[:, start[name] : start[name] + width[name]] = columns
-        out.append(np.concatenate([part.errors * before.changed, part.errors @ before.factor, own], axis=1))
+            unknowns[:, start[name] : start[name] + width[name]] = columns
+        out.append(
+            np.concatenate([part.errors * before.changed, part.errors @ before.factor, unknowns], axis=1)
+        )
     names = (f"{n} {k + 1}" if count > 1 else n for n, count in width.items() for k in range(count))
     return ([p.errors for p in parts] if plain else out), tuple(names)
 
@@ -185,11 +187,11 @@ def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = N
     before: Array | None = None
     for turn in range(ROUNDS):
         white = [project(p, c, w) for p, c, w in zip(parts, columns, weights)]
-        told = normal_equations(white, model)
+        equations = normal_equations(white, model)
         if turn in REFINE_ROUNDS:
-            smooth = smoothness(told, smooth)
+            smooth = smoothness(equations, smooth)
         assert smooth is not None
-        mean, covariance = posterior(told, smooth)
+        mean, covariance = posterior(equations, smooth)
         residual = [w.residual(mean) for w in white]
         noise = [_noise(p, e, w.used_freedom(covariance)) for p, e, w in zip(parts, residual, white)]
         weights = [_weights(p, e, n) for p, e, n in zip(parts, residual, noise)]
@@ -200,21 +202,21 @@ def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = N
             break
     assert smooth is not None
     fisher = [project(p, c, _information(p, n)) for p, c, n in zip(parts, columns, noise)]
-    told = replace(normal_equations(fisher, model), b=told.b)
-    _, covariance = posterior(told, smooth)
-    lift, own = known.lift(len(mean)), model.size + known.factor.shape[1]
-    used = float((told.a * covariance).sum())
+    equations = replace(normal_equations(fisher, model), b=equations.b)
+    _, covariance = posterior(equations, smooth)
+    lift, size = known.lift(len(mean)), model.size + known.factor.shape[1]
+    used = float((equations.a * covariance).sum())
     shared = sum(float(np.log(w.root).sum()) - float(w.y @ w.y) / 2 for w in white)
     return ErrorPosterior(
         model=model,
         smooth=smooth,
         theta=lift @ mean,
         covariance=lift @ covariance @ lift.T,
-        own=mean[own:],
+        own=mean[size:],
         own_names=names,
         residual=tuple(residual),
         noise=tuple(noise),
-        information=told,
+        information=equations,
         used=used,
         log_evidence=smooth.log_evidence + shared,
     )
@@ -233,8 +235,8 @@ def condition_on_prior(told: NormalEquations, factor: Array) -> tuple[Array, Arr
 
 def conditioned_factor(told: NormalEquations, factor: Array) -> tuple[Array, Array]:
     """Return the mean, and a factor (p, r) of the covariance, under the prior factor @ factor.T."""
-    found = condition(told.a, told.b, factor)
-    return found.mean, found.half
+    conditioned = condition(told.a, told.b, factor)
+    return conditioned.mean, conditioned.half
 
 
 def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:

@@ -58,16 +58,16 @@ def recorded_spindle(
     rng, out = np.random.default_rng(seed), []
     drawn = found.turning.draw(rng, trials)
     for i, name in enumerate(found.errors):
-        seen = _values(found.turning, name, _first_setup(found, name))
+        values = _values(found.turning, name, _first_setup(found, name))
         moved = {
             "synchronous": _ranges(drawn[:, i]),
             "fundamental": 2.0 * np.abs(drawn[:, i, 0]),
             "residual synchronous": _ranges(drawn[:, i] * (np.arange(drawn.shape[2]) > 0)),
         }
-        for value, one in seen.items():
+        for value, number in values.items():
             spread = None if value not in moved else float(moved[value].std())
             out.append(
-                figure(f"{value} {COORDINATE_NAMES[name[1]]}", one, spread, name[1] in "ABC", limits or {})
+                figure(f"{value} {COORDINATE_NAMES[name[1]]}", number, spread, name[1] in "ABC", limits or {})
             )
     return out
 
@@ -103,25 +103,25 @@ def _ranges(coefficients: Complex) -> Array:
     return np.asarray(np.ptp(np.real(coefficients @ waves), axis=1))
 
 
-def _values(found: SeparationResult, name: str, apart: Array) -> dict[str, float]:
+def _values(separation: SeparationResult, name: str, apart: Array) -> dict[str, float]:
     """Return values in mm or rad; apart (turns, angles): differences of the turns from their mean."""
-    orders = found.value.shape[1]
-    known = found.is_identified[found.names.index(name)]
-    curve = found.curve(name, CIRCLE)
+    orders = separation.value.shape[1]
+    is_known = separation.is_identified[separation.names.index(name)]
+    curve = separation.curve(name, CIRCLE)
     out = {
         "total": float(np.ptp(curve + apart)),
         "synchronous": float(np.ptp(curve)),
         "asynchronous": float(np.ptp(apart, axis=0).max()),
     }
-    if known[0]:
-        out["fundamental"] = 2.0 * float(abs(found.value[found.names.index(name), 0]))
-        out["residual synchronous"] = float(np.ptp(found.curve(name, CIRCLE, range(2, orders + 1))))
+    if is_known[0]:
+        out["fundamental"] = 2.0 * float(abs(separation.value[separation.names.index(name), 0]))
+        out["residual synchronous"] = float(np.ptp(separation.curve(name, CIRCLE, range(2, orders + 1))))
     return out
 
 
-def _first_setup(found: ReversalResult, name: str) -> Array:
+def _first_setup(result: ReversalResult, name: str) -> Array:
     """Return readings of the first set-up less their mean, (turns, angles); for a tilt the outer probe less the inner one, over the arm."""
-    file, test = found.file, found.file.test
+    file, test = result.file, result.file.test
     assert test is not None
     first = [
         g
@@ -168,11 +168,11 @@ def predicted_spindle(
 
 
 def _predicted_figure(name: str, drawn: Array, angle: bool, limits: Mapping[str, Limit]) -> Figure:
-    one = figure(name, float(drawn.mean()), float(drawn.std()), angle, limits)
-    if one.limit_um is None:
-        return one
-    share = float((drawn * (1e6 if angle else 1e3) <= one.limit_um).mean())
-    return Figure(one.name, one.value_um, one.u_um, one.limit_um, share)
+    row = figure(name, float(drawn.mean()), float(drawn.std()), angle, limits)
+    if row.limit_um is None:
+        return row
+    share = float((drawn * (1e6 if angle else 1e3) <= row.limit_um).mean())
+    return Figure(row.name, row.value_um, row.u_um, row.limit_um, share)
 
 
 def _motions(machine: Machine, axis: str, rng: np.random.Generator, trials: int) -> dict[str, Array]:
@@ -193,8 +193,8 @@ def _motions(machine: Machine, axis: str, rng: np.random.Generator, trials: int)
     )
     shape = (trials, TURNS, PER_TURN)
     lean = (above - on) / REACH
-    found = {"X": on[..., 0], "Y": on[..., 1], "Z": on[..., 2], "A": -lean[..., 1], "B": lean[..., 0]}
-    return {name: values.reshape(shape) for name, values in found.items()}
+    motions = {"X": on[..., 0], "Y": on[..., 1], "Z": on[..., 2], "A": -lean[..., 1], "B": lean[..., 0]}
+    return {name: values.reshape(shape) for name, values in motions.items()}
 
 
 def _middle(machine: Machine, axis: str) -> dict[str, float]:

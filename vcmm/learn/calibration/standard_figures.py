@@ -34,17 +34,17 @@ def recorded_lengths(
     limits = limits or {}
     out: list[Figure] = []
     notes: list[str] = []
-    seen: dict[int, str] = {}
+    by_offset: dict[int, str] = {}
     for test in tests:
         _check(test)
         length, ram = _geometry(test)
         for offset in np.unique(ram):
             which = np.flatnonzero(ram == offset)
-            if offset in seen:
+            if offset in by_offset:
                 raise UsageError(
-                    f"{test.recording.name}: lengths with the offset {offset} mm are in {seen[offset]} too; put them into one file"
+                    f"{test.recording.name}: lengths with the offset {offset} mm are in {by_offset[offset]} too; put them into one file"
                 )
-            seen[int(offset)] = test.recording.name
+            by_offset[int(offset)] = test.recording.name
             out.append(_largest(test, f"E{offset}", which, length, limits))
             if offset == 0:
                 ranges, more = _ranges(test, which, limits)
@@ -87,11 +87,11 @@ def _largest(test: RecordedTest, name: str, which: Ints, length: Array, limits: 
         return figure_of(name, float(np.abs(error).max()), spread)
     allowed = np.array([limit(float(v)) for v in length[which]])
     worst = int((np.abs(error) / allowed).argmax())
-    told = against_limits(name, np.abs(error[None] if drawn is None else drawn), allowed, length[which])
+    comparison = against_limits(name, np.abs(error[None] if drawn is None else drawn), allowed, length[which])
     return replace(
-        told, value_um=float(np.abs(error[worst])) * 1e3, u_um=None if drawn is None else float(drawn[:, worst].std()) * 1e3,
+        comparison, value_um=float(np.abs(error[worst])) * 1e3, u_um=None if drawn is None else float(drawn[:, worst].std()) * 1e3,
         limit_um=float(allowed[worst]) * 1e3, ratio=float(np.abs(error[worst]) / allowed[worst]),
-        u_ratio=None if drawn is None else told.u_ratio, at_mm=float(length[which][worst]),
+        u_ratio=None if drawn is None else comparison.u_ratio, at_mm=float(length[which][worst]),
     )  # fmt: skip
 
 

@@ -65,7 +65,7 @@ def circular(
     largest difference of the directions at one angle (the hysteresis of the edition of 1996).
     """
     back_angle = angle if back_angle is None else back_angle
-    own = (
+    deviations = (
         [about_own_circle(angle, forward), about_own_circle(back_angle, backward)]
         if centred
         else [forward, backward]
@@ -76,8 +76,8 @@ def circular(
     largest = np.maximum(forward.max(axis=-1), backward.max(axis=-1))
     least = np.minimum(forward.min(axis=-1), backward.min(axis=-1))
     return {
-        "G+": np.ptp(own[0], axis=-1),
-        "G-": np.ptp(own[1], axis=-1),
+        "G+": np.ptp(deviations[0], axis=-1),
+        "G-": np.ptp(deviations[1], axis=-1),
         "G(b)": largest - least,
         "D": (forward.mean(axis=-1) + backward.mean(axis=-1)) / 2,
         "F max": largest,
@@ -126,8 +126,8 @@ def _at_angles(angle: Array, other: Array) -> tuple[npt.NDArray[np.bool_], Array
 
 def diagonal(up: Array, down: Array) -> dict[str, Array]:
     """Return E and B of one diagonal, ISO 230-6:2002: up, down (..., positions, runs) mm along it."""
-    found = positioning(up, down)
-    return {name: found[name] for name in ("E", "B", "R")}
+    figures = positioning(up, down)
+    return {name: figures[name] for name in ("E", "B", "R")}
 
 
 def lengths(errors: Array) -> dict[str, Array]:

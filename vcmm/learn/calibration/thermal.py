@@ -94,15 +94,15 @@ def _model(fit: ThermalFit, trained: dict[str, tuple[float, float]], unused: dic
     amounts, left = fit.solve(fit.lags, weight)
     kept = ordinary(fit, left)
     plain = ThermalFit(fit.parts, (), np.zeros(0))
-    held, after = rms(np.concatenate(fit.held_out())), rms(np.concatenate(kept))
+    before, after = rms(np.concatenate(fit.held_out())), rms(np.concatenate(kept))
     return ThermalModel(
         terms=fit.terms,
         amounts=amounts,
         lags=fit.lags,
-        covariance=fit.covariance(amounts, left, weight) * repeating(kept) * max(1.0, held / after) ** 2,
+        covariance=fit.covariance(amounts, left, weight) * repeating(kept) * max(1.0, before / after) ** 2,
         before=rms(np.concatenate(ordinary(fit, plain.solve(plain.lags, weight)[1]))),
         after=after,
-        held_out=(rms(np.concatenate(plain.held_out())), held),
+        held_out=(rms(np.concatenate(plain.held_out())), before),
         trained=trained,
         unused=unused,
         repeats=repeating(kept),

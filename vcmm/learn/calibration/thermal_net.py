@@ -38,7 +38,7 @@ def net_left(
     other = warm_readings(asked, machine)
     rng = np.random.default_rng(seed)
     nets = [train_net(x, y[:, None], BEST_LAYOUT, rng, EPOCHS) for _ in range(MEMBERS)]
-    told = np.mean([net.at(inputs(other, sensors))[:, 0] for net in nets], axis=0)
+    prediction = np.mean([net.at(inputs(other, sensors))[:, 0] for net in nets], axis=0)
     basis = nuisance_basis(other.nuisance)
-    left = other.value - told
+    left = other.value - prediction
     return rms((left - basis @ (basis.T @ left))[other.weight > 0])

@@ -96,7 +96,7 @@ class ThermalFit:
             return np.asarray(y - x @ np.linalg.lstsq(x, y, rcond=1e-10)[0])
 
         start = np.log(np.clip(self.lags[free], 2 * SHORTEST, self.longest / 1.1))
-        found = least_squares(
+        optimum = least_squares(
             left,
             start,
             bounds=(np.log(SHORTEST), np.log(self.longest)),
@@ -104,7 +104,7 @@ class ThermalFit:
             max_nfev=25,
         )
         lags = self.lags.copy()
-        lags[free] = np.exp(found.x)
+        lags[free] = np.exp(optimum.x)
         return replace(self, lags=lags)
 
     def held_out(self) -> list[Array]:
@@ -152,12 +152,12 @@ def select_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
     Paths are made of every sensor by itself, and of all; a term that is not known (amount below twice its u) rules a fit out.
     """
     sensors = dict.fromkeys(t.sensor for t in every)
-    ways = [[t for t in every if t.sensor in (one, "")] for one in sensors if len(sensors) > 1]
-    known = [f for way in [*ways, every] for f in _path(fit, way) if f.is_determined()]
+    ways = [[t for t in every if t.sensor in (sensor, "")] for sensor in sensors if len(sensors) > 1]
+    fits = [f for way in [*ways, every] for f in _path(fit, way) if f.is_determined()]
     weight = fit.weights()
-    least = min(repeating(ordinary(f, f.solve(f.lags, weight)[1])) for f in known)
+    least = min(repeating(ordinary(f, f.solve(f.lags, weight)[1])) for f in fits)
     n = sum(float(w.sum()) for w in weight) / least
-    return min(known, key=lambda f: n * np.log(f.left() + 1e-300) + f.numbers * np.log(n))
+    return min(fits, key=lambda f: n * np.log(f.left() + 1e-300) + f.numbers * np.log(n))
 
 
 def _path(fit: ThermalFit, every: Sequence[Term]) -> list[ThermalFit]:

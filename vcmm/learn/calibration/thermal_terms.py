@@ -91,7 +91,7 @@ def sensors_of(parts: Sequence[WarmReadings]) -> tuple[dict[str, tuple[float, fl
     used, unused = {}, {}
     for name in sorted(set.union(*names)):
         sensor = name.removeprefix("temp_").removesuffix("_C")
-        if any(name not in one for one in names):
+        if any(name not in names_read for names_read in names):
             unused[sensor] = "not in all recordings"
             continue
         values = np.concatenate([p.observer.run.column(name) for p in parts])

@@ -31,7 +31,9 @@ TURNED = 1e-6  # rad: an axis that turned less stood still
 def is_touched(recordings: Sequence[Recording], certificates: Mapping[str, InstrumentCertificate]) -> bool:
     """Return whether nothing but touch probes read the machine."""
     used = [certificates.get(r.name) for r in recordings]
-    return bool(used) and all(one is not None and one.instrument.name == TOUCH_PROBE.name for one in used)
+    return bool(used) and all(
+        certificate is not None and certificate.instrument.name == TOUCH_PROBE.name for certificate in used
+    )
 
 
 def touched_errors(ranges: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:

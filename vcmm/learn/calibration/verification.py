@@ -79,11 +79,11 @@ def remainder(recording: Recording, machine: Machine, noise: float = 0.0) -> tup
     value = recording.value - observer.baseline()
     left = value - basis @ (basis.T @ value)
     columns = [np.zeros((recording.m, 0)), *(c for _, c in observer.calibration())]
-    known = np.concatenate(columns, axis=1)
-    known = known - basis @ (basis.T @ known)
+    fitted = np.concatenate(columns, axis=1)
+    fitted = fitted - basis @ (basis.T @ fitted)
     u = _noise(recording, machine, noise, left)
     free = np.eye(recording.m) - basis @ basis.T
-    return left, known @ known.T + (free * u**2) @ free.T
+    return left, fitted @ fitted.T + (free * u**2) @ free.T
 
 
 def _noise(recording: Recording, machine: Machine, noise: float, left: Array) -> Array:
@@ -97,9 +97,9 @@ def _noise(recording: Recording, machine: Machine, noise: float, left: Array) ->
 
 def check_independent(test: Recording, used: list[Recording]) -> None:
     """Raises UsageError where a test recording holds the readings that the calibration was made from."""
-    for one in used:
-        if one.m == test.m and np.array_equal(one.value, test.value):
+    for readings in used:
+        if readings.m == test.m and np.array_equal(readings.value, test.value):
             raise UsageError(
-                f"{test.name} holds the same readings as {one.name}, from which the machine was calibrated; state the gain on a separate "
+                f"{test.name} holds the same readings as {readings.name}, from which the machine was calibrated; state the gain on a separate "
                 "test: a diagonal, another artefact, another run"
             )

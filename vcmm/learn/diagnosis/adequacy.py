@@ -127,7 +127,7 @@ def propose(
 ) -> Formula | None:
     """Return the best formula for the residual of the named terms, or None where none pays for its search or none extrapolates."""
     factor = modulators(problem).get(direction, np.ones(problem.m))
-    rest, found, size = selection.rest, None, float(np.median(problem.u))
+    rest, formula, size = selection.rest, None, float(np.median(problem.u))
     chosen: list[Atom] = []
     for _ in range(MOST_ATOMS):
         best = _best(
@@ -144,8 +144,8 @@ def propose(
             break
         chosen.append(best)
         text = _formula_text(chosen, longer, direction, size, problem.recording.kind)
-        found = Formula(text, float(sum(gains)), term)
-    return found
+        formula = Formula(text, float(sum(gains)), term)
+    return formula
 
 
 def _without(problem: Problem, part: Fold, longer: Selection) -> float:
@@ -173,11 +173,11 @@ def _best(
 ) -> Atom | None:
     """Return the atom or product of highest evidence, if it is STRONG more than the search costs."""
     lists = [_atoms(problem, n) for n in names]
-    singles = [a for one in lists for a in one]
+    singles = [a for atoms in lists for a in atoms]
     if not singles:
         return None
     scores = _scores(singles, setting, factor, rest, basis)
-    short = [_shortlist(one, singles, scores) for one in lists]
+    short = [_shortlist(atoms, singles, scores) for atoms in lists]
     products = [_product(a, b) for p, q in itertools.combinations(short, 2) for a in p for b in q]
     everything = singles + products
     both = np.concatenate([scores, _scores(products, setting, factor, rest, basis)])
@@ -185,11 +185,11 @@ def _best(
     return everything[top] if both[top] - np.log(len(everything)) > STRONG else None
 
 
-def _shortlist(own: Sequence[Atom], singles: Sequence[Atom], scores: Array) -> list[Atom]:
+def _shortlist(atoms: Sequence[Atom], singles: Sequence[Atom], scores: Array) -> list[Atom]:
     """Return powers and harmonics, and the few best of the sines, from which products are made."""
-    plain = [a for a in own if a.order <= HARMONICS]
+    plain = [a for a in atoms if a.order <= HARMONICS]
     score = {id(a): s for a, s in zip(singles, scores)}
-    waves = sorted((a for a in own if a.order > HARMONICS), key=lambda a: -score[id(a)])[:BEST]
+    waves = sorted((a for a in atoms if a.order > HARMONICS), key=lambda a: -score[id(a)])[:BEST]
     return plain + waves
 
 

@@ -97,8 +97,12 @@ def simple_part(
         simple = family.name in BY_NAME and BY_NAME[family.name].diagnosis.is_uniform
         if not simple or not generalises(term.family.name, family.name):
             continue
-        for known in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):
-            option = known if len(known.columns) == problem.m else rebuild_option(known, problem)
+        for simple_option in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):
+            option = (
+                simple_option
+                if len(simple_option.columns) == problem.m
+                else rebuild_option(simple_option, problem)
+            )
             x = None if option is None else visible(option.columns, white)
             if option is None or x is None:
                 continue
@@ -161,16 +165,18 @@ class NamedTerms:
         )
 
 
-def _of_instrument(place: Standing, found: Dictionary) -> tuple[str, ...]:
+def _of_instrument(place: Standing, candidates: Dictionary) -> tuple[str, ...]:
     """Return the errors of the instrument that repeat an answer exactly and are together as probable as all of the machine that do."""
-    own = [(j, p) for j, p in zip(place.exact, place.exact_shares) if _is_of_instrument(found, j)]
-    if not own or sum(p for _, p in own) < EVEN_ODDS * place.with_aliases:
+    of_instrument = [
+        (j, p) for j, p in zip(place.exact, place.exact_shares) if _is_of_instrument(candidates, j)
+    ]
+    if not of_instrument or sum(p for _, p in of_instrument) < EVEN_ODDS * place.with_aliases:
         return ()
-    return tuple(dict.fromkeys(found.families[j].name for j, _ in own))
+    return tuple(dict.fromkeys(candidates.families[j].name for j, _ in of_instrument))
 
 
-def _is_of_instrument(found: Dictionary, family: int) -> bool:
-    effect = found.options[int(found.first[family])].effect
+def _is_of_instrument(candidates: Dictionary, family: int) -> bool:
+    effect = candidates.options[int(candidates.first[family])].effect
     return effect is not None and effect.per == "instrument"
 
 
@@ -203,13 +209,13 @@ def _with_numbers(
     bare: Answer, problem: Problem, selection: Selection, i: int, stage: Stage, seed: int
 ) -> Answer:
     white = problem.whitener(*fitted_noise(problem, stage))
-    found = estimates(problem, selection, i, Refiner(problem, white), seed)
+    numbers = estimates(problem, selection, i, Refiner(problem, white), seed)
     effect, inputs = fitted_effect(selection, i, problem.machine)
     terms, offset = (*scanned_names(selection.terms[i].option), "period"), problem.run.offset
-    outside = beyond(effect, found, problem.machine, offset)
+    outside = beyond(effect, numbers, problem.machine, offset)
     rivals = (*bare.cannot_be_told_from, *alias_names(effect, problem.run))
     return replace(
-        bare, parameters=found, fitted=effect, inputs=inputs, scanned=terms, beyond=outside, cannot_be_told_from=rivals
+        bare, parameters=numbers, fitted=effect, inputs=inputs, scanned=terms, beyond=outside, cannot_be_told_from=rivals
     )  # fmt: skip
 
 
@@ -240,10 +246,12 @@ def _twin(named: NamedTerms, selection: Selection, at: int, i: int, j: int) -> T
     return selection.terms[at] if option is None else replace(term, option=option)
 
 
-def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
+def _at_place(candidates: Dictionary, selection: Selection, at: int, j: int) -> Term:
     """Return the term `at` as family j, in the shape that repeats its signal best."""
-    best = best_mimic(found, j, selection.signal(at))
-    return Term(found.families[j], found.options[best], found.columns(best), selection.terms[at].width)
+    best = best_mimic(candidates, j, selection.signal(at))
+    return Term(
+        candidates.families[j], candidates.options[best], candidates.columns(best), selection.terms[at].width
+    )
 
 
 def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place: Standing) -> str:
@@ -253,13 +261,13 @@ def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place
         (stage.found.families[j], p) for j, p in place.elsewhere if stage.found.families[j].id not in exact
     ]
     others = " | ".join(f"{' '.join(f.where.values())} (p {p:.2f})" for f, p in open_at)
-    said = (
+    sentences = (
         f"its place is open: as good at {others}" if others else "",
         remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
         open_text(place.kin) if place.kin else "",
         simple_part(selection, i, stage.found.families, problem, stage.white),
     )
-    return "; ".join(s for s in said if s)
+    return "; ".join(s for s in sentences if s)
 
 
 def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
@@ -331,7 +339,7 @@ def shared_with_instrument(a: Answer) -> Answer:
         if a.fitted is not None and any(c.startswith("temp_") for c in required(a.fitted))
         else INSTRUMENT
     )
-    said = (
+    text = (
         f"far more than such an effect usually has: look first at unit, gain and mounting of the {rival} that recorded it,"
         " and repeat it with another one"
     )
@@ -342,5 +350,5 @@ def shared_with_instrument(a: Answer) -> Answer:
         kin=None if a.kin is None else a.kin.times(0.5),
         rival_probability=a.rival_probability + half,
         cannot_be_told_from=(*a.cannot_be_told_from, rival),
-        remark="; ".join(s for s in (a.remark, said) if s),
+        remark="; ".join(s for s in (a.remark, text) if s),
     )

@@ -85,9 +85,9 @@ def with_aliases(place: Standing, selection: Selection, i: int, hidden: Dictiona
     mine = rank_of(selection.terms[i].white, given.basis)
     nearest = np.minimum.reduceat(np.where(ranks(given) <= mine, gap, np.inf), hidden.first)
     near = nearest < max(RESOLUTION_DELTA / max(selection.delta(i), NOTHING), MISMATCH)
-    known = {selection.terms[i].family.name, *place.names}
+    names_of_term = {selection.terms[i].family.name, *place.names}
     names = dict.fromkeys(f.name for f, close in zip(hidden.families, near) if close)
-    return replace(place, names=(*place.names, *(n for n in names if n not in known)))
+    return replace(place, names=(*place.names, *(n for n in names if n not in names_of_term)))
 
 
 def on_all_rows(named: NamedTerms, whole: Problem, seed: int) -> NamedTerms:
@@ -121,9 +121,11 @@ def lift_terms(terms: tuple[Term, ...], whole: Problem) -> tuple[Term, ...] | No
 def _stage_of(whole: Problem, stage: Stage, white: Whitener) -> Stage:
     """Return the stage with the whitener of all rows; its candidates are named there and not searched again."""
     bare = dictionary((), white)
-    found = replace(bare, families=stage.found.families, options=stage.found.options, first=stage.found.first)
+    candidates = replace(
+        bare, families=stage.found.families, options=stage.found.options, first=stage.found.first
+    )
     u = whole.u if len(stage.u) != whole.m else stage.u
-    return replace(stage, white=white, u=u, found=found)
+    return replace(stage, white=white, u=u, found=candidates)
 
 
 def mistake_on_all_rows(mistake: Mistake | None, whole: Problem) -> tuple[Mistake | None, Problem]:
@@ -131,11 +133,11 @@ def mistake_on_all_rows(mistake: Mistake | None, whole: Problem) -> tuple[Mistak
     if mistake is None:
         return None, whole
     same = ("component", "what", "effect", "factor", "source", "both")
-    own = next(
+    same_mistake = next(
         h for h in hypotheses(whole) if all(getattr(h, name) == getattr(mistake, name) for name in same)
     )
-    repaired = replace(whole, residual=whole.residual - own.departure)
-    return replace(mistake, departure=own.departure), repaired
+    repaired = replace(whole, residual=whole.residual - same_mistake.departure)
+    return replace(mistake, departure=same_mistake.departure), repaired
 
 
 def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem, seed: int) -> Diagnosis:
@@ -146,15 +148,15 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
     if one.field is not None:
         places = [lower_standing(p, share) for p, share in zip(places, one.field.shares, strict=True)]
     named = add_contradictions(NamedTerms(used, stage, one.selection, places))
-    found = [i for i, a in enumerate(named.probabilities()) if not a.doubtful]
+    indices = [i for i, a in enumerate(named.probabilities()) if not a.doubtful]
     screen = stage.screen or stage
     shown, hidden = power(screen.found, sigma / loss(len(screen.u), len(stage.u)))
     steps = (*next_steps(used, one.setting, named.selection, named.places), *closer(used, rest))
     if searched is not whole and not _has_field(used):
         mistake, whole = mistake_on_all_rows(mistake, whole)
         named = on_all_rows(named, whole, seed)
-    given, every = _determine(named, found, one.parts if named.problem is used else None, mistake, seed)
-    every, held, unmodelled = _renew_tables(every, given, named.stage)
+    given, every = _determine(named, indices, one.parts if named.problem is used else None, mistake, seed)
+    every, held_out, unmodelled = _renew_tables(every, given, named.stage)
     excess = "" if rest else scatter_excess(one.selection, stage.white, stage.noise, stage.sample)
     pulls = pulls_of(given, named.stage)
     against = (*unmodelled, *_of_noise(one, every, searched, excess), *unexplained_pulls(pulls, given))
@@ -180,7 +182,7 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
         mistake,
         scatter,
         (*stage.noise.findings, *([excess] if excess else [])),
-        Fit(nan, nan, scatter, (*predicted, *held) if given.selection.terms else (), left),
+        Fit(nan, nan, scatter, (*predicted, *held_out) if given.selection.terms else (), left),
         known.not_testable,
         _unique_places((*known.unseen, *screen.found.invisible, *hidden)),
         shown,
@@ -201,15 +203,19 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
 
 
 def _determine(
-    named: NamedTerms, found: Sequence[int], parts: Sequence[Fold] | None, mistake: Mistake | None, seed: int
+    named: NamedTerms,
+    indices: Sequence[int],
+    parts: Sequence[Fold] | None,
+    mistake: Mistake | None,
+    seed: int,
 ) -> tuple[DeliveredTerms, tuple[Answer, ...]]:
     """Return the delivered terms, and all answers: without the terms whose sizes turn out to be undetermined or impossible, the others
     refitted."""
-    given = deliver_terms(named.problem, named.stage, named.selection.terms, found, parts)
+    given = deliver_terms(named.problem, named.stage, named.selection.terms, indices, parts)
     every = answers(named, given, mistake, seed)
     unknown = {a.id for a in every if (a.undetermined or a.beyond) and not a.alias_of}
-    kept = [i for i in found if named.selection.terms[i].family.id not in unknown]
-    if len(kept) == len(found):
+    kept = [i for i in indices if named.selection.terms[i].family.id not in unknown]
+    if len(kept) == len(indices):
         return given, every
     given = deliver_terms(named.problem, named.stage, named.selection.terms, kept, parts)
     return given, answers(named, given, mistake, seed)
@@ -221,7 +227,7 @@ def _renew_tables(
     """Return the answers, that of a calibration which is stale as a whole with its renewed tables where these predict rows held out; those
     rows; and remarks where they do not.
     """
-    out, held, said = list(every), list[HeldOut](), list[str]()
+    out, held_out, remarks = list(every), list[HeldOut](), list[str]()
     for k, a in enumerate(every):
         if a.doubtful or not is_stale(a.effect, a.where.get("component")):
             continue
@@ -233,13 +239,13 @@ def _renew_tables(
         )
         if new is not None and new.holds:
             out[k] = replace(a, renewed=new)
-            held += new.held_out
+            held_out += new.held_out
         else:
-            said.append(
+            remarks.append(
                 "the calibration as a whole is stale, and tables fitted to these rows do not predict rows that were not fitted: calibrate"
                 " anew (vcmm calibrate)"
             )
-    return tuple(out), tuple(held), tuple(said)
+    return tuple(out), tuple(held_out), tuple(remarks)
 
 
 def _astray(given: DeliveredTerms) -> tuple[str, ...]:
@@ -253,15 +259,17 @@ def _astray(given: DeliveredTerms) -> tuple[str, ...]:
     )
 
 
-def _of_noise(one: Judgement, every: Sequence[Answer], searched: Problem, excess: str) -> tuple[str, ...]:
+def _of_noise(
+    judgement: Judgement, every: Sequence[Answer], searched: Problem, excess: str
+) -> tuple[str, ...]:
     """Return why the names are not the whole story: residuals, folds, the scatter, doubtful answers."""
-    selection, stage = one.selection, one.stage
+    selection, stage = judgement.selection, judgement.stage
     over_stated = float(np.sqrt(np.mean(stage.u**2) / np.mean(searched.u**2)))
     left = _sigma(selection, stage) * over_stated
-    is_named = any(not a.doubtful for a in every) or one.mistake is not None
+    is_named = any(not a.doubtful for a in every) or judgement.mistake is not None
     forgiven = 2.0 * mismatch(selection) * left**2 / stage.white.dof
     unstated = excess or beyond(stage.noise, left, forgiven)
-    against = reasons(is_named, one.rest, one.failed, unstated, stage.noise, left)
+    against = reasons(is_named, judgement.rest, judgement.failed, unstated, stage.noise, left)
     return (*against, *curves(every), *doubts(every))
 
 

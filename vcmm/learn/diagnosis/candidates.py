@@ -88,13 +88,13 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
     for kind in (*ALL, *extra):
         if not kind.diagnosis.is_named or not parameter_fields(kind) or not applies(kind, problem):
             continue
-        found, missing, still = _of_kind(kind, problem)
+        of_kind, missing, still = _of_kind(kind, problem)
         lost += still
-        for family in found:
+        for family in of_kind:
             families = _join_family(families, family)
-        if not found and missing:
+        if not of_kind and missing:
             absent[kind.name] = tuple(sorted(missing))
-        elif not found and instances(kind, problem):
+        elif not of_kind and instances(kind, problem):
             unseen.append(reported_name(kind))
     families += _stale(problem)
     names = {f.name for f in families}
@@ -106,9 +106,9 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
 
 def unseen_places(lost: Sequence[Family], seen: Sequence[Family]) -> tuple[str, ...]:
     """Return "squareness[B0Z]": axes, pairs, components and directions at which no family of a name is seen, others of it are."""
-    known = {(f.name, first_place(f)) for f in seen}
+    places = {(f.name, first_place(f)) for f in seen}
     gone = dict.fromkeys((f.name, first_place(f)) for f in lost)
-    return tuple(f"{name}[{place}]" for name, place in gone if place and (name, place) not in known)
+    return tuple(f"{name}[{place}]" for name, place in gone if place and (name, place) not in places)
 
 
 def first_place(family: Family) -> str:
@@ -118,7 +118,7 @@ def first_place(family: Family) -> str:
 
 def _stale(problem: Problem) -> list[Family]:
     """Return the family of a stale calibration, off by more than it claims: its own covariance, widened, as random effects."""
-    machine = {one.id for one in problem.machine.inputs}
+    machine = {item.id for item in problem.machine.inputs}
     stated = [columns for name, columns in problem.stated if name in machine]
     if not stated:
         return []
@@ -175,7 +175,7 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
     still: list[Family] = []
     dead = dead_sensors(problem.recording)
     name = reported_name(kind)
-    known = {effect.id for effect in problem.machine.effects}
+    ids = {effect.id for effect in problem.machine.effects}
     for effect in instances(kind, problem):
         lacking = (*lacking_columns(effect, problem.run), *(c for c in required(effect) if c in dead))
         if lacking:
@@ -189,7 +189,7 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
             if not effect.diagnosis.moves_together or _independent(o.columns)
         ]
         if options:
-            out.append(Family(name, where_of(effect), tuple(options), 0.0, effect.id in known))
+            out.append(Family(name, where_of(effect), tuple(options), 0.0, effect.id in ids))
         else:
             still.append(Family(name, where_of(effect), ()))
     return out, missing, still

@@ -84,14 +84,14 @@ def _bumps(axes: Sequence[Axis], lengths: tuple[float, ...], places: int) -> Ite
 
 
 def _axes(problem: Problem) -> tuple[Axis, ...]:
-    known = {a: problem.of_rows(q) for a, q in problem.run.position.items()}
-    return tuple(Axis(a, _scale_to_unit(q)) for a, q in known.items() if np.ptp(q) > 0)
+    positions = {a: problem.of_rows(q) for a, q in problem.run.position.items()}
+    return tuple(Axis(a, _scale_to_unit(q)) for a, q in positions.items() if np.ptp(q) > 0)
 
 
 def _positions(problem: Problem, what: str) -> tuple[Axis, ...]:
     """Return the place of the tip ("tip") or of the touch on the part ("part")."""
-    known = {f"{what}_{c}": problem.run.columns.get(f"{what}_{c}_mm") for c in "xyz"}
-    values = {name: problem.of_rows(v) for name, v in known.items() if v is not None}
+    columns = {f"{what}_{c}": problem.run.columns.get(f"{what}_{c}_mm") for c in "xyz"}
+    values = {name: problem.of_rows(v) for name, v in columns.items() if v is not None}
     return tuple(Axis(name, _scale_to_unit(v)) for name, v in values.items() if np.ptp(v) > 0)
 
 

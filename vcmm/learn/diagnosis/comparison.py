@@ -188,13 +188,13 @@ def _places(problem: Problem, seed: int) -> tuple[Place, ...]:
         white = whitener(problem.u, problem.nuisance, problem.calibration, problem.before)
     except ModelLimit:
         return ()  # too few rows to say where
-    seen = scorer(dictionary(generic_families(problem), white))
+    generic = scorer(dictionary(generic_families(problem), white))
     rest = white.apply(problem.residual)
     scale = float(np.sqrt(rest @ rest / white.dof))
-    if not seen.found.families or scale == 0.0:
+    if not generic.found.families or scale == 0.0:
         return ()
     null = draws(Noise(), white, seed, "compare", NULLS)
-    return locate(seen, rest / scale, seen.scores(null).max(axis=0))
+    return locate(generic, rest / scale, generic.scores(null).max(axis=0))
 
 
 def comparison_json(rows: Sequence[Comparison]) -> dict[str, object]:

@@ -27,9 +27,9 @@ def confirming(term: Term, rival: str, run: Run) -> str:
     sentences = [w.confirm for w in words if w is not None and _is_possible(w.confirm, run)]
     if effect is None or not sentences:
         return ""
-    known = defaultdict(str, {k: str(v) for k, v in term.family.where.items()})
-    known["where"] = " ".join(term.family.where.values())
-    return sentences[0].format_map(known)
+    values = defaultdict(str, {k: str(v) for k, v in term.family.where.items()})
+    values["where"] = " ".join(term.family.where.values())
+    return sentences[0].format_map(values)
 
 
 def _is_possible(confirm: str, run: Run) -> bool:

@@ -73,27 +73,27 @@ def standing(selection: Selection, setting: Setting, i: int) -> Standing:
     given = scorer(setting.found, np.concatenate(others, axis=1) if others else None)
     options = given.options(selection.y[:, None])
     scores = given.families(options)[:, 0]
-    own = setting.found.families.index(selection.terms[i].family)
+    family = setting.found.families.index(selection.terms[i].family)
     scores[_of_others(setting, selection, i)] = -np.inf
     gap = separability(given, selection.signal(i))
-    best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
+    best, larger, freer = _rivals(selection, setting, i, scores, gap, family, ranks(given))
     names, families = tuple(best), tuple(best.values())
     alias = _repeats(setting, gap, ranks(given), selection.terms[i], given.basis)
-    exact = tuple(int(j) for j in np.argsort(-scores, kind="stable") if alias[j] and j != own)
-    same = [j for j in exact if _name(setting, j) == _name(setting, own)]
-    again = [j for j in same if _same_place(setting, j, own)]
+    exact = tuple(int(j) for j in np.argsort(-scores, kind="stable") if alias[j] and j != family)
+    same = [j for j in exact if _name(setting, j) == _name(setting, family)]
+    again = [j for j in same if _same_place(setting, j, family)]
     twins = tuple(j for j in same if j not in again)
     total = _total(setting, scores, larger)
     probable = np.exp(scores - total)
-    of_name = [j for j, f in enumerate(setting.found.families) if f.name in {_name(setting, own), *names}]
-    mine = float(probable[[own, *again]].sum())
-    alias[own] = True
+    of_name = [j for j, f in enumerate(setting.found.families) if f.name in {_name(setting, family), *names}]
+    mine = float(probable[[family, *again]].sum())
+    alias[family] = True
     return Standing(
-        float(scores[own]), mine, names, families, freer,
-        float(probable[of_name].sum() - mine), _elsewhere(setting, scores, own, probable),
+        float(scores[family]), mine, names, families, freer,
+        float(probable[of_name].sum() - mine), _elsewhere(setting, scores, family, probable),
         min(float(probable[alias].sum()), 1.0), exact, twins,  # names that hold the answer do not count in the total
         tuple(float(probable[j]) for j in twins),
-        family_about(setting, own, scores, options[:, 0], gap, total, larger),
+        family_about(setting, family, scores, options[:, 0], gap, total, larger),
         tuple(float(probable[j]) for j in exact),
     )  # fmt: skip
 
@@ -104,9 +104,9 @@ def _of_others(setting: Setting, selection: Selection, i: int) -> list[int]:
     return [j for j, f in enumerate(setting.found.families) if f.id in others]
 
 
-def _same_place(setting: Setting, one: int, other: int) -> bool:
+def _same_place(setting: Setting, first: int, second: int) -> bool:
     """Return whether one place is stated in another order. A bend in proportion to X and Y is one in proportion to Y and X."""
-    a, b = (sorted(setting.found.families[k].where.values()) for k in (one, other))
+    a, b = (sorted(setting.found.families[k].where.values()) for k in (first, second))
     return a == b
 
 
@@ -121,14 +121,18 @@ def _repeats(setting: Setting, gap: Array, rank: Array, term: Term, basis: Array
     return np.asarray(nearest < EXACT)
 
 
-def _elsewhere(setting: Setting, scores: Array, own: int, probable: Array) -> tuple[tuple[int, float], ...]:
+def _elsewhere(
+    setting: Setting, scores: Array, family: int, probable: Array
+) -> tuple[tuple[int, float], ...]:
     """Return the families of the same name at other places (another sensor, another axis) within STRONG of the answer, the most probable first."""
     families = setting.found.families
     order = np.argsort(-scores, kind="stable")
     near = [
-        int(j) for j in order if families[j].name == families[own].name and scores[j] > scores[own] - STRONG
+        int(j)
+        for j in order
+        if families[j].name == families[family].name and scores[j] > scores[family] - STRONG
     ]
-    return tuple((j, float(probable[j])) for j in near if j != own)
+    return tuple((j, float(probable[j])) for j in near if j != family)
 
 
 def separability(given: Scorer, signal: Array) -> Array:
@@ -147,8 +151,8 @@ def separability(given: Scorer, signal: Array) -> Array:
 def ranks(given: Scorer) -> Array:
     """Number of columns (options,) that each option has on this recording: those of which something is seen."""
     whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(given.rotated.size))))
-    seen = (given.rotated.size > UNSEEN * whole).astype(float)
-    return np.asarray(np.add.reduceat(seen, given.rotated.start))
+    is_visible = (given.rotated.size > UNSEEN * whole).astype(float)
+    return np.asarray(np.add.reduceat(is_visible, given.rotated.start))
 
 
 def rank_of(columns: Array, basis: Array) -> int:
@@ -158,29 +162,31 @@ def rank_of(columns: Array, basis: Array) -> int:
 
 
 def _rivals(
-    selection: Selection, setting: Setting, i: int, scores: Array, gap: Array, own: int, rank: Array
+    selection: Selection, setting: Setting, i: int, scores: Array, gap: Array, index: int, rank: Array
 ) -> tuple[dict[str, int], set[str], tuple[str, ...]]:
     """Return rivals with their best families, names that always hold this answer, and freer names that hold it here."""
-    found, term = setting.found, selection.terms[i]
+    candidates, term = setting.found, selection.terms[i]
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
     mine = rank_of(term.white, orthonormal(np.concatenate([term.white[:, :0], *others], axis=1)))
-    nearest = np.minimum.reduceat(gap, found.first)  # best mimic of each family
-    alias = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), found.first)  # and with no more columns
+    nearest = np.minimum.reduceat(gap, candidates.first)  # best mimic of each family
+    alias = np.minimum.reduceat(
+        np.where(rank <= mine, gap, np.inf), candidates.first
+    )  # and with no more columns
     unresolved = max(RESOLUTION_DELTA / max(selection.delta(i), NOTHING), MISMATCH)
     best: dict[str, int] = {}
     holding: set[str] = set()
     freer: dict[str, None] = {}
     for j in np.argsort(-scores, kind="stable"):
-        family = found.families[j]
+        family = candidates.families[j]
         if family.name == term.family.name or family.name in best or scores[j] < 0.5 * IMPOSSIBLE:
             continue
         if generalises(family.name, term.family.name):
-            mimic = int(found.first[j] + np.argmin(gap[found.first[j] : _stop(setting, int(j))]))
-            larger = found.options[mimic].freedom > term.option.freedom
-            if larger and nearest[j] < ALIAS and scores[j] <= scores[own]:
+            mimic = int(candidates.first[j] + np.argmin(gap[candidates.first[j] : _stop(setting, int(j))]))
+            larger = candidates.options[mimic].freedom > term.option.freedom
+            if larger and nearest[j] < ALIAS and scores[j] <= scores[index]:
                 holding.add(family.name)  # the simpler one is kept
                 continue
-        if scores[j] > scores[own] - STRONG or alias[j] < unresolved:
+        if scores[j] > scores[index] - STRONG or alias[j] < unresolved:
             best[family.name] = int(j)
         elif nearest[j] < unresolved:
             freer[family.name] = None

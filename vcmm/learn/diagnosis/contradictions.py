@@ -38,29 +38,33 @@ def add_contradictions(named: NamedTerms) -> NamedTerms:
 
 def _term(statement: str, named: NamedTerms) -> Term | None:
     """Return the family of the statement, as a term; None where it is named already or no candidate."""
-    found = named.stage.found
+    candidates = named.stage.found
     wanted = statement.rsplit(".", 1)[0]
     if any(t.option.effect is not None and t.option.effect.id == wanted for t in named.selection.terms):
         return None
-    for i, family in enumerate(found.families):
-        option = found.options[best_option(found, np.zeros(len(found.options)), i)]
+    for i, family in enumerate(candidates.families):
+        option = candidates.options[best_option(candidates, np.zeros(len(candidates.options)), i)]
         if option.effect is not None and option.effect.id == wanted and option.columns.shape[1] == 1:
-            return Term(family, option, found.columns(best_option(found, np.zeros(len(found.options)), i)))
+            return Term(
+                family,
+                option,
+                candidates.columns(best_option(candidates, np.zeros(len(candidates.options)), i)),
+            )
     return None
 
 
-def _place(whole: Selection, i: int, pull: Pull, asked: int, named: NamedTerms) -> Standing:
+def _place(whole: Selection, i: int, pull: Pull, count: int, named: NamedTerms) -> Standing:
     """Return the standing; its probability is that the statement does not hold; only terms that repeat it exactly are rivals, for the statement is
     about this quantity and no other.
     """
     setting = setting_for(named.problem, named.stage)
     place = standing(whole, setting, i)
-    own = whole.terms[i].family.name
+    name = whole.terms[i].family.name
     families = named.stage.found.families
-    names = dict.fromkeys(families[j].name for j in place.exact if families[j].name != own)
-    sure = contradiction(pull.pull, asked)
+    names = dict.fromkeys(families[j].name for j in place.exact if families[j].name != name)
+    sure = contradiction(pull.pull, count)
     return Standing(
-        0.5 * pull.pull**2, sure, tuple(names), tuple(j for j in place.exact if families[j].name != own),
+        0.5 * pull.pull**2, sure, tuple(names), tuple(j for j in place.exact if families[j].name != name),
         with_aliases=sure, exact=place.exact,
     )  # fmt: skip
 
@@ -76,11 +80,11 @@ def pulls_of(given: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
     selection = given.selection
     rest = left_over(given.problem, selection)
     inside = calibration_pulls(given.problem, rest, _sigma(selection, stage), stage.u, stage.noise.rho)
-    stated = {one.id: one for one in given.problem.machine.inputs}
+    stated = {item.id: item for item in given.problem.machine.inputs}
     free = []
     for i, term in enumerate(selection.terms):
         effect = term.option.effect
-        for name, one in stated.items():
+        for name, item in stated.items():
             if (
                 effect is None
                 or selection.fit is None
@@ -89,7 +93,7 @@ def pulls_of(given: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
             ):
                 continue
             size = float(selection.fit.mean[selection.span(i)][0] * term.option.unit[0])
-            free.append(Pull(name, size / one.size, 1))
+            free.append(Pull(name, size / item.size, 1))
     return tuple(sorted((*inside, *free), key=lambda p: -abs(p.pull)))
 
 

@@ -88,31 +88,34 @@ def stability(problem: Problem, stage: Stage, selection: Selection, places: Sequ
     """Search the names again in parts of the rows. places: of every term its rivals."""
     parts = [p for kind, name, rows in _parts(problem) if (p := _search(problem, stage, kind, name, rows))]
     refuses = {id(p): _refuses(p, selection, places, stage) for p in parts}
-    asked, there = [], []
+    parts_asked, there = [], []
     for i, (term, place) in enumerate(zip(selection.terms, places)):
         of = [(p, _is_found(p, term, place, stage)) for p in parts if _should_show(problem, p, selection, i)]
-        spoken = [(p, found) for p, found in of if found or refuses[id(p)]]
-        asked.append([p for p, _ in spoken])
-        there.append([found for _, found in spoken])
+        spoken = [(p, is_there) for p, is_there in of if is_there or refuses[id(p)]]
+        parts_asked.append([p for p, _ in spoken])
+        there.append([is_there for _, is_there in spoken])
     most = tuple(1.0 if all(t) else (sum(t) + 1) / (len(t) + 2) for t in there)
     text = [
-        f"{selection.terms[i].family.id} is not found in {' and '.join(p.name for p, t in zip(asked[i], there[i]) if not t)}, where it"
+        f"{selection.terms[i].family.id} is not found in {' and '.join(p.name for p, t in zip(parts_asked[i], there[i]) if not t)}, where it"
         " should show"
         for i in range(len(places))
         if not all(there[i])
     ]
-    same = {kind: _agree(kind, parts, asked, there) for kind in (HALVES, ALTERNATE)}
+    same = {kind: _agree(kind, parts, parts_asked, there) for kind in (HALVES, ALTERNATE)}
     return Stability(same, tuple(text), most)
 
 
 def _agree(
-    kind: str, parts: Sequence[_PartOfRows], asked: Sequence[list[_PartOfRows]], there: Sequence[list[bool]]
+    kind: str,
+    parts: Sequence[_PartOfRows],
+    part_lists: Sequence[list[_PartOfRows]],
+    there: Sequence[list[bool]],
 ) -> bool | None:
     if not any(p.kind == kind for p in parts):
         return None
-    own = [t for of, found in zip(asked, there) for p, t in zip(of, found) if p.kind == kind]
-    if asked:
-        return all(own) if own else None
+    answers = [t for of, presence in zip(part_lists, there) for p, t in zip(of, presence) if p.kind == kind]
+    if part_lists:
+        return all(answers) if answers else None
     return not any(p.names for p in parts if p.kind == kind)
 
 
@@ -139,11 +142,11 @@ def _search(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) ->
         white = whitener(stage.u[rows], part.nuisance, part.calibration, part.before, rho)
     except ModelLimit:
         return None
-    found = dictionary([_family_of(f, rows) for f in stage.found.families], white)
-    if not found.families:
+    candidates = dictionary([_family_of(f, rows) for f in stage.found.families], white)
+    if not candidates.families:
         return None
     setting = Setting(
-        found,
+        candidates,
         white,
         white.apply(part.residual),
         stage.noise.noise.clip,
@@ -195,14 +198,14 @@ def _refuses(part: _PartOfRows, selection: Selection, places: Sequence[Standing]
     """
     if all(_is_found(part, t, p, stage) for t, p in zip(selection.terms, places)):
         return False
-    own, y = replace(part.setting, start=part.found.y), part.found.y
+    setting, y = replace(part.setting, start=part.found.y), part.found.y
     terms = [_term_of(t, part) for t in selection.terms]
-    ours = fitted_again(terms, own)
+    ours = fitted_again(terms, setting)
     assert selection.fit is not None
     left = y - np.concatenate([t.white for t in terms], axis=1) @ selection.fit.mean
     at_sizes = 0.5 * part.setting.found.dof * float(np.log((y @ y) / max(float(left @ left), NOTHING)))
-    free = net_evidence(replace(ours, y=y), own)
-    return net_evidence(part.found, own) - min(free, at_sizes) >= STRONG
+    free = net_evidence(replace(ours, y=y), setting)
+    return net_evidence(part.found, setting) - min(free, at_sizes) >= STRONG
 
 
 def _term_of(term: Term, part: _PartOfRows) -> Term:
@@ -223,8 +226,8 @@ def same_physics(a: Term, b: Term) -> bool:
     """Return whether both are one family of names at one link of the machine."""
     if a.family.id == b.family.id:
         return True
-    one, other = a.option.effect, b.option.effect
-    links = one is not None and other is not None and one.link == other.link
+    first, other = a.option.effect, b.option.effect
+    links = first is not None and other is not None and first.link == other.link
     return links and kin_of(a.family.name) == kin_of(b.family.name)
 
 
@@ -232,24 +235,24 @@ def second_opinion(
     found: Dictionary, selection: Selection, places: Sequence[Standing], dof: int
 ) -> SecondOpinion:
     """Return the choice of EBIC from a dictionary for the rows of a selection."""
-    asked = [not _is_covariance(t) for t in selection.terms]
-    own = tuple(t for t, yes in zip(selection.terms, asked) if yes)
+    of_mean = [not _is_covariance(t) for t in selection.terms]
+    mean_terms = tuple(t for t, yes in zip(selection.terms, of_mean) if yes)
     y = selection.y - sum(
-        (selection.signal(i) for i, yes in enumerate(asked) if not yes), np.zeros(len(selection.y))
+        (selection.signal(i) for i, yes in enumerate(of_mean) if not yes), np.zeros(len(selection.y))
     )
     theirs, alike = _forward(found, y, dof)
-    lead = _ebic(own, found, y, dof) - _ebic(theirs, found, y, dof)
-    theirs, alike = (own, ()) if lead <= 0.0 else (theirs, alike)
+    lead = _ebic(mean_terms, found, y, dof) - _ebic(theirs, found, y, dof)
+    theirs, alike = (mean_terms, ()) if lead <= 0.0 else (theirs, alike)
     span = basis_of(theirs, len(y))
-    held = [_share(span, selection.signal(i)) >= SAME for i in range(len(asked))]
+    is_same = [_share(span, selection.signal(i)) >= SAME for i in range(len(of_mean))]
     lacks = tuple(
         yes
         and not (
             holds or any(same_physics(t, mine) or t.family.name in place.names for t in (*theirs, *alike))
         )
-        for yes, mine, place, holds in zip(asked, selection.terms, places, held)
+        for yes, mine, place, holds in zip(of_mean, selection.terms, places, is_same)
     )
-    agrees = not any(lacks) and len(theirs) <= len(own)
+    agrees = not any(lacks) and len(theirs) <= len(mean_terms)
     share = float(1.0 / (1.0 + np.exp(min(max(lead, 0.0) / 2.0, SUREST))))
     return SecondOpinion(tuple(t.family.id for t in theirs), agrees, share, lacks)
 
@@ -268,14 +271,16 @@ def lowered_claim(probability: float, for_ours: float) -> float:
     return max(0.5 * (probability + for_ours), min(probability, EVEN_ODDS))
 
 
-def _forward(found: Dictionary, y: Array, dof: int) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+def _forward(candidates: Dictionary, y: Array, dof: int) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
     """Add what lowers EBIC most, until nothing does; and what lowered it as much, up to rounding."""
     chosen: tuple[Term, ...] = ()
     alike: tuple[Term, ...] = ()
-    price = _price(found, dof)
-    number = np.repeat(np.arange(len(found.families)), np.diff(np.append(found.first, len(found.options))))
+    price = _price(candidates, dof)
+    number = np.repeat(
+        np.arange(len(candidates.families)), np.diff(np.append(candidates.first, len(candidates.options)))
+    )
     while len(chosen) < MOST_TERMS:
-        given = scorer(found, np.concatenate([t.white for t in chosen], axis=1) if chosen else None)
+        given = scorer(candidates, np.concatenate([t.white for t in chosen], axis=1) if chosen else None)
         rest = y - given.basis @ (given.basis.T @ y)
         left = max(float(rest @ rest), NOTHING)
         whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(given.rotated.size))))
@@ -284,23 +289,23 @@ def _forward(found: Dictionary, y: Array, dof: int) -> tuple[tuple[Term, ...], t
         gain = np.add.reduceat(np.where(firm, b2 / np.where(firm, given.rotated.size, 1.0), 0.0), given.rotated.start)  # fmt: skip
         change = dof * np.log(np.maximum(1.0 - gain / left, NOTHING)) + price * ranks(given)
         taken = {t.family.id for t in chosen}
-        taken |= {f.id for f in found.families if is_stale(f.name, f.where.get("component"))}
-        change = np.where([found.families[k].id in taken for k in number], np.inf, change)
+        taken |= {f.id for f in candidates.families if is_stale(f.name, f.where.get("component"))}
+        change = np.where([candidates.families[k].id in taken for k in number], np.inf, change)
         if not change.min() < 0.0:
             break
         first, *others = (
-            Term(found.families[number[k]], found.options[k], found.columns(int(k)))
+            Term(candidates.families[number[k]], candidates.options[k], candidates.columns(int(k)))
             for k in np.flatnonzero(change <= change.min() + dof * UNSEEN)
         )
         chosen, alike = (*chosen, first), (*alike, *others)
     return chosen, alike
 
 
-def _price(found: Dictionary, dof: int) -> float:
-    return float(np.log(dof) + 2.0 * np.log(max(found.white.shape[1], 1)))
+def _price(candidates: Dictionary, dof: int) -> float:
+    return float(np.log(dof) + 2.0 * np.log(max(candidates.white.shape[1], 1)))
 
 
-def _ebic(terms: Sequence[Term], found: Dictionary, y: Array, dof: int) -> float:
+def _ebic(terms: Sequence[Term], candidates: Dictionary, y: Array, dof: int) -> float:
     basis = orthonormal(np.concatenate([y[:, None][:, :0], *(t.white for t in terms)], axis=1))
     rest = y - basis @ (basis.T @ y)
-    return dof * float(np.log(max(float(rest @ rest), NOTHING))) + _price(found, dof) * basis.shape[1]
+    return dof * float(np.log(max(float(rest @ rest), NOTHING))) + _price(candidates, dof) * basis.shape[1]

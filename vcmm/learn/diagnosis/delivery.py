@@ -62,16 +62,16 @@ def deliver_terms(
     )  # a field beside the names takes most of what rows that move together show
     free = problem.without(gone)
     setting = setting_for(free, stage)
-    own = known if not gone and not moving else None
+    given_folds = known if not gone and not moving else None
     noise = fitted_noise(free, stage)
-    parts = folds(free, *noise) if own is None else own
+    parts = folds(free, *noise) if given_folds is None else given_folds
     if moving:
         terms = _in_best_shapes(terms, wanted, setting)
     number, withheld = tuple(wanted), dict[int, str]()
     now = _refit(number, terms, setting)
     while number:
-        found = _trouble(free, parts, now, noise)
-        if not found:
+        trouble = _trouble(free, parts, now, noise)
+        if not trouble:
             break
         rest = [tuple(k for k in number if k != i) for i in number]
         tried = [_refit(r, terms, setting) for r in rest]
@@ -80,7 +80,7 @@ def deliver_terms(
             key=lambda j: (len(_trouble(free, parts, tried[j], noise)), rms_left(free, tried[j])),
         )
         (worst,) = set(number) - set(rest[best])
-        withheld[worst] = found[0]
+        withheld[worst] = trouble[0]
         number, now = rest[best], tried[best]
     return DeliveredTerms(free, now, parts, number, withheld)
 

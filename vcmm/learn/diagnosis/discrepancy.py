@@ -85,15 +85,15 @@ def shape_of(
     basis: Array,
 ) -> Shape | None:
     """Return the fitted discrepancy over the first covariate, or over the first two. basis: white span of the named terms."""
-    known = [(n, v) for n in names if (v := values_of(problem, n)) is not None and np.ptp(v) > 0]
-    if not known:
+    values = [(n, v) for n in names if (v := values_of(problem, n)) is not None and np.ptp(v) > 0]
+    if not values:
         return None
-    scaled = np.stack([_scale_to(v, v) for _, v in known], axis=1)
-    cyclic = tuple(is_angle(problem, n) for n, _ in known)
-    turned = np.where(cyclic, np.stack([v for _, v in known], axis=1), scaled)
+    scaled = np.stack([_scale_to(v, v) for _, v in values], axis=1)
+    cyclic = tuple(is_angle(problem, n) for n, _ in values)
+    turned = np.where(cyclic, np.stack([v for _, v in values], axis=1), scaled)
     modulator = modulators(problem).get(direction, np.ones(problem.m))
     size = float(np.median(problem.u))
-    pair = pair and len(known) > 1
+    pair = pair and len(values) > 1
     best: tuple[Posterior, list[Part]] | None = None
     for length in LENGTHS:
         parts = _parts(turned, cyclic, length, pair)
@@ -104,7 +104,7 @@ def shape_of(
             if best is None or fit.log_evidence > best[0].log_evidence:
                 best = fit, parts
     assert best is not None
-    return _on_grid(best[0], best[1], turned, known, cyclic, direction, pair, size)
+    return _on_grid(best[0], best[1], turned, values, cyclic, direction, pair, size)
 
 
 def _scale_to(v: Array, over: Array) -> Array:
@@ -112,9 +112,9 @@ def _scale_to(v: Array, over: Array) -> Array:
 
 
 def _parts(z: Array, cyclic: tuple[bool, ...], length: float, pair: bool) -> list[Part]:
-    one = [_part(z, (i,), (cyclic[i],), length, GRID) for i in range(z.shape[1])]
+    single = [_part(z, (i,), (cyclic[i],), length, GRID) for i in range(z.shape[1])]
     both = [_part(z, (0, 1), (cyclic[0], cyclic[1]), length, 9)] if pair else []
-    return one + both
+    return single + both
 
 
 def _part(z: Array, which: tuple[int, ...], cyclic: tuple[bool, ...], length: float, count: int) -> Part:
@@ -141,7 +141,7 @@ def _on_grid(
     fit: Posterior,
     parts: list[Part],
     z: Array,
-    known: list[tuple[str, Array]],
+    values: list[tuple[str, Array]],
     cyclic: tuple[bool, ...],
     direction: str,
     pair: bool,
@@ -150,16 +150,16 @@ def _on_grid(
     """Return the fit along the first one or two covariates, the others held at their middle, about its mean."""
     drawn = 2 if pair else 1
     count = PAIR_GRID if pair else GRID
-    axes = [np.linspace(float(v.min()), float(v.max()), count) for _, v in known[:drawn]]
+    axes = [np.linspace(float(v.min()), float(v.max()), count) for _, v in values[:drawn]]
     mesh = np.meshgrid(*axes, indexing="ij")
     at = np.tile(np.median(z, axis=0), (mesh[0].size, 1))
     for i in range(drawn):
-        at[:, i] = mesh[i].ravel() if cyclic[i] else _scale_to(mesh[i].ravel(), known[i][1])
+        at[:, i] = mesh[i].ravel() if cyclic[i] else _scale_to(mesh[i].ravel(), values[i][1])
     functions = np.concatenate([p.functions(at) for p in parts], axis=1) * size
     functions = functions - functions.mean(axis=0)
     value = functions @ fit.mean
     u = np.sqrt(np.maximum(np.einsum("nk,kl,nl->n", functions, fit.covariance, functions), 0.0))
-    names = tuple(n for n, _ in known[:drawn])
+    names = tuple(n for n, _ in values[:drawn])
     if not pair:
         return Shape(names, direction, axes[0], None, value, u)
     form = (count, count)

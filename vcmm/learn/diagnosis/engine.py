@@ -136,21 +136,21 @@ def steadier(
     first: tuple[Judgement, CrossChecks], second: tuple[Judgement, CrossChecks]
 ) -> tuple[Judgement, CrossChecks]:
     """Return the answer without the names that parts of the rows lack, where none of its own is so; the changes stay reported."""
-    one, checks = second
-    if not one.selection.terms or min(checks.stable.most) < EVEN_ODDS:
+    judgement, checks = second
+    if not judgement.selection.terms or min(checks.stable.most) < EVEN_ODDS:
         return first
     stable = first[1].stable
-    return one, replace(checks, stable=replace(checks.stable, same=stable.same, text=stable.text))
+    return judgement, replace(checks, stable=replace(checks.stable, same=stable.same, text=stable.text))
 
 
 def _lower(place: Standing, most: float, for_ours: float | None) -> Standing:
     """Lower a standing. most: of the name with its family, that the parts allow; for_ours: that of a second opinion that lacks the name, which leaves
     even odds to a name that had them."""
-    own = max(place.probability, place.with_aliases)
-    claim = max(own, place.kin.probability if place.kin else 0.0)
+    best = max(place.probability, place.with_aliases)
+    claim = max(best, place.kin.probability if place.kin else 0.0)
     share = 1.0
     if for_ours is not None and claim > 0.0:
-        share = max(lowered_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(own, NOTHING), 1.0))
+        share = max(lowered_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(best, NOTHING), 1.0))
     share = min(share, most / max(claim, most))
     return place if share >= 1.0 else lower_standing(place, share * (1.0 + UNSEEN))
 
@@ -222,31 +222,38 @@ def diagnose_recording(
     problem, warnings = _usable(fit, machine)
     searched = thin_problem(problem, LARGEST)
     tell("listing what could be missing")
-    known, generics, stage, chosen = _search(searched, extra_effects, seed, nulls, tell)
+    effects_of_kinds, generics, stage, chosen = _search(searched, extra_effects, seed, nulls, tell)
     tell("predicting rows held out, and weighing the names against physics without a name")
-    held = beside_field(judge_terms(chosen, stage, seed), known, generics, seed, nulls)
+    judgement = beside_field(judge_terms(chosen, stage, seed), effects_of_kinds, generics, seed, nulls)
     tell("asking parts of the rows, and a second opinion")
-    held, checks = cross_check(held)
-    gone = unstable_names(held, checks)
+    judgement, checks = cross_check(judgement)
+    gone = unstable_names(judgement, checks)
     if gone:
         tell("searching without a name that parts of the rows do not have")
-        fewer = replace(known, families=tuple(f for f in known.families if f.id not in gone))
+        fewer = replace(
+            effects_of_kinds, families=tuple(f for f in effects_of_kinds.families if f.id not in gone)
+        )
         stage, chosen = _passes(searched, fewer, generics, stage.screen, seed, nulls, tell)
         other = beside_field(judge_terms(chosen, stage, seed), fewer, generics, seed, nulls)
-        held, checks = steadier((held, checks), cross_check(other))
+        judgement, checks = steadier((judgement, checks), cross_check(other))
     tell("planning the next measurement")
-    found = account(held, known, searched, problem, seed)
-    told = (*checks.texts, *far_rows(held.problem, raw_rest(held.problem, held.stage.white, held.selection)))
-    found = replace(found, warnings=(*warnings, *found.warnings, *told), checks=checks)
-    found = qualify(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
-    found = found if again is None else add_repeated(found, again)
+    diagnosis = account(judgement, effects_of_kinds, searched, problem, seed)
+    warnings_of_checks = (
+        *checks.texts,
+        *far_rows(judgement.problem, raw_rest(judgement.problem, judgement.stage.white, judgement.selection)),
+    )
+    diagnosis = replace(
+        diagnosis, warnings=(*warnings, *diagnosis.warnings, *warnings_of_checks), checks=checks
+    )
+    diagnosis = qualify(diagnosis, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
+    diagnosis = diagnosis if again is None else add_repeated(diagnosis, again)
     attempt = Attempt.none()
-    found = attempt(STEP_COMPARE, lambda: with_written_fit(found, [recording], machine), found)
+    diagnosis = attempt(STEP_COMPARE, lambda: with_written_fit(diagnosis, [recording], machine), diagnosis)
     attempt.raise_bugs()
-    found = with_outside(replace(found, failed=(*found.failed, *attempt.failures)))
+    diagnosis = with_outside(replace(diagnosis, failed=(*diagnosis.failed, *attempt.failures)))
     if progress:
         progress("done", 1.0)
-    return found
+    return diagnosis
 
 
 def _steps(progress: Progress | None) -> Callable[[str], None]:
@@ -279,19 +286,19 @@ def _search(
 ) -> tuple[Catalogue, tuple[Family, ...], Stage, SearchResult]:
     """Return the catalogue and the findings; of a long recording first in some of its rows, with the whole catalogue."""
     screen = thin_problem(problem, MOST_SCREENED)
-    known, generics = catalogue(screen, extra), generic_families(screen)
-    stage, chosen = _passes(screen, known, generics, None, seed, nulls, tell)
+    effects_of_kinds, generics = catalogue(screen, extra), generic_families(screen)
+    stage, chosen = _passes(screen, effects_of_kinds, generics, None, seed, nulls, tell)
     if screen is problem:
-        return known, generics, stage, chosen
+        return effects_of_kinds, generics, stage, chosen
     tell("comparing in all rows what explains most in some of them")
-    known = replace(known, families=screen_families(chosen, problem))
+    effects_of_kinds = replace(effects_of_kinds, families=screen_families(chosen, problem))
     generics = screened_shapes(each_shape(problem), chosen, problem, problem.whitener())
-    return known, generics, *_passes(problem, known, generics, stage, seed, nulls, tell)
+    return effects_of_kinds, generics, *_passes(problem, effects_of_kinds, generics, stage, seed, nulls, tell)
 
 
 def _passes(
     problem: Problem,
-    known: Catalogue,
+    effects_of_kinds: Catalogue,
     generics: Sequence[Family],
     screen: Stage | None,
     seed: int,
@@ -308,7 +315,7 @@ def _passes(
     earlier: Selection | None = None
     for _ in range(PASSES):
         tell("simulating recordings with nothing concealed")
-        stage = build_stage(problem, known, generics, noise, seed, nulls, screen)
+        stage = build_stage(problem, effects_of_kinds, generics, noise, seed, nulls, screen)
         tell("weighing the evidence")
         chosen = search(problem, stage, earlier)
         earlier = chosen.selection

@@ -252,9 +252,9 @@ def _linear(
             f"{effect.diagnosis.size_name}_{e}": _estimate(mean[j], u[j], values[:, j], shown)
             for j, e in each
         }
-    own = effect.diagnosis.report(effect, values[:, 0])
-    if own is not None:
-        name, draws, shown = own
+    report = effect.diagnosis.report(effect, values[:, 0])
+    if report is not None:
+        name, draws, shown = report
         centre = effect.diagnosis.report(effect, mean[:1])
         assert centre is not None
         return {name: _estimate(float(centre[1][0]), float(draws.std()), draws, shown)}
@@ -294,7 +294,9 @@ def _shown_name(selection: Selection, i: int, name: str) -> str:
     assert effect is not None
     if name in ("sine", "cosine"):
         return name
-    return next((alias for alias, own in effect.about.aliases.items() if own == name), name)
+    return next(
+        (alias for alias, name_of_alias in effect.about.aliases.items() if name_of_alias == name), name
+    )
 
 
 def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:

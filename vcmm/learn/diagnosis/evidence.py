@@ -79,12 +79,12 @@ def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
     first: list[int] = []
     whitened = iter(all_visible([o.columns for f in families for o in f.options], white))
     for family in families:
-        seen = [(o, x) for o, x in zip(family.options, whitened) if x is not None]
-        if seen:
+        pairs = [(o, x) for o, x in zip(family.options, whitened) if x is not None]
+        if pairs:
             first.append(len(options))
             kept.append(family)
-            options += [o for o, _ in seen]
-            parts += [x for _, x in seen]
+            options += [o for o, _ in pairs]
+            parts += [x for _, x in pairs]
     start = _starts(parts)
     columns = np.concatenate([np.zeros((len(white.weight), 0)), *parts], axis=1)
     names = {f.name for f in kept}
@@ -108,8 +108,8 @@ def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
 
 def only(found: Dictionary, family: int) -> Dictionary:
     """Return the dictionary of one family."""
-    own = found.of_family(family)
-    a, b = own.start, own.stop
+    members = found.of_family(family)
+    a, b = members.start, members.stop
     low, high = int(found.start[a]), int(found.start[b]) if b < len(found.start) else found.white.shape[1]
     return replace(
         found, families=(found.families[family],), options=found.options[a:b], white=found.white[:, low:high],
@@ -133,8 +133,8 @@ def _visible(parts: Sequence[Array], white: Whitener) -> Iterator[Array | None]:
     start = _starts(parts)
     long = (np.sqrt(np.add.reduceat((x**2).sum(axis=0), start)) for x in (before, after))
     for i, part, size, left in zip(start, parts, *long):
-        seen = left > VANISHING_SHARE * max(size, NOTHING) and size > UNSEEN**2
-        yield after[:, i : i + part.shape[1]] if seen else None
+        is_visible = left > VANISHING_SHARE * max(size, NOTHING) and size > UNSEEN**2
+        yield after[:, i : i + part.shape[1]] if is_visible else None
 
 
 def _starts(parts: Sequence[Array]) -> Ints:

@@ -64,12 +64,12 @@ def family_about(
     scores, options (nats) and gap (share of the signal that an option cannot mimic) given the other answers; total: ln of the
     weight of everything; holding: names that hold the answer and explain no more, which do not count.
     """
-    found = setting.found
-    nearest = np.minimum.reduceat(gap, found.first)
-    name, place = kin_of(found.families[own].name), _link(setting, own)
+    candidates = setting.found
+    nearest = np.minimum.reduceat(gap, candidates.first)
+    name, place = kin_of(candidates.families[own].name), _link(setting, own)
     every = [
         j
-        for j, f in enumerate(found.families)
+        for j, f in enumerate(candidates.families)
         if j == own
         or (
             kin_of(f.name) == name
@@ -83,11 +83,11 @@ def family_about(
     kept = [j for j in every if j == own or probable[j] >= (1.0 - SECURE) * whole]
     members = tuple(
         Member(
-            found.families[j].name,
-            found.families[j].where,
+            candidates.families[j].name,
+            candidates.families[j].where,
             probable[j],
             j,
-            found.options[best_option(found, options, j)].freedom,
+            candidates.options[best_option(candidates, options, j)].freedom,
         )
         for j in sorted(kept, key=lambda j: -probable[j])
     )
@@ -116,9 +116,9 @@ def by_simplest(selection: Selection, kins: Sequence[Kin], setting: Setting) -> 
     terms = list(selection.terms)
     taken = {t.family.id for t in terms}
     for i, (term, kin) in enumerate(zip(selection.terms, kins)):
-        own = families.index(term.family)
-        new = simplest(kin, own)
-        if new != own and families[new].id not in taken:
+        family = families.index(term.family)
+        new = simplest(kin, family)
+        if new != family and families[new].id not in taken:
             terms[i] = _in_its_shape(setting, selection, i, new)
             taken.add(families[new].id)
     return selection if terms == list(selection.terms) else fitted_again(terms, setting, rounds=1)
@@ -130,8 +130,13 @@ def _in_its_shape(setting: Setting, selection: Selection, i: int, family: int) -
 
     others = [t for j, t in enumerate(selection.terms) if j != i]
     best = best_option(setting.found, conditional(others, selection, setting), family)
-    found = setting.found
-    return Term(found.families[family], found.options[best], found.columns(best), selection.terms[i].width)
+    candidates = setting.found
+    return Term(
+        candidates.families[family],
+        candidates.options[best],
+        candidates.columns(best),
+        selection.terms[i].width,
+    )
 
 
 def open_text(kin: Kin) -> str:

@@ -114,7 +114,7 @@ def rival_field(
     white, threshold = setting.white, setting.threshold
     every = tuple(range(len(selection.terms)))
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
-    own = (selection.fit.log_evidence if selection.fit else 0.0) - sum(pays)
+    net = (selection.fit.log_evidence if selection.fit else 0.0) - sum(pays)
     price = mismatch(selection)
 
     def score(w: _Weighing, kept: Subset) -> float:
@@ -135,7 +135,7 @@ def rival_field(
     scores = [score(w, kept) for w, kept in choices]
     ids = [t.family.id for t in selection.terms]
     weighed = (
-        Hypothesis(frozenset(ids), own),
+        Hypothesis(frozenset(ids), net),
         *(Hypothesis(frozenset(ids[i] for i in kept), s) for (_, kept), s in zip(choices, scores)),
     )
     # a shape beside all names is their rival in the list, and told by the test of what is left
@@ -146,7 +146,7 @@ def rival_field(
     says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
     sigma = selection.fit.sigma if selection.fit else 1.0
     return Field(
-        scores[best] - own,
+        scores[best] - net,
         w.describe(problem, selection, kept, white, says),
         refused,
         w.covariance(kept, sigma, setting),
@@ -158,9 +158,9 @@ def _smooth_fields(problem: Problem, selection: Selection, setting: Setting, nul
     """The fields that the residual follows most, without what simple names hold of them."""
     of_place, of_both = (_simple_columns(selection, setting, timed) for timed in (True, False))
     out = []
-    for asked in _trial_kernels(problem, selection, setting.white, null):
-        simple = of_place if _is_course(asked) else of_both
-        w = _Weighing.of(asked, simple, selection, setting.white)
+    for question in _trial_kernels(problem, selection, setting.white, null):
+        simple = of_place if _is_course(question) else of_both
+        w = _Weighing.of(question, simple, selection, setting.white)
         out += [w] if w is not None else []
     return out
 
@@ -185,9 +185,9 @@ def _is_of_time(term: Term) -> bool:
     return effect is not None and required(effect) == ("time_s",)
 
 
-def _is_course(asked: KernelQuestion) -> bool:
+def _is_course(question: KernelQuestion) -> bool:
     """Return whether it is a field over the clock alone."""
-    return {n for k in asked.kernels for n in k.names} == {"time"}
+    return {n for k in question.kernels for n in k.names} == {"time"}
 
 
 def _columns(options: Sequence[Option], setting: Setting) -> Array:
@@ -201,8 +201,8 @@ def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
         return columns
     x = white.apply(simple)
     length = np.linalg.norm(x, axis=0)
-    seen = length > VANISHING_SHARE * np.linalg.norm(white.scale(simple), axis=0)
-    x, simple = x[:, seen] / length[seen], simple[:, seen] / length[seen]
+    is_visible = length > VANISHING_SHARE * np.linalg.norm(white.scale(simple), axis=0)
+    x, simple = x[:, is_visible] / length[is_visible], simple[:, is_visible] / length[is_visible]
     return np.asarray(columns - simple @ np.linalg.lstsq(x, white.apply(columns), rcond=UNSEEN)[0])
 
 
@@ -257,9 +257,9 @@ class _Weighing:
         turn = principal_turn(x, COUNTS[-1])
         if turn is None or np.linalg.norm(x) <= VANISHING_SHARE * np.linalg.norm(white.scale(bumps)):
             return None
-        seen = free @ turn
-        one = _Weighing.beside(selection, asked, white.apply(seen), seen, white.dof)
-        return replace(one, prior=-VERY_STRONG)
+        columns = free @ turn
+        weighing = _Weighing.beside(selection, asked, white.apply(columns), columns, white.dof)
+        return replace(weighing, prior=-VERY_STRONG)
 
     @staticmethod
     def of_shape(
@@ -272,8 +272,8 @@ class _Weighing:
         if np.linalg.norm(x) <= VANISHING_SHARE * np.linalg.norm(white.scale(columns)):
             return None
         prior = generic.families[family].log_prior + float(generic.weight[option])
-        one = _Weighing.beside(selection, (generic, family), x, free, generic.dof)
-        return replace(one, counts=(x.shape[1],), sizes=SCALES, prior=prior)
+        weighing = _Weighing.beside(selection, (generic, family), x, free, generic.dof)
+        return replace(weighing, counts=(x.shape[1],), sizes=SCALES, prior=prior)
 
     @staticmethod
     def beside(
@@ -345,9 +345,9 @@ def _trial_kernels(
     """Return the kernels that the residual follows most clearly, nothing named or all names but one; and every smooth course of time, before which a
     finer bump that follows the scatter too may rank by its score but not by its evidence.
     """
-    others = [[t for t in selection.terms if t is not one] for one in selection.terms]
+    others = [[t for t in selection.terms if t is not term] for term in selection.terms]
     given = [[], *(o for o in others if o)]  # all but one of one is none
-    found: dict[tuple[object, ...], KernelQuestion] = {}
+    by_identity: dict[tuple[object, ...], KernelQuestion] = {}
     curves = _curves(selection)
     for terms in given:
         basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in terms)], axis=1))
@@ -355,13 +355,13 @@ def _trial_kernels(
         over = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
         groups = (g for g in over if not any({n for k in g for n in k.names} == {axis} for axis in curves))
         clearest = heapq.nlargest(TRIAL_KERNELS, questions(groups, rows), key=lambda a: float(a.z[0]))
-        for asked in (*clearest, *([] if terms else questions(of_time(problem), rows))):
-            found.setdefault(_identity(asked), asked)
-    return list(found.values())
+        for question in (*clearest, *([] if terms else questions(of_time(problem), rows))):
+            by_identity.setdefault(_identity(question), question)
+    return list(by_identity.values())
 
 
-def _identity(asked: KernelQuestion) -> tuple[object, ...]:
-    return tuple((k.names, k.direction, k.component, k.what, k.bumps.tobytes()) for k in asked.kernels)
+def _identity(question: KernelQuestion) -> tuple[object, ...]:
+    return tuple((k.names, k.direction, k.component, k.what, k.bumps.tobytes()) for k in question.kernels)
 
 
 def _own_arguments(family: Family) -> set[str]:
@@ -379,20 +379,20 @@ def _shapes(generic: Dictionary, selection: Selection, setting: Setting) -> list
     """The shapes that explain most beside nothing, or beside all names but one, but those that say the same as a name."""
     if not generic.families:
         return []
-    others = [[t for t in selection.terms if t is not one] for one in selection.terms]
-    own = set[str]().union(*(_own_arguments(t.family) for t in selection.terms))
-    found: dict[int, _Weighing | None] = {}
+    others = [[t for t in selection.terms if t is not term] for term in selection.terms]
+    names = set[str]().union(*(_own_arguments(t.family) for t in selection.terms))
+    weighings: dict[int, _Weighing | None] = {}
     simple = _simple_columns(selection, setting, timed=False)
     for terms in [[], *(o for o in others if o)]:
         given = scorer(generic, np.concatenate([t.white for t in terms], axis=1) if terms else None)
         options = given.options(selection.y[:, None])
         scores = given.families(options)[:, 0]
-        order = (int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in own)
+        order = (int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in names)
         for k in itertools.islice(order, SHORT):
             option = best_option(generic, options[:, 0], k)
-            if option not in found:
-                found[option] = _Weighing.of_shape(generic, k, option, simple, selection, setting.white)
-    return [w for w in found.values() if w is not None]
+            if option not in weighings:
+                weighings[option] = _Weighing.of_shape(generic, k, option, simple, selection, setting.white)
+    return [w for w in weighings.values() if w is not None]
 
 
 def kept_terms(selection: Selection, field: Field) -> list[Term]:

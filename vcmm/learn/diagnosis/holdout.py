@@ -114,8 +114,8 @@ def worsened_folds(
     """
     out = []
     for part in parts:
-        asked = [t for t in selection.terms if tells(t, part)]
-        if asked and judge(problem, part, selection, asked).worse > FAR:
+        terms = [t for t in selection.terms if tells(t, part)]
+        if terms and judge(problem, part, selection, terms).worse > FAR:
             axis = part.name.removeprefix(FAR_ZONE) if part.name.startswith(FAR_ZONE) else ""
             if axis and noise is not None and predicts_blocks(problem, noise, selection, axis):
                 continue
@@ -138,8 +138,10 @@ def predicts_blocks(problem: Problem, noise: tuple[Array, float], selection: Sel
         halves = [fold_of(problem, *noise, f"blocks of {axis}", rows) for rows in (odd, ~odd)]
     except ModelLimit:
         return False
-    found = [judge(problem, fold, selection, selection.terms) for fold in halves]
-    return all(h.gain > 0.0 and h.worse < 0.0 for h in found) and sum(h.gain for h in found) > STRONG
+    halves_held = [judge(problem, fold, selection, selection.terms) for fold in halves]
+    return (
+        all(h.gain > 0.0 and h.worse < 0.0 for h in halves_held) and sum(h.gain for h in halves_held) > STRONG
+    )
 
 
 def _limit_outliers(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:
@@ -184,8 +186,8 @@ def _gains(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int
         if _fitted_size(fold, selection, i) > EXCITATION_DELTA:
             with_it = judge(problem, fold, selection, selection.terms).gain
             without = judge(problem, fold, selection, others).gain
-            told = _held_out_size(fold, selection, i) > EXCITATION_DELTA or abs(with_it - without) > STRONG
-            if told and (with_it > without or not _own_zone(term, fold)):
+            is_told = _held_out_size(fold, selection, i) > EXCITATION_DELTA or abs(with_it - without) > STRONG
+            if is_told and (with_it > without or not _own_zone(term, fold)):
                 gains.append(with_it - without)
     return np.array(gains)
 

@@ -42,8 +42,8 @@ def separate_effect(effect: Effect, machine: Machine) -> Effect:
 
     A wave of period p is harmonic h of the period h p: with an unused h its Inputs can be told apart by place.
     """
-    own = next((e for e in machine.effects if e.id == effect.id), None)
-    if own is None or type(own) is not type(effect) or same_shape(own, effect):
+    present = next((e for e in machine.effects if e.id == effect.id), None)
+    if present is None or type(present) is not type(effect) or same_shape(present, effect):
         return effect
     blank = {n: np.zeros_like(getattr(effect, n)) * 1.0 for n in linear_parameters(effect)}
     effect = replace(effect, **{n: float(v) if np.ndim(v) == 0 else v for n, v in blank.items()})
@@ -98,15 +98,15 @@ def improve_machine(machine: Machine, found: tuple[tuple[Effect | None, tuple[In
         if any(e.id == effect.id for e in kept):
             inputs = ()  # two effects of one name and place: an Input could not say which
         names = {i.id for i in inputs}
-        known = tuple(i for i in machine.inputs if i.id not in names)
-        machine = replace(machine, effects=(*kept, effect), inputs=(*known, *inputs))
+        kept_inputs = tuple(i for i in machine.inputs if i.id not in names)
+        machine = replace(machine, effects=(*kept, effect), inputs=(*kept_inputs, *inputs))
     return machine
 
 
 def departure(effect: Effect, machine: Machine) -> Effect:
     """Return a fitted effect less what the machine has of it."""
-    own = next((e for e in machine.effects if e.id == effect.id), None)
-    if own is None or not addable(own, effect):
+    present = next((e for e in machine.effects if e.id == effect.id), None)
+    if present is None or not addable(present, effect):
         return effect
     linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
-    return replace(effect, **{n: getattr(effect, n) - getattr(own, n) for n in linear})
+    return replace(effect, **{n: getattr(effect, n) - getattr(present, n) for n in linear})

@@ -21,8 +21,8 @@ NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "spindle_load_W
 
 def where_of(effect: Effect) -> dict[str, str]:
     """Place fields of an effect that say something; "other" of contract section 6 is the second axis."""
-    said = [(f, getattr(effect, f.name)) for f in place_fields(effect)]
-    return {f.name: str(v) for f, v in said if v not in ("", ()) and not f.metadata.get("quiet", False)}
+    places = [(f, getattr(effect, f.name)) for f in place_fields(effect)]
+    return {f.name: str(v) for f, v in places if v not in ("", ()) and not f.metadata.get("quiet", False)}
 
 
 def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:

@@ -55,9 +55,12 @@ def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str
         opposite = kind.about.words.opposite if kind.about.words else None
         if opposite is None or not opposite.rare:
             continue
-        own = [a for a in d.answer if a.effect == kind.name]
+        answers = [a for a in d.answer if a.effect == kind.name]
         places = [
-            str(v) for a in own if _negative(a.parameters.get(opposite.parameter)) for v in a.where.values()
+            str(v)
+            for a in answers
+            if _negative(a.parameters.get(opposite.parameter))
+            for v in a.where.values()
         ]
         if places:
             return (
@@ -76,11 +79,11 @@ def against_known(recording: Recording, machine: Machine) -> tuple[float, float]
     try:
         problem = make_problem(recording, machine)
         blank = baseline(problem.recording, replace(machine, effects=(), inputs=()))
-        known = baseline(problem.recording, machine) - blank
+        stored = baseline(problem.recording, machine) - blank
         white = problem.whitener()
     except ModelLimit:
         return 0.0, float("inf")
-    d, r = white.apply(known[:, None])[:, 0], white.apply(problem.residual)
+    d, r = white.apply(stored[:, None])[:, 0], white.apply(problem.residual)
     size = float(np.linalg.norm(d))
     if size < VANISHING_SHARE:
         return 0.0, float("inf")
@@ -93,15 +96,15 @@ WAVES = 10  # that are watched: their period is known to a hundredth then
 
 def describe_unknown(found: Diagnosis, recording: Recording) -> Diagnosis:
     """Return the diagnosis with the unknown of the recording reported: verdict, reason, what to measure next."""
-    told = [(name.removeprefix(UNKNOWN), k) for name, k in recording.known if name.startswith(UNKNOWN)]
-    if not told:
+    unknowns = [(name.removeprefix(UNKNOWN), k) for name, k in recording.known if name.startswith(UNKNOWN)]
+    if not unknowns:
         return found
     rests = [
         Unknown(("time",), f"a {what}, which no effect of the catalogue does", _rms(k), drawn=False)
-        for what, k in told
+        for what, k in unknowns
     ]
     why = tuple(f"something without a name is in the recording: {rest.description}" for rest in rests)
-    steps = tuple(step for what, _ in told if (step := _watch(what)) is not None)
+    steps = tuple(step for what, _ in unknowns if (step := _watch(what)) is not None)
     return replace(
         found,
         verdict=verdict(bool(found.found), (*found.reasons, *why)),
@@ -138,12 +141,12 @@ def diagnose_unread(
     fitted = [a.fitted for a in first.found if a.fitted is not None]
     needed = sensors_of(recording, (*machine.effects, *fitted))
     whole = for_effects(recording, (*machine.effects, *fitted))
-    told = _told(recording, whole, needed)
+    remarks = _told(recording, whole, needed)
     if whole.m == rows_read(recording).m:
-        return replace(first, warnings=(*first.warnings, *told))
+        return replace(first, warnings=(*first.warnings, *remarks))
     second = ask(whole)
     untested = {n: c for n, c in second.not_testable.items() if n in first.not_testable}
-    return replace(second, not_testable=untested, warnings=(*second.warnings, *told))
+    return replace(second, not_testable=untested, warnings=(*second.warnings, *remarks))
 
 
 def _told(recording: Recording, whole: Recording, needed: tuple[str, ...]) -> tuple[str, ...]:
@@ -177,15 +180,15 @@ def diagnose(
     """
     recording = few_enough(recording)
 
-    def ask(one: Recording) -> Diagnosis:
-        return diagnose_recording(one, machine, seed=seed, extra_effects=extra_effects, progress=progress)
+    def ask(rows: Recording) -> Diagnosis:
+        return diagnose_recording(rows, machine, seed=seed, extra_effects=extra_effects, progress=progress)
 
-    found = diagnose_unread(recording, machine, ask) if recording.unread else ask(recording)
-    found = describe_unknown(found, recording)
+    diagnosis = diagnose_unread(recording, machine, ask) if recording.unread else ask(recording)
+    diagnosis = describe_unknown(diagnosis, recording)
     warnings = (
         *recording.notes,
         *thinning_notes(recording),
-        *found.warnings,
-        *other_way(recording, machine, found),
+        *diagnosis.warnings,
+        *other_way(recording, machine, diagnosis),
     )
-    return replace(found, warnings=warnings)
+    return replace(diagnosis, warnings=warnings)

@@ -216,13 +216,13 @@ def beside_field(
     return replace(second, mistake=first.mistake, field=None, rest=what)
 
 
-def _simple(known: Catalogue) -> Catalogue:
+def _simple(effects_of_kinds: Catalogue) -> Catalogue:
     """Return the catalogue without names of more numbers than FEW, which are as free as a field."""
     kept = []
-    for family in (f for f in known.families if not is_free_curve(f.name)):
+    for family in (f for f in effects_of_kinds.families if not is_free_curve(f.name)):
         few = tuple(o for o in family.options if o.columns.shape[1] <= FEW)
         kept += [replace(family, options=few)] if few else []
-    return replace(known, families=tuple(kept))
+    return replace(effects_of_kinds, families=tuple(kept))
 
 
 def _told_before(first: Judgement, second: Judgement) -> bool:
@@ -251,19 +251,19 @@ def _freedom(terms: Sequence[Term]) -> int:
 def _loses_name(first: Judgement, second: Judgement) -> bool:
     """Is a name gone that was found and wins all its folds? A free curve may be: it is as free as the field."""
     kept = _probable_ids(second)
-    own = first.selection
-    gone = [i for i, t in enumerate(own.terms) if t.family.id in _probable_ids(first) - kept]
+    selection = first.selection
+    gone = [i for i, t in enumerate(selection.terms) if t.family.id in _probable_ids(first) - kept]
     return any(
-        wins_everywhere(first.problem, first.parts, own, i)
+        wins_everywhere(first.problem, first.parts, selection, i)
         for i in gone
-        if not is_free_curve(own.terms[i].family.name)
+        if not is_free_curve(selection.terms[i].family.name)
     )
 
 
-def _probable_ids(one: Judgement) -> set[str]:
+def _probable_ids(judgement: Judgement) -> set[str]:
     """Ids of the names that are more probable than not, with what repeats them exactly; none that a field makes superfluous."""
-    refused = one.field.refused if one.field is not None and one.field.stands else ()
-    pairs = enumerate(zip(one.selection.terms, one.places))
+    refused = judgement.field.refused if judgement.field is not None and judgement.field.stands else ()
+    pairs = enumerate(zip(judgement.selection.terms, judgement.places))
     return {t.family.id for i, (t, p) in pairs if i not in refused and p.with_aliases >= EVEN_ODDS}
 
 
@@ -345,21 +345,23 @@ def _simulate(
         e = rng.standard_t(dof, (problem.m, DRAWS)) * np.sqrt((dof - 2) / dof)
     if noise.rho:
         e = chain_noise(e, problem.before, noise.rho)
-    known = problem.calibration @ rng.standard_normal((problem.calibration.shape[1], DRAWS))
-    out = (columns @ selection.fit.mean)[:, None] + known + selection.fit.sigma * u[:, None] * e
+    calibration = problem.calibration @ rng.standard_normal((problem.calibration.shape[1], DRAWS))
+    out = (columns @ selection.fit.mean)[:, None] + calibration + selection.fit.sigma * u[:, None] * e
     return np.asarray(out)
 
 
 def _gains_of_draws(fold: Fold, columns: Array, width: Array, sigma: float, raw: Array) -> Array:
     """Return the log score (D,) that the terms win in the held-out rows of recordings raw (m, D), fitted on the other rows."""
     x, r = fold.fitted.apply(columns[~fold.test]), fold.fitted.apply(raw[~fold.test])
-    told = condition(x.T @ x, x.T @ r, width)
-    signal = x @ told.mean
+    posterior = condition(x.T @ x, x.T @ r, width)
+    signal = x @ posterior.mean
     limited = signal + np.clip(r - signal, -FAR * sigma, FAR * sigma)
-    mean = told.covariance @ (x.T @ limited)
+    mean = posterior.covariance @ (x.T @ limited)
     x, r = fold.predicted.apply(columns[fold.test]), fold.predicted.apply(raw[fold.test])
     before, rest = (np.clip(v, -FAR * sigma, FAR * sigma) / sigma for v in (r, r - x @ mean))
-    return np.asarray(0.5 * (before**2).sum(axis=0) + log_density(rest, x, told.half))  # in units of sigma
+    return np.asarray(
+        0.5 * (before**2).sum(axis=0) + log_density(rest, x, posterior.half)
+    )  # in units of sigma
 
 
 def of_fold(fold: str) -> Unknown:

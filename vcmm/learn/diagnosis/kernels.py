@@ -239,8 +239,8 @@ def _of_group(group: list[Kernel], rows: PulledResiduals) -> Iterator[KernelQues
 
 def normal_scores(t: Array, forgiven: float = 0.0) -> Array:
     """Return z (1 + M,) of t; a share `forgiven` of the residual's own t, the first, may come from errors of templates."""
-    own = t[0] * max(1.0 - np.sqrt(forgiven), UNSEEN) ** 2
-    logs = np.log(np.maximum(np.r_[own, t[1:]], NOTHING))
+    of_data = t[0] * max(1.0 - np.sqrt(forgiven), UNSEEN) ** 2
+    logs = np.log(np.maximum(np.r_[of_data, t[1:]], NOTHING))
     return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), UNSEEN**2))
 
 
@@ -267,8 +267,8 @@ def principal_turn(x: Array, count: int) -> Array | None:
 
 def components_of(terms: Sequence[Term]) -> tuple[str, ...]:
     """Return the component errors in which terms move their axes: of their places, or the positioning errors of their axes."""
-    found = {c for t in terms for c in (t.family.where.get("component", ""), _positioning(t))}
-    return tuple(sorted(c for c in found if len(c) == 3 and c[0] == "E" and c[2] in "XYZ"))
+    components = {c for t in terms for c in (t.family.where.get("component", ""), _positioning(t))}
+    return tuple(sorted(c for c in components if len(c) == 3 and c[0] == "E" and c[2] in "XYZ"))
 
 
 def _positioning(term: Term) -> str:
@@ -283,8 +283,8 @@ def proposal(kernel: Kernel, problem: Problem, rms: float, says: str) -> Unknown
     over the axis can show it.
     """
     over = " and ".join(kernel.names)
-    own = kernel.component[1:2].lower()
-    direction = own if own in modulators(problem) else kernel.direction
+    letter = kernel.component[1:2].lower()
+    direction = letter if letter in modulators(problem) else kernel.direction
     if kernel.what:
         what = kernel.what
     elif kernel.component:
@@ -316,9 +316,11 @@ def departure(problem: Problem, selection: Selection, white: Whitener, null: Arr
         * _variance(selection)
         / max(float(selection.rest @ selection.rest), NOTHING)
     )
-    found = _clearest(of_components(problem, components_of(selection.terms)), rows, forgiven, alarm)
-    found = found or _clearest(everywhere(problem), rows, forgiven, alarm)
-    return None if found is None else _measure_departure(found[0], problem, found[1], selection, white)
+    question = _clearest(of_components(problem, components_of(selection.terms)), rows, forgiven, alarm)
+    question = question or _clearest(everywhere(problem), rows, forgiven, alarm)
+    return (
+        None if question is None else _measure_departure(question[0], problem, question[1], selection, white)
+    )
 
 
 def _variance(selection: Selection) -> float:
@@ -337,18 +339,18 @@ def _clearest(
         MOST_QUESTIONS, _track_largest(questions(groups, rows), largest), key=lambda a: float(a.z[0])
     )
     limit = upper_quantile(largest, alarm)
-    for asked in (a for a in clearest if a.z[0] > limit):
-        x = rows.columns(asked.kernels)
-        if x.shape[1] and normal_scores(asked.t, _of_templates(x, rows, forgiven))[0] > limit:
-            return asked.clearest, rows.columns([asked.clearest])
+    for question in (a for a in clearest if a.z[0] > limit):
+        x = rows.columns(question.kernels)
+        if x.shape[1] and normal_scores(question.t, _of_templates(x, rows, forgiven))[0] > limit:
+            return question.clearest, rows.columns([question.clearest])
     return None
 
 
-def _track_largest(asked: Iterable[KernelQuestion], largest: Array) -> Iterator[KernelQuestion]:
+def _track_largest(trials: Iterable[KernelQuestion], largest: Array) -> Iterator[KernelQuestion]:
     """Yield the same, while `largest` (M,) takes the largest z of every null recording."""
-    for one in asked:
-        np.maximum(largest, one.z[1:], out=largest)
-        yield one
+    for question in trials:
+        np.maximum(largest, question.z[1:], out=largest)
+        yield question
 
 
 def _of_templates(x: Array, rows: PulledResiduals, forgiven: float) -> float:

@@ -199,14 +199,14 @@ def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
         return ()
     scores = generic.scores(y[:, None])[:, 0]
     out: list[Place] = []
-    seen: set[str] = set()
+    names: set[str] = set()
     for i in np.argsort(-scores, kind="stable"):
         family = generic.found.families[i]
         p = (1 + int(np.sum(chance >= scores[i]))) / (1 + len(chance))
         if p > 1.0 - SECURE or len(out) == MOST_SHOWN:
             break
-        if family.name not in seen:
-            seen.add(family.name)
+        if family.name not in names:
+            names.add(family.name)
             direction = family.where["direction"]
             out.append(Place(family.name, direction, p, _words(family.name, direction), float(scores[i])))
     return tuple(out)

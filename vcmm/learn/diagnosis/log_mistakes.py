@@ -60,15 +60,15 @@ def clock_mistakes(run: Run) -> Iterator[ClockMistake]:
     if "time_s" not in run.columns:
         return
     time = run.column("time_s")
-    own = {n: log for n, log in run.series.items() if not _is_of_rows(log, time)}
+    logs = {n: log for n, log in run.series.items() if not _is_of_rows(log, time)}
     span = float(np.ptp(time))
-    if not own or span <= 0:
+    if not logs or span <= 0:
         return
     trials = np.linspace(-0.5, 0.5, MOST_STEPS + 1) * span
     values = tuple(float(v) for v in trials[trials != 0.0])
-    yield ClockMistake(OFFSET, lambda s: _with_clock(run, own, lambda t: t - s), values)
+    yield ClockMistake(OFFSET, lambda s: _with_clock(run, logs, lambda t: t - s), values)
     yield ClockMistake(
-        DRIFT, lambda s: _with_clock(run, own, lambda t: t - s * (t - time.min()) / span), values
+        DRIFT, lambda s: _with_clock(run, logs, lambda t: t - s * (t - time.min()) / span), values
     )
 
 
@@ -76,13 +76,13 @@ def _is_of_rows(log: Series, time: Array) -> bool:
     return bool(np.isin(log.time, time).all()) and len(log.time) >= len(np.unique(time))
 
 
-def _with_clock(run: Run, own: dict[str, Series], true_time: Callable[[Array], Array]) -> Run:
+def _with_clock(run: Run, logs: dict[str, Series], true_time: Callable[[Array], Array]) -> Run:
     """Return the run with logs at their true times, and with the columns that were read from them."""
-    series = {n: Series(true_time(log.time), log.value) for n, log in own.items()}
+    series = {n: Series(true_time(log.time), log.value) for n, log in logs.items()}
     time = run.column("time_s")
     columns = {}
     for name, values in run.columns.items():
-        log = own.get(sensor_of(name))
+        log = logs.get(sensor_of(name))
         if log is not None and np.array_equal(values, np.interp(time, log.time, log.value)):
             columns[name] = np.interp(time, series[sensor_of(name)].time, log.value)
     return replace(run.with_columns(columns), series={**run.series, **series})
@@ -162,9 +162,9 @@ def log_hypotheses(recording: Recording, machine: Machine) -> Iterator[Mistake]:
 
     for what, tried in _kinds(recording.run):
         changed = [(columns, words, change(corrected(recording.run))) for columns, corrected, words in tried]
-        seen = [(columns, words, d) for columns, words, d in changed if d is not None]
-        for columns, words, departure in seen:
-            share = -float(np.log(len(seen)))
+        departures = [(columns, words, d) for columns, words, d in changed if d is not None]
+        for columns, words, departure in departures:
+            share = -float(np.log(len(departures)))
             yield replace(_of_log(columns, what, departure, share), words=words or WORDS.get(what, ""))
     yield from _of_labels(recording.run, change)
     for clock in clock_mistakes(recording.run):
@@ -176,9 +176,9 @@ def _of_log(columns: str, what: str, departure: Array, prior: float) -> Mistake:
 
 
 def _of_labels(run: Run, change: Callable[[Run], Array | None]) -> Iterator[Mistake]:
-    seen = [(text, d) for text, other in exchanged_labels(run) if (d := change(other)) is not None]
-    for text, departure in seen:
-        yield _of_log(text, LABELS_EXCHANGED, departure, -float(np.log(len(seen))))
+    departures = [(text, d) for text, other in exchanged_labels(run) if (d := change(other)) is not None]
+    for text, departure in departures:
+        yield _of_log(text, LABELS_EXCHANGED, departure, -float(np.log(len(departures))))
 
 
 def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Iterator[Mistake]:
@@ -191,9 +191,11 @@ def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Ite
     step = float(np.diff(sorted(clock.values)).min())
     share = -float(np.log(len(clock.values)))
     for seconds in clock.values:
-        found = at(seconds)
-        if found is not None:
-            yield replace(_of_log(found[0], clock.what, found[1], share), clock=Clock(seconds, step, at))
+        departure = at(seconds)
+        if departure is not None:
+            yield replace(
+                _of_log(departure[0], clock.what, departure[1], share), clock=Clock(seconds, step, at)
+            )
 
 
 class _Watched(dict[str, Any]):
@@ -236,13 +238,13 @@ class _Watched(dict[str, Any]):
 def names_read(observer: Observer) -> set[Name]:
     """Return the names on which the prediction of a recording depends: places, and of columns, labels and logs those that the machine's
     effects read."""
-    asked: set[Name] = {(PLACES, ""), *ZEROED}
+    names: set[Name] = {(PLACES, ""), *ZEROED}
     run = copy(observer.run)
     for kind in TABLES:
-        object.__setattr__(run, kind, _Watched(getattr(run, kind), kind, asked))
+        object.__setattr__(run, kind, _Watched(getattr(run, kind), kind, names))
     for effect in observer.usable.effects:
         effect.error_motion(run)
-    return asked
+    return names
 
 
 def changed_names(before: Run, after: Run) -> set[Name]:
@@ -250,9 +252,9 @@ def changed_names(before: Run, after: Run) -> set[Name]:
     out = {
         (kind, name)
         for kind in TABLES
-        for one, other in [(getattr(before, kind), getattr(after, kind))]
-        for name in one.keys() | other.keys()
-        if not _is_same(one.get(name), other.get(name))
+        for old, new in [(getattr(before, kind), getattr(after, kind))]
+        for name in old.keys() | new.keys()
+        if not _is_same(old.get(name), new.get(name))
     }
     out |= {("series", sensor_of(name)) for kind, name in out if kind == "columns"}
     places = [(q, after.position[a]) for a, q in before.position.items()]
@@ -261,12 +263,12 @@ def changed_names(before: Run, after: Run) -> set[Name]:
     return out
 
 
-def _is_same(one: Any, other: Any) -> bool:
-    if one is other:
+def _is_same(first: Any, second: Any) -> bool:
+    if first is second:
         return True
-    if isinstance(one, Series) and isinstance(other, Series):
-        return np.array_equal(one.time, other.time) and np.array_equal(one.value, other.value)
-    return one is not None and other is not None and np.array_equal(one, other)
+    if isinstance(first, Series) and isinstance(second, Series):
+        return np.array_equal(first.time, second.time) and np.array_equal(first.value, second.value)
+    return first is not None and second is not None and np.array_equal(first, second)
 
 
 def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection, str]]]]:
@@ -318,8 +320,8 @@ def _units(names: Sequence[str]) -> Iterator[tuple[str, RunCorrection, str]]:
 
 
 def _groups(names: Sequence[str]) -> list[tuple[str, str]]:
-    found = [(start, _ending(n)) for start in COLUMN_PREFIXES for n in names if n.startswith(start)]
-    return list(dict.fromkeys(found))
+    groups = [(start, _ending(n)) for start in COLUMN_PREFIXES for n in names if n.startswith(start)]
+    return list(dict.fromkeys(groups))
 
 
 def _ending(name: str) -> str:
@@ -330,9 +332,9 @@ def _ending(name: str) -> str:
 
 def _columns(a: str, b: str) -> RunCorrection:
     def corrected(run: Run) -> Run:
-        one, other = sensor_of(a), sensor_of(b)
+        first, second = sensor_of(a), sensor_of(b)
         series = dict(run.series)
-        for to, source in ((one, other), (other, one)):
+        for to, source in ((first, second), (second, first)):
             series.pop(to, None)
             if source in run.series:
                 series[to] = run.series[source]

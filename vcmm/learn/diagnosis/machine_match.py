@@ -52,10 +52,10 @@ def check_belonging(problem: Problem, white: Whitener) -> None:
     far = FAR_ANGLE if problem.recording.kind == "angle" else FAR_LENGTH
     usual = float(robust_scale(rest))
     if usual > far and usual > TIMES * float(np.median(problem.u)):
-        found = suspicions(problem)
+        reasons = suspicions(problem)
         shown = (
-            ". What fits: " + "; ".join(s.text for s in found)
-            if found
+            ". What fits: " + "; ".join(s.text for s in reasons)
+            if reasons
             else ". Neither another unit nor other axes nor an alignment explains it"
         )
         raise ModelLimit(
@@ -157,14 +157,14 @@ def _of_axes(problem: Problem) -> list[Suspicion]:
     share, fit = _share(problem.residual, columns)
     if share < ENERGY_SHARE:
         return []
-    found = np.eye(3) + problem.recording.sign * fit[:9].reshape(3, 3)
-    words = _in_words(found, np.ptp(p, axis=0) > 0)
+    axes = np.eye(3) + problem.recording.sign * fit[:9].reshape(3, 3)
+    words = _in_words(axes, np.ptp(p, axis=0) > 0)
     return [Suspicion(words, share)] if words else []
 
 
-def _in_words(found: Array, moved: Mask) -> str:
+def _in_words(axes: Array, moved: Mask) -> str:
     """Return a map of positions, actual from stated, as a mistake in words. moved (3,): axes that the rows determine."""
-    size = np.linalg.norm(found, axis=0)
+    size = np.linalg.norm(axes, axis=0)
     used = moved & (size > 1e-6)
     out = []
     for factor, name in UNITS.items():
@@ -172,11 +172,11 @@ def _in_words(found: Array, moved: Mask) -> str:
             out.append(f"positions in {name} (factor {factor:g})")
     if not out and moved.any() and (size[moved] < 1 - ENERGY_SHARE).all():
         out.append("readings that are deviations already, stated as positions")
-    main = np.abs(found).argmax(axis=0)
+    main = np.abs(axes).argmax(axis=0)
     swapped = [f"{'XYZ'[j]} and {'XYZ'[main[j]]}" for j in range(3) if size[j] > 0.5 and main[j] > j]
     if swapped:
         out.append(f"{', '.join(swapped)} exchanged")
-    turned = ["XYZ"[j] for j in range(3) if size[j] > 0.5 and main[j] == j and found[j, j] < -0.5 * size[j]]
+    turned = ["XYZ"[j] for j in range(3) if size[j] > 0.5 and main[j] == j and axes[j, j] < -0.5 * size[j]]
     if turned:
         out.append(f"axis {', '.join(turned)} counted the other way")
     return " and ".join(out)

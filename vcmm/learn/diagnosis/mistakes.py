@@ -64,14 +64,14 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
     if not candidates:
         return None
     departures = white.apply(np.stack([h.departure for h in candidates], axis=1))
-    seen = np.linalg.norm(departures, axis=0) > VANISHING_SHARE
+    is_visible = np.linalg.norm(departures, axis=0) > VANISHING_SHARE
     left = raw[:, None] - departures
     bound = limit * min(float(robust_scale(raw)), float(robust_scale(left).min()))
     total = float(np.minimum(raw**2, bound**2).sum())
     rest = np.minimum(left**2, bound**2).sum(axis=0)
     prior = np.array([h.prior for h in candidates])
     scores = -0.5 * white.dof * np.log(rest / total) + prior - np.logaddexp.reduce(prior)
-    scores[~seen] = -np.inf
+    scores[~is_visible] = -np.inf
     best = int(np.argmax(scores))
     if scores[best] <= VERY_STRONG:
         return None
@@ -89,9 +89,9 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
         )
     )
     # the nats of all against nothing, outliers pulled in about the mistake as they are about fitted terms
-    own = clip_residuals(left[:, best], white, limit)
-    with_it = departures[:, best] + own
-    nats = 0.5 * white.dof * float(np.log(with_it @ with_it / (own @ own)))
+    clipped = clip_residuals(left[:, best], white, limit)
+    with_it = departures[:, best] + clipped
+    nats = 0.5 * white.dof * float(np.log(with_it @ with_it / (clipped @ clipped)))
     score = nats + float(prior[best] - np.logaddexp.reduce(prior))
     return replace(candidates[best], score=score, rivals=rivals)
 
@@ -159,18 +159,18 @@ def is_followed(machine: Machine) -> bool:
 def _of_tables(problem: Problem) -> Iterator[Mistake]:
     tables = tables_of(problem)
     nothing = _baseline_of(problem, ())
-    own = {name: _baseline_of(problem, (effect,)) - nothing for name, effect in tables.items()}
-    own = {name: e for name, e in own.items() if np.abs(e).max(initial=0.0) > TINY}
-    if len(own) > 1:
-        own["all"] = np.sum(list(own.values()), axis=0)
-    for name, e in own.items():
+    errors = {name: _baseline_of(problem, (effect,)) - nothing for name, effect in tables.items()}
+    errors = {name: e for name, e in errors.items() if np.abs(e).max(initial=0.0) > TINY}
+    if len(errors) > 1:
+        errors["all"] = np.sum(list(errors.values()), axis=0)
+    for name, e in errors.items():
         yield Mistake(name, "sign", -2.0 * e, factor=-1.0)
         yield Mistake(name, "missing", -e, factor=0.0)
         yield Mistake(name, "counted twice", e, factor=2.0)
         for factor in UNIT_FACTORS:
             prior = -float(np.log(len(UNIT_FACTORS)))
             yield Mistake(name, "unit", (factor - 1.0) * e, prior=prior, factor=factor)
-    yield from _swaps(problem, tables, own, nothing)
+    yield from _swaps(problem, tables, errors, nothing)
     yield from _abbe(problem, nothing)
 
 
@@ -203,7 +203,7 @@ def _baseline_of(problem: Problem, effects: tuple[Effect, ...]) -> Array:
 
 
 def _swaps(
-    problem: Problem, tables: dict[str, Effect], own: dict[str, Array], nothing: Array
+    problem: Problem, tables: dict[str, Effect], errors: dict[str, Array], nothing: Array
 ) -> Iterator[Mistake]:
     """Yield one component in the place of another, and both exchanged."""
     single = {k: cast(Any, t) for k, t in tables.items() if len(getattr(t, "arguments", ())) == 1}
@@ -215,10 +215,10 @@ def _swaps(
     zero = np.zeros(problem.m)
     share = -float(np.log(max(2 * len(single), 1)))
     for (a, b), instead in moved.items():
-        change = instead - own.get(a, zero)
+        change = instead - errors.get(a, zero)
         yield Mistake(a, f"swapped with {b}", change, prior=share, source=b)
         if a < b:
-            whole = change + moved[b, a] - own.get(b, zero)
+            whole = change + moved[b, a] - errors.get(b, zero)
             yield Mistake(a, f"swapped with {b}", whole, prior=share, source=b, both=True)
 
 
@@ -253,14 +253,14 @@ def slipped_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
         meant = replace(recording, run=_slipped(recording.run, label, by, recording.lines))
         try:
             columns = np.reshape(nuisance_columns(meant, problem.machine)[0], (problem.m, -1))
-            own = replace(problem, nuisance=columns).whitener()
+            whitener = replace(problem, nuisance=columns).whitener()
         except ModelLimit:
             continue
         weight = 1.0 / problem.u[:, None]
         fit = np.linalg.lstsq(weight * columns, problem.residual / problem.u, rcond=None)[0]
         departure = columns @ fit
         left = white.apply(problem.residual - departure)  # beside both nuisances, which is too little
-        alone = own.apply(problem.residual)
+        alone = whitener.apply(problem.residual)
         too_little = 0.5 * white.dof * float(np.log((alone @ alone) / (left @ left)))
         share = -float(np.log(len(labels) * len(steps)))
         rows = "row" if abs(by) == 1 else "rows"

@@ -61,18 +61,18 @@ def next_steps(
         here = list(zip(place.twins, place.shares))[:1] or list(
             place.elsewhere[:1]
         )  # the same name at another place
-        asked = [*here, *((j, place.rival_probability) for j in place.families[:1])]
-        rivals = [j for j, _ in asked]
-        found = [
+        candidates = [*here, *((j, place.rival_probability) for j in place.families[:1])]
+        rivals = [j for j, _ in candidates]
+        steps = [
             f
-            for j, share in asked
+            for j, share in candidates
             for f in _for_rival(problem, setting, selection, i, j, log_odds(place.probability, share))
         ]
-        if rivals and not found:
-            found = _confirming(problem, selection, i, _pair(selection, i, setting, rivals[0]))
-        elif place.names and not found:  # a rival that these rows do not resolve is no candidate
-            found = _confirming(problem, selection, i, (selection.terms[i].family.name, place.names[0]))
-        out += found
+        if rivals and not steps:
+            steps = _confirming(problem, selection, i, _pair(selection, i, setting, rivals[0]))
+        elif place.names and not steps:  # a rival that these rows do not resolve is no candidate
+            steps = _confirming(problem, selection, i, (selection.terms[i].family.name, place.names[0]))
+        out += steps
     return tuple(out)
 
 
@@ -83,11 +83,11 @@ def _for_rival(
     rival = _nearest(setting, selection, family, i)
     pair = _pair(selection, i, setting, family)
     columns = (selection.terms[i].option.columns, rival.columns)
-    asked = _RivalQuestion(pair, odds, separability(columns, problem.whitener(), selection, i))
-    found = [
-        _try_addon(problem, addon, selection, i, rival, asked) for addon in (*ADDONS, *along_axes(problem))
+    question = _RivalQuestion(pair, odds, separability(columns, problem.whitener(), selection, i))
+    steps = [
+        _try_addon(problem, addon, selection, i, rival, question) for addon in (*ADDONS, *along_axes(problem))
     ]
-    return sorted((f for f in found if f is not None), key=lambda f: -f.gain / f.minutes)[:MOST_SHOWN]
+    return sorted((f for f in steps if f is not None), key=lambda f: -f.gain / f.minutes)[:MOST_SHOWN]
 
 
 @dataclass(frozen=True)
@@ -101,8 +101,8 @@ class _RivalQuestion:
 
 def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[str, str]:
     """Return the pair that is separated: two names, or one name at two places."""
-    one, other = selection.terms[i].family, setting.found.families[family]
-    return (one.id, other.id) if one.name == other.name else (one.name, other.name)
+    mine, rival = selection.terms[i].family, setting.found.families[family]
+    return (mine.id, rival.id) if mine.name == rival.name else (mine.name, rival.name)
 
 
 def _confirming(problem: Problem, selection: Selection, i: int, pair: tuple[str, str]) -> list[NextStep]:
@@ -155,7 +155,7 @@ def _try_addon(
     selection: Selection,
     i: int,
     rival: Option,
-    asked: _RivalQuestion,
+    question: _RivalQuestion,
 ) -> NextStep | None:
     """Return the add-on with its expected result; None where it cannot be done, separates no better, or decides no more."""
     try:
@@ -166,19 +166,19 @@ def _try_addon(
         observer = Observer(recording, problem.machine)
         columns = tuple(_on(observer, o) for o in (selection.terms[i].option, rival))
         nuisance, _ = nuisance_columns(recording, problem.machine)
-        known = [c for _, c in observer.calibration()]
-        calibration = np.concatenate([np.zeros((recording.m, 0)), *known], axis=1)
+        calibrations = [c for _, c in observer.calibration()]
+        calibration = np.concatenate([np.zeros((recording.m, 0)), *calibrations], axis=1)
         white = whitener(u, nuisance, calibration, predecessors(recording.row))
         then = separability((columns[0], columns[1]), white, selection, i)
     except (ModelLimit, UsageError):
         return None
-    gain = then[0] - asked.now[0]
+    gain = then[0] - question.now[0]
     before, after = (
-        expected_probability(asked.odds, more) for more in (0.0, then[1] ** 2 - asked.now[1] ** 2)
+        expected_probability(question.odds, more) for more in (0.0, then[1] ** 2 - question.now[1] ** 2)
     )
     if gain <= LEAST_GAIN or after - before <= LEAST_GAIN * (1.0 - before):
         return None
-    return NextStep(asked.pair, instruction(addon, problem), minutes_of(addon, problem), gain, after)
+    return NextStep(question.pair, instruction(addon, problem), minutes_of(addon, problem), gain, after)
 
 
 def instruction(addon: AddOn, problem: Problem) -> str:
@@ -367,10 +367,12 @@ def _along(axis: str, run: Run) -> Run | None:
     still = {a: np.full(run.n, float(np.mean(q))) for a, q in run.position.items() if a != axis}
     columns = {f"n{c}": np.full(run.n, float(c.upper() == axis)) for c in "xyz"}
     columns |= {f"sense_{a}": np.zeros(run.n) for a in still if f"sense_{a}" in run.columns}
-    known = {c: v for c, v in run.columns.items() if not c.startswith("counted_")}
+    columns_kept = {c: v for c, v in run.columns.items() if not c.startswith("counted_")}
     labels = {k: np.array([f"{v} {axis}" for v in run.labels[k]]) for k in run.labels if k == "setup"}
     labels = {**run.labels, **labels, "turned": np.full(run.n, "yes")}
-    return replace(run, position={**run.position, **still}, columns={**known, **columns}, labels=labels)
+    return replace(
+        run, position={**run.position, **still}, columns={**columns_kept, **columns}, labels=labels
+    )
 
 
 ADDONS = (

@@ -105,8 +105,8 @@ def _limit(spread: Array, problem: Problem, white: Whitener, rho: float, seed: i
         return max(float(np.quantile(usual, CHANCE)), RELEVANT * float(np.quantile(usual, 1.0 - FALSE_ALARM)))
     rng = generator(seed, "correlated scale")
     noise = chain_noise(rng.standard_normal((problem.m, DRAWS)), problem.before, rho)
-    seen = by_columns(lambda x: robust_scale(white.apply(x / white.weight[:, None])), noise)
-    return float(np.quantile(seen / float(np.median(spread)), CHANCE))
+    scales = by_columns(lambda x: robust_scale(white.apply(x / white.weight[:, None])), noise)
+    return float(np.quantile(scales / float(np.median(spread)), CHANCE))
 
 
 def _by_speed(rest: Array, problem: Problem, growth: float) -> float:
@@ -119,12 +119,12 @@ def _by_speed(rest: Array, problem: Problem, growth: float) -> float:
 
 
 def _tails(rest: Array, null: Array, spread: Array, findings: list[str]) -> bool:
-    own = robust_scale(rest)
-    far, far_null = _beyond(OUTLYING, rest, own), _beyond(OUTLYING, null, spread)
+    scale = robust_scale(rest)
+    far, far_null = _beyond(OUTLYING, rest, scale), _beyond(OUTLYING, null, spread)
     if far > np.quantile(far_null, QUANTILE):
         findings.append(f"outliers {100 * far:.1f} %")
         return True
-    tail, tail_null = _beyond(FAR, rest, own), _beyond(FAR, null, spread)
+    tail, tail_null = _beyond(FAR, rest, scale), _beyond(FAR, null, spread)
     if tail > np.quantile(tail_null, QUANTILE):
         findings.append(f"heavy tails: {100 * tail:.1f} % beyond 3 standard deviations")
         return True
@@ -140,25 +140,25 @@ def _correlation(
     rest: Array, null: tuple[Array, Array], problem: Problem, white: Whitener, seed: int, findings: list[str]
 ) -> float:
     """Return rho; 0 where null recordings (with their spread) show as much."""
-    found = float(neighbour_correlation(rest, problem.before))
+    correlation = float(neighbour_correlation(rest, problem.before))
     chance = neighbour_correlation(null[0], problem.before, null[1])
-    if not np.isfinite(found) or found <= np.quantile(chance, QUANTILE):
+    if not np.isfinite(correlation) or correlation <= np.quantile(chance, QUANTILE):
         return 0.0
-    rho = _unbiased_correlation(found, problem, white, seed)
+    rho = _unbiased_correlation(correlation, problem, white, seed)
     findings.append(f"neighbouring observations are correlated, about {rho:.2f}")
     return rho
 
 
-def _unbiased_correlation(found: float, problem: Problem, white: Whitener, seed: int) -> float:
+def _unbiased_correlation(correlation: float, problem: Problem, white: Whitener, seed: int) -> float:
     """Return the rho whose simulated noise, seen through the same nuisance, gives the statistic found (indirect inference)."""
     rng = generator(seed, "correlation")
     innovation = rng.standard_normal((problem.m, NULL_COUNT))
     medians = []
     for rho in TRIAL_CORRELATIONS:
         noise = chain_noise(innovation, problem.before, rho)
-        seen = white.apply(noise / white.weight[:, None])
-        medians.append(float(np.median(neighbour_correlation(seen, problem.before))))
-    return float(np.interp(found, np.maximum.accumulate(medians), TRIAL_CORRELATIONS))
+        whitened = white.apply(noise / white.weight[:, None])
+        medians.append(float(np.median(neighbour_correlation(whitened, problem.before))))
+    return float(np.interp(correlation, np.maximum.accumulate(medians), TRIAL_CORRELATIONS))
 
 
 def chain_noise(innovation: Array, before: Ints, rho: float) -> Array:
@@ -183,9 +183,9 @@ def neighbour_correlation(r: Array, before: Ints, spread: Array | None = None) -
 
     def of(part: Array, scale: Array) -> Array:
         x = np.clip(part, -FAR * scale, FAR * scale)
-        one = ((x[rows] - x[before[rows]]) ** 2).mean(axis=0)
-        two = ((x[rows] - x[second[rows]]) ** 2).mean(axis=0)
-        return np.asarray(two / np.maximum(one, NOTHING) - 1.0)
+        single = ((x[rows] - x[before[rows]]) ** 2).mean(axis=0)
+        double = ((x[rows] - x[second[rows]]) ** 2).mean(axis=0)
+        return np.asarray(double / np.maximum(single, NOTHING) - 1.0)
 
     return by_columns(of, r, robust_scale(r) if spread is None else spread)
 
@@ -202,17 +202,17 @@ def _growth(rest: Array, null: Array, problem: Problem, white: Whitener, finding
     if speed is None or np.ptp(speed) < UNSEEN * max(1.0, float(np.abs(speed).max())):
         return 0.0
     centred = (speed - speed.mean()) / speed.std()
-    found = float(_log_slope(rest, centred))
+    slope = float(_log_slope(rest, centred))
     chance = _log_slope(null, centred)
     usual = np.quantile(np.abs(chance), QUANTILE)
-    if abs(found) <= usual:
+    if abs(slope) <= usual:
         return 0.0
     if abs(float(_log_slope(_without_product(rest, problem, white, speed), centred))) <= usual:
         return 0.0  # a mean that speed and place make together looks like a scatter: physics, to be found as such
     findings.append(
-        f"the scatter depends on speed: ratio {np.exp(found * np.ptp(centred)):.2g} from slow to fast"
+        f"the scatter depends on speed: ratio {np.exp(slope * np.ptp(centred)):.2g} from slow to fast"
     )
-    return found / float(speed.std())
+    return slope / float(speed.std())
 
 
 def _without_product(rest: Array, problem: Problem, white: Whitener, speed: Array) -> Array:

@@ -75,7 +75,11 @@ def _lattice_frequency(q: Array, highest: float) -> float:
     window[g > min(highest * (1 + 1e-3), 0.3 / width)] = 0.0  # beyond, the bins themselves are a lattice
     high = np.flatnonzero(window >= 0.8 * IN_STEP)  # binning blurs the window
     return next(
-        (found for start in _starts(g[high], length) if (found := _peak(q, start, length)) is not None),
+        (
+            frequency
+            for start in _starts(g[high], length)
+            if (frequency := _peak(q, start, length)) is not None
+        ),
         np.inf,
     )
 
@@ -127,8 +131,8 @@ def of_angle(harmonic: int, angle: Array) -> bool:
     """Return whether rows at these angles (n,) rad can show a wave with `harmonic` periods per turn. It takes more than two places each."""
     around = np.mod(angle, ROUND)
     cells = 16 * harmonic
-    found = np.unique(np.round(around / ROUND * cells).astype(int) % cells)
-    return len(found) > 2 * harmonic
+    cells_met = np.unique(np.round(around / ROUND * cells).astype(int) % cells)
+    return len(cells_met) > 2 * harmonic
 
 
 def alias(q: Array | None, period: float) -> float | None:
@@ -200,7 +204,7 @@ def aliases(q: Array, period: float) -> tuple[float, ...]:
     f = np.concatenate([np.abs(n * g - 1.0 / period), n * g + 1.0 / period])
     f = f[(f > SAME / period) & (np.abs(f * period - 1.0) > SAME) & (f <= highest)]
     kept: list[float] = []
-    for one in np.sort(f):
-        if not kept or one > kept[-1] * 1.001:
-            kept.append(float(one))
-    return tuple(1.0 / one for one in kept)
+    for frequency in np.sort(f):
+        if not kept or frequency > kept[-1] * 1.001:
+            kept.append(float(frequency))
+    return tuple(1.0 / frequency for frequency in kept)

@@ -39,19 +39,19 @@ def plain_words(effect: str, where: Mapping[str, str], parameters: Mapping[str, 
         return ""
     place = ", ".join(str(v) for v in where.values() if v) or "the machine"
     shown = {k: _value(e, k in words.signed) for k, e in parameters.items()}
-    known = _Values({**{k: str(v) for k, v in where.items()}, "where": place, **shown})
-    seen, cause, confirm = (text.format_map(known) for text in _in_its_sense(words, parameters))
-    seen = re.sub(r", after (?=\))", "", seen)  # what an answer does not have leaves no trace
-    seen = re.sub(r" ?\([, ]*\)", "", re.sub(r"[, ]+\)", ")", seen.replace("(, ", "("))).strip()
-    return f"{seen[:1].upper()}{seen[1:]}; usually {cause}; confirm by: {confirm}."
+    values = _Values({**{k: str(v) for k, v in where.items()}, "where": place, **shown})
+    observation, cause, confirm = (text.format_map(values) for text in _in_its_sense(words, parameters))
+    observation = re.sub(r", after (?=\))", "", observation)  # what an answer does not have leaves no trace
+    observation = re.sub(r" ?\([, ]*\)", "", re.sub(r"[, ]+\)", ")", observation.replace("(, ", "("))).strip()
+    return f"{observation[:1].upper()}{observation[1:]}; usually {cause}; confirm by: {confirm}."
 
 
 def cause_and_cure(
     effect: str, where: Mapping[str, str], parameters: Mapping[str, Estimate]
 ) -> tuple[str, str]:
     """Return what usually causes it, and what confirms it, separately; both empty for unknown families."""
-    said = plain_words(effect, where, parameters)
-    _, usually, rest = said.partition("; usually ")
+    words = plain_words(effect, where, parameters)
+    _, usually, rest = words.partition("; usually ")
     cause, confirm, cure = rest.partition("; confirm by: ")
     return (cause, cure.rstrip(".")) if usually and confirm else ("", "")
 

@@ -39,9 +39,9 @@ def repaired_effects(
         pairs = {mistake.component: mistake.source}
         if mistake.both:
             pairs[mistake.source] = mistake.component
-        held = {e.where: e for e in effects if e.about.table_parameter}
+        by_place = {e.where: e for e in effects if e.about.table_parameter}
         return tuple(
-            _holding(e, held[pairs[e.where]]) if e.about.table_parameter and e.where in pairs else e
+            _holding(e, by_place[pairs[e.where]]) if e.about.table_parameter and e.where in pairs else e
             for e in effects
         )
     return tuple(_times(e, mistake.factor) if _is_affected(e, mistake) else e for e in effects)

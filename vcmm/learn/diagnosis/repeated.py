@@ -35,8 +35,8 @@ class RepeatedStretch:
 
 def repeated_stretch(recording: Recording) -> RepeatedStretch | None:
     """Return the longest stretch of readings that occurs twice; None where chance makes one as long."""
-    found = [_in_series(recording, s) for s in series_of(recording) if len(s) >= FEWEST]
-    sure = [f for f in found if f is not None and f.expected < 1.0 - CHANCE]
+    repeats = [_in_series(recording, s) for s in series_of(recording) if len(s) >= FEWEST]
+    sure = [f for f in repeats if f is not None and f.expected < 1.0 - CHANCE]
     return min(sure, key=lambda f: f.expected) if sure else None
 
 
@@ -54,8 +54,8 @@ def _in_series(recording: Recording, series: Ints) -> RepeatedStretch | None:
         return None
     first, second, length = pair
     rows = recording.row[series]
-    one, other = rows[first : first + length], rows[second : second + length]
-    if _same_places(recording, one, other):
+    first_rows, second_rows = rows[first : first + length], rows[second : second + length]
+    if _same_places(recording, first_rows, second_rows):
         return None
     copied = np.zeros(recording.m, dtype=bool)
     copied[series[second : second + length]] = True
@@ -98,7 +98,7 @@ def _longest(value: Array, least: int) -> tuple[int, int, int] | None:
     return best
 
 
-def _same_places(recording: Recording, one: Ints, other: Ints) -> bool:
+def _same_places(recording: Recording, first: Ints, second: Ints) -> bool:
     """Return whether both stretches lie at the same places, of axes that move at all."""
     moving = [q for q in recording.run.position.values() if np.ptp(q[recording.row]) > 0]
-    return bool(moving) and all(np.array_equal(q[one], q[other]) for q in moving)
+    return bool(moving) and all(np.array_equal(q[first], q[second]) for q in moving)

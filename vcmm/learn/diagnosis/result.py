@@ -288,9 +288,9 @@ def in_urad(body: dict[str, Any]) -> dict[str, Any]:
             return [told(v) for v in value]
         if not isinstance(value, dict):
             return value
-        own = {k: told(v) for k, v in value.items()}
-        angles = {f"{k[:-3]}_urad": v for k, v in own.items() if k.endswith("_um")}
-        return {**own, **angles, "unit": "urad"} if angles else own
+        numbers = {k: told(v) for k, v in value.items()}
+        angles = {f"{k[:-3]}_urad": v for k, v in numbers.items() if k.endswith("_um")}
+        return {**numbers, **angles, "unit": "urad"} if angles else numbers
 
     return {**told(body), "unit": "urad"}
 
@@ -361,7 +361,7 @@ def _detectable(x: Detectable, micro: float) -> dict[str, Any]:
 
 
 def _fit(f: Fit, micro: float) -> dict[str, Any]:
-    held = [
+    folds = [
         {
             "fold": h.fold,
             "rms_before_um": h.rms_before * micro,
@@ -376,7 +376,7 @@ def _fit(f: Fit, micro: float) -> dict[str, Any]:
         "rms_after_um": f.after * micro,
         "candidates_rms_um": f.candidates * micro,
         "noise_um": f.noise * micro,
-        "held_out": held,
+        "held_out": folds,
     }
 
 

@@ -60,10 +60,10 @@ def rows_in_order(run: Run, recording: Recording) -> Ints:
     position = [run.position[a] for a in sorted(run.position)]
     columns = [run.columns[c] for c in sorted(run.columns) if not c.startswith("counted_")]
     labels = [encode_labels(run.labels[k])[1].astype(float) for k in sorted(run.labels)]
-    seen = np.zeros(run.n)
-    np.add.at(seen, recording.row, recording.value)
+    sums = np.zeros(run.n)
+    np.add.at(sums, recording.row, recording.value)
     time = [run.columns["time_s"]] if "time_s" in run.columns else []
-    return _lexical([*time, *position, *run.offset.T, *columns, *labels, seen])
+    return _lexical([*time, *position, *run.offset.T, *columns, *labels, sums])
 
 
 def _lexical(keys: Sequence[Array]) -> Ints:

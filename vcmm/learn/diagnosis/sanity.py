@@ -163,9 +163,9 @@ def _within(value: Array, place: Ints, reach: float) -> int:
     total = 0
     order = np.lexsort((value, place))
     v, p = value[order], place[order]
-    for one in np.split(v, np.flatnonzero(np.diff(p)) + 1):
-        above = np.searchsorted(one, one + reach, side="right")
-        total += int(np.sum(above - np.arange(len(one)) - 1))
+    for piece in np.split(v, np.flatnonzero(np.diff(p)) + 1):
+        above = np.searchsorted(piece, piece + reach, side="right")
+        total += int(np.sum(above - np.arange(len(piece)) - 1))
     return total
 
 
@@ -181,8 +181,8 @@ def _of_rows(recording: Recording) -> list[Array]:
     columns += [v for name, v in run.columns.items() if name == "time_s" or name.startswith("temp_")]
     columns += [np.unique(v, return_inverse=True)[1].astype(float) for v in run.labels.values()]
     second = np.where(recording.other >= 0, recording.other, recording.row)
-    seen = [c[recording.row] for c in columns]
-    return seen + [run.position[a][second] for a in run.position]
+    columns_of_rows = [c[recording.row] for c in columns]
+    return columns_of_rows + [run.position[a][second] for a in run.position]
 
 
 def series_of(recording: Recording) -> list[Ints]:
@@ -256,22 +256,25 @@ def without_dead_columns(recording: Recording) -> tuple[Recording, list[str]]:
         limits = next(((low, high, usual) for fits, low, high, usual in LIMITS if fits(name)), None)
         if limits is None or not name.startswith(SENSORS):
             continue
-        seen = values[recording.row]
-        wrong = seen[(seen < limits[0]) | (seen > limits[1])]
-        if len(wrong) > LARGEST_SHARE * len(seen) and np.ptp(wrong) == 0.0:
+        values_read = values[recording.row]
+        wrong = values_read[(values_read < limits[0]) | (values_read > limits[1])]
+        if len(wrong) > LARGEST_SHARE * len(values_read) and np.ptp(wrong) == 0.0:
             out.append(
-                (name, f"{name} = {wrong[0]:g} in {len(wrong)} of {len(seen)} observations ({limits[2]})")
+                (
+                    name,
+                    f"{name} = {wrong[0]:g} in {len(wrong)} of {len(values_read)} observations ({limits[2]})",
+                )
             )
     if not out:
         return recording, []
     gone = {name for name, _ in out}
     columns = {name: v for name, v in run.columns.items() if name not in gone}
     logs = {n: s for n, s in run.series.items() if f"temp_{n}_C" not in gone and n not in gone}
-    said = [
+    remarks = [
         f"{text}: a dead sensor; the column is left out, and what depends on it is not testable"
         for _, text in out
     ]
-    return replace(recording, run=replace(run, columns=columns, series=logs)), said
+    return replace(recording, run=replace(run, columns=columns, series=logs)), remarks
 
 
 def _no_impossible_log(recording: Recording) -> None:
@@ -310,10 +313,10 @@ def quiet_sensors(recording: Recording) -> list[str]:
 
 def dead_sensors(recording: Recording) -> tuple[str, ...]:
     """Return thermometers that show one number all the time while another one changes."""
-    seen = {c: recording.run.columns[c][recording.row] for c in _thermometers(recording)}
-    if not any(_moves(v) for v in seen.values()):
+    logs = {c: recording.run.columns[c][recording.row] for c in _thermometers(recording)}
+    if not any(_moves(v) for v in logs.values()):
         return ()
-    return tuple(c for c, v in seen.items() if np.ptp(v) == 0.0)
+    return tuple(c for c, v in logs.items() if np.ptp(v) == 0.0)
 
 
 def _thermometers(recording: Recording) -> list[str]:
@@ -374,13 +377,13 @@ def gaps(recording: Recording) -> list[str]:
     long = np.flatnonzero((step > GAP * usual) & (step > GAP_SHARE * whole) & within)
     if usual <= 0 or not len(long):
         return []
-    told = []
+    remarks = []
     for i in long[:3]:
         where = recording.places(order[[i, i + 1]])
-        told.append(f"{in_time(float(step[i]))} between {where}")
+        remarks.append(f"{in_time(float(step[i]))} between {where}")
     more = f" and {len(long) - 3} more" if len(long) > 3 else ""
     return [
-        f"no rows for {'; '.join(told)}{more}: what happened there is unknown, and a drift across it may be a step"
+        f"no rows for {'; '.join(remarks)}{more}: what happened there is unknown, and a drift across it may be a step"
     ]
 
 

@@ -71,9 +71,9 @@ def _shows(effect: Effect, run: Run, period: float, finest: float) -> bool:
 
 def _shapes(effect: Effect, spec: Field[Any], run: Run) -> WeightedChanges:
     """Return discrete trial values; of waves over an angle only those that its values can show, which may be none."""
-    own = effect.diagnosis.trials(effect, spec.name)
-    if own is not None:
-        return own
+    effect_trials = effect.diagnosis.trials(effect, spec.name)
+    if effect_trials is not None:
+        return effect_trials
     tries = spec.metadata.get("tries", ())
     kept = [k for k in tries if not _is_unresolved(spec, k, run)]
     return _weigh(spec.name, kept) if kept or not tries else []
@@ -135,8 +135,8 @@ def _may_be(period: float, effect: Effect, spec: Field[Any], q: Array | None) ->
     if q is None or period <= spec.metadata["most"]:
         return True
     half = 0.25 / float(np.ptp(q))
-    seen = [1.0 / p for lead in spec.metadata["scan"] for p in aliases(q, lead)]
-    return any(abs(f - 1.0 / period) <= half for f in seen)
+    frequencies = [1.0 / p for lead in spec.metadata["scan"] for p in aliases(q, lead)]
+    return any(abs(f - 1.0 / period) <= half for f in frequencies)
 
 
 def _even(name: str, values: Sequence[float]) -> WeightedChanges:

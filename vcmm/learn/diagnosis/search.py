@@ -165,19 +165,26 @@ def build_stage(
     """
     u = noise.u(problem)
     white = problem.whitener(u, noise.rho)
-    found, generic = dictionary(known.families, white), dictionary(generics, white)
+    candidates, generic = dictionary(known.families, white), dictionary(generics, white)
     sample = draws(noise.noise, white, seed, "null", nulls if screen is None else min(nulls, NULL_RECORDINGS))
     sample = clip_residuals(sample, white, noise.noise.clip)
     if screen is not None:
         return replace(
-            screen, white=white, u=u, noise=noise, found=found, generic=generic, sample=sample, screen=screen
+            screen,
+            white=white,
+            u=u,
+            noise=noise,
+            found=candidates,
+            generic=generic,
+            sample=sample,
+            screen=screen,
         )
-    largest, chance = _largest(scorer(found), sample), _largest(scorer(generic), sample)
+    largest, chance = _largest(scorer(candidates), sample), _largest(scorer(generic), sample)
     return Stage(
         white,
         u,
         noise,
-        found,
+        candidates,
         generic,
         max(upper_quantile(largest, FALSE_ALARM), 1.0),
         max(upper_quantile(chance, FALSE_ALARM), 1.0),
@@ -220,29 +227,29 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
 
     earlier: findings under another preparation of the noise.
     """
-    plain, found = search_names(setting_of(problem, stage), earlier)
-    stage = replace(stage, found=found)
+    plain, candidates = search_names(setting_of(problem, stage), earlier)
+    stage = replace(stage, found=candidates)
     raw = stage.white.apply(problem.residual)
     mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
     if mistake is None:
         return SearchResult(plain, None, problem, stage)
     repaired = replace(problem, residual=problem.residual - mistake.departure)
     beside = setting_of(repaired, stage)
-    with_it, found = settle_names(select(clean_outliers(beside)), beside, beside, None)
+    with_it, candidates = settle_names(select(clean_outliers(beside)), beside, beside, None)
     if not _exact(mistake, stage, with_it):
         return SearchResult(plain, None, problem, stage)
     best, rival = _free(plain, stage)
     lead = mistake.score + _evidence(with_it) - best - stage.threshold * further(with_it.terms, plain.terms)
     kept = {t.family.id for t in with_it.terms}
     instead = [t.family for t in plain.terms if t.family.id not in kept]
-    held = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
-    if lead < (-STRONG if held and len(with_it.terms) < len(plain.terms) else 0.0):
+    is_general = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
+    if lead < (-STRONG if is_general and len(with_it.terms) < len(plain.terms) else 0.0):
         return SearchResult(
             plain, None, problem, stage, tuple(f.id for f in instead) if lead > -STRONG else ()
         )
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival
     return SearchResult(
-        with_it, replace(mistake, lead=lead, free=free), repaired, replace(stage, found=found)
+        with_it, replace(mistake, lead=lead, free=free), repaired, replace(stage, found=candidates)
     )
 
 
@@ -261,9 +268,9 @@ def search_names(setting: Setting, earlier: Selection | None) -> tuple[Selection
     what they say of all rows as they are. An answer to rows none of which was pulled in must leave no more than is excused; one
     that names what is not found with rows pulled in about nothing must be worth it without the row that speaks most for it.
     """
-    found, rivals = _at_best_values(setting)
-    own = replace(setting, found=found)
-    return settle_names(max(rivals, key=lambda s: net_evidence(s, own)), own, setting, earlier)
+    candidates, rivals = _at_best_values(setting)
+    extended = replace(setting, found=candidates)
+    return settle_names(max(rivals, key=lambda s: net_evidence(s, extended)), extended, setting, earlier)
 
 
 def settle_names(
@@ -280,28 +287,28 @@ def settle_names(
     free = heavy_tail_allowance(setting)
     if debt > free:
         answers += [(s, w) for s, w in _of_every_row(setting, earlier) if pulled_cost(s, w) <= free]
-    held = [(s, w) for s, w in answers if not _one_row_alone(s, w, plain, own)]
-    best, used = max([*held, (plain, own)], key=lambda a: worth_of_all_rows(*a))
+    robust = [(s, w) for s, w in answers if not _one_row_alone(s, w, plain, own)]
+    best, used = max([*robust, (plain, own)], key=lambda a: worth_of_all_rows(*a))
     return best, used.found
 
 
-def _one_row_alone(state: Selection, setting: Setting, plain: Selection, own: Setting) -> bool:
+def _one_row_alone(state: Selection, setting: Setting, plain: Selection, plain_setting: Setting) -> bool:
     """Does an answer name more than a plain one, and is it worth no more but for one row?"""
     if not {t.family.id for t in plain.terms} < {t.family.id for t in state.terms}:
         return False
-    lead = worth_of_all_rows(state, setting) - worth_of_all_rows(plain, own)
+    lead = worth_of_all_rows(state, setting) - worth_of_all_rows(plain, plain_setting)
     return lead <= one_row_speaks(state, setting, plain)
 
 
 def _of_every_row(setting: Setting, earlier: Selection | None) -> list[tuple[Selection, Setting]]:
     """Yield names with every row as it is, and the findings of another preparation, tested again."""
-    wider, found = _at_best_values(replace(setting, clip=np.inf))
-    own = replace(setting, found=wider, start=setting.raw)
-    again = [fitted_again(s.terms, own) for s in found]
+    wider, selections = _at_best_values(replace(setting, clip=np.inf))
+    wide = replace(setting, found=wider, start=setting.raw)
+    again = [fitted_again(s.terms, wide) for s in selections]
     kept = {f.id for f in wider.families}
     if earlier is not None and all(t.family.id in kept for t in earlier.terms):
-        again.append(among(earlier, own))
-    return [(s, own) for s in again]
+        again.append(among(earlier, wide))
+    return [(s, wide) for s in again]
 
 
 def _at_best_values(setting: Setting) -> tuple[Dictionary, list[Selection]]:
@@ -313,13 +320,15 @@ def _at_best_values(setting: Setting) -> tuple[Dictionary, list[Selection]]:
     setting = clean_outliers(setting)
     plain = select(setting)
     sharp = sharpen(setting, plain)
-    found = [plain] if sharp is setting else [select(sharp), among(plain, sharp)]
-    if any(numbers(t.family) > FEW for s in found for t in s.terms):
+    selections = [plain] if sharp is setting else [select(sharp), among(plain, sharp)]
+    if any(numbers(t.family) > FEW for s in selections for t in s.terms):
         few = select(replace(sharp, most=FEW))
-        found += (
-            [few] if net_evidence(few, sharp) > max(net_evidence(s, sharp) for s in found) + SIMPLER else []
+        selections += (
+            [few]
+            if net_evidence(few, sharp) > max(net_evidence(s, sharp) for s in selections) + SIMPLER
+            else []
         )
-    return sharp.found, found
+    return sharp.found, selections
 
 
 def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:

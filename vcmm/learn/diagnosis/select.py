@@ -144,8 +144,8 @@ def _adjust_term(term: Term, others: Sequence[Term], y: Array, setting: Setting)
 
 def among(state: Selection, setting: Setting) -> Selection:
     """Return the same terms as families of another dictionary of the same names."""
-    known = {f.id: f for f in setting.found.families}
-    return fitted_again([replace(t, family=known[t.family.id]) for t in state.terms], setting)
+    by_id = {f.id: f for f in setting.found.families}
+    return fitted_again([replace(t, family=by_id[t.family.id]) for t in state.terms], setting)
 
 
 def mismatch(selection: Selection) -> float:
@@ -172,14 +172,14 @@ def _simpler_shapes(state: Selection, setting: Setting) -> Selection:
     """
     for i in range(len(state.terms)):
         term, others = state.terms[i], state.terms[:i] + state.terms[i + 1 :]
-        own = only(setting.found, setting.found.families.index(term.family))
+        shapes = only(setting.found, setting.found.families.index(term.family))
         width = term.white.shape[1]
-        fewer = np.array([o.columns.shape[1] < width for o in own.options])
+        fewer = np.array([o.columns.shape[1] < width for o in shapes.options])
         if not fewer.any() or not _has_scan(term.option):
             continue
         given = np.concatenate([t.white for t in others], axis=1) if others else None
-        nats = scorer(own, given).options(state.y[:, None])[:, 0] + own.weight
-        option = own.options[int(np.argmax(np.where(fewer, nats, -np.inf)))]
+        nats = scorer(shapes, given).options(state.y[:, None])[:, 0] + shapes.weight
+        option = shapes.options[int(np.argmax(np.where(fewer, nats, -np.inf)))]
         new, same = (
             _adjust_term(t, others, state.y, setting)
             for t in (Term(term.family, option, option.columns), term)
@@ -202,16 +202,16 @@ def net_evidence(state: Selection, setting: Setting) -> float:
 
 def _forward(state: Selection, setting: Setting) -> Selection:
     """Add and prune terms until the threshold stops it."""
-    seen: set[tuple[str, ...]] = set()
+    states: set[tuple[str, ...]] = set()
     while len(state.terms) < MOST_TERMS and len(setting.found.families):
         new = _best_addition(state, setting)
         if new is None:
             return _closed(state, setting) or state
         state = _prune(joint((*state.terms, new), setting), setting)
         key = tuple(sorted(t.family.id for t in state.terms))
-        if key in seen:
+        if key in states:
             break
-        seen.add(key)
+        states.add(key)
     return state
 
 
@@ -282,8 +282,8 @@ def family_scores(found: Dictionary, options: Array) -> Array:
 
 def best_option(found: Dictionary, options: Array, family: int) -> int:
     """Number of the option of highest evidence within a family."""
-    own = found.of_family(family)
-    return own[int(np.argmax((options + found.weight)[own.start : own.stop]))]
+    members = found.of_family(family)
+    return members[int(np.argmax((options + found.weight)[members.start : members.stop]))]
 
 
 def _term(family: int, options: Array, given: Sequence[Term], state: Selection, setting: Setting) -> Term:
@@ -292,23 +292,27 @@ def _term(family: int, options: Array, given: Sequence[Term], state: Selection, 
     A second lag is a second template over the same sensor: like a second name it must pay what the error of the first may
     bring, else it takes what another sensor's lag explains.
     """
-    found = setting.found
-    own = found.of_family(family)
-    best = best_option(found, options, family)
-    width = found.options[best].columns.shape[1]
-    fewer = [k for k in own if _has_scan(found.options[k]) and found.options[k].columns.shape[1] < width]
-    large = _adjust_term(_at_option(found, family, best), given, state.y, setting)
-    if not fewer or not _has_scan(found.options[best]):
+    candidates = setting.found
+    members = candidates.of_family(family)
+    best = best_option(candidates, options, family)
+    width = candidates.options[best].columns.shape[1]
+    fewer = [
+        k
+        for k in members
+        if _has_scan(candidates.options[k]) and candidates.options[k].columns.shape[1] < width
+    ]
+    large = _adjust_term(_at_option(candidates, family, best), given, state.y, setting)
+    if not fewer or not _has_scan(candidates.options[best]):
         return large
-    simple = max(fewer, key=lambda k: float(options[k] + found.weight[k]))
-    small = _adjust_term(_at_option(found, family, simple), given, state.y, setting)
+    simple = max(fewer, key=lambda k: float(options[k] + candidates.weight[k]))
+    small = _adjust_term(_at_option(candidates, family, simple), given, state.y, setting)
     alone = joint((*given, small), setting)
     lead = _value((*given, large), alone.y, setting) - _value(alone.terms, alone.y, setting)
     return large if lead > 0.5 * (MISMATCH * alone.delta(len(given))) ** 2 else small
 
 
-def _at_option(found: Dictionary, family: int, option: int) -> Term:
-    return Term(found.families[family], found.options[option], found.options[option].columns)
+def _at_option(candidates: Dictionary, family: int, option: int) -> Term:
+    return Term(candidates.families[family], candidates.options[option], candidates.options[option].columns)
 
 
 def _has_scan(option: Option) -> bool:
@@ -325,13 +329,13 @@ def basis_of(given: Sequence[Term], m: int) -> Array:
 
 def _simplest(best: int, scores: Array, options: Array, state: Selection, setting: Setting) -> int:
     """Return, of nested answers, the one with fewest free numbers, scanned ones among them, that the data cannot refuse."""
-    found = setting.found
-    option = [best_option(found, options, j) for j in range(len(scores))]
-    freedom = np.array([found.options[k].freedom for k in option])
+    candidates = setting.found
+    option = [best_option(candidates, options, j) for j in range(len(scores))]
+    freedom = np.array([candidates.options[k].freedom for k in option])
     for i in np.argsort(freedom, kind="stable"):
         if scores[i] < scores[best] - SIMPLER or freedom[i] >= freedom[best]:
             continue
-        if _holds(found.columns(option[best]), found.columns(option[i]), state.y, setting):
+        if _holds(candidates.columns(option[best]), candidates.columns(option[i]), state.y, setting):
             return int(i)
     return best
 
@@ -340,8 +344,8 @@ def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
     """Does the span of `large` hold the signal that `small` would explain?"""
     fit = best_width(small, y, setting.found.dof)
     signal = small @ fit.mean
-    held = signal - left_beside(signal, large)
-    return float(held @ held) >= SAME * float(signal @ signal)
+    share = signal - left_beside(signal, large)
+    return float(share @ share) >= SAME * float(signal @ signal)
 
 
 def _prune(state: Selection, setting: Setting) -> Selection:
@@ -363,8 +367,8 @@ def _one_change(state: Selection, setting: Setting) -> tuple[Term, ...] | None:
         best = int(np.argmax(scores))
         if scores[best] <= setting.threshold:
             return others
-        own = setting.found.families.index(state.terms[i].family)
-        if scores[best] > scores[own] + SIMPLER and best != own:
+        family = setting.found.families.index(state.terms[i].family)
+        if scores[best] > scores[family] + SIMPLER and best != family:
             return (*others, _term(best, options, others, state, setting))
     return None
 

@@ -48,8 +48,8 @@ from vcmm.task.response.recording import Ints, Recording
 
 def refuse_copies(recordings: Sequence[Recording], machine: Machine) -> None:
     """Raises UsageError with both names where one recording holds another."""
-    for one, two in itertools.combinations(recordings, 2):
-        few, many = sorted((one, two), key=lambda r: r.m)
+    for first, second in itertools.combinations(recordings, 2):
+        few, many = sorted((first, second), key=lambda r: r.m)
         if few.m and _rows(few) <= _rows(many) and _surely(few, machine):
             raise UsageError(
                 f"all {few.m} readings of {few.name} stand in {many.name} too, to the last digit: a copy is no second witness;"
@@ -155,30 +155,30 @@ def diagnose_several(
         return diagnose(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
 
     names, rest = [r.name for r in recordings], whole.recording
-    own: tuple[SharedAnswer, ...] = ()
+    differences: tuple[SharedAnswer, ...] = ()
     alone = tuple((r.name, asked(r)) for r in recordings)
-    found: Sequence[Answer] = unique_answers([a for _, d in alone for a in d.found if not has_scan(a)])
+    answers: Sequence[Answer] = unique_answers([a for _, d in alone for a in d.found if not has_scan(a)])
     for turn in range(ROUNDS + 1):
         problem = make_problem(rest, machine)
-        shared = measure_shared_names(found, problem, whole.part, names)
+        shared = measure_shared_names(answers, problem, whole.part, names)
         differing = tuple(s for s in shared if not s.common and not has_scan(s.answer))
-        rest, own = without(problem, whole.part, differing), (*own, *differing)
+        rest, differences = without(problem, whole.part, differing), (*differences, *differing)
         if turn and not differing:
             break
         together = asked(rest)
-        found = together.found
-    told = tuple(s for s in shared if s not in differing)
+        answers = together.found
+    agreeing = tuple(s for s in shared if s not in differing)
     together = with_written_fit(together, recordings, machine)  # of the rows as they were given
     together = replace(together, transfer=transfers(recordings, [d for _, d in alone], machine))
-    return Several(together, (*told, *own), alone, rest, whole.left_out)
+    return Several(together, (*agreeing, *differences), alone, rest, whole.left_out)
 
 
 def _all_read(recording: Recording) -> Recording:
     """Return the rows at which every sensor has a reading: another recording may need a sensor that one alone does not."""
     read = rows_read(recording)
     lost = recording.m - read.m
-    said = f"{lost} observations in which a sensor has no reading are set aside"
-    return replace(read, notes=(*read.notes, said)) if lost else read
+    remark = f"{lost} observations in which a sensor has no reading are set aside"
+    return replace(read, notes=(*read.notes, remark)) if lost else read
 
 
 def transfers(
@@ -187,10 +187,10 @@ def transfers(
     """Return the residuals of every other recording under the machine file written from each, and under the machine before."""
     before = [rms_left([r], machine) for r in recordings]
     out = []
-    for source, found in zip(recordings, alone):
-        if not written(found):
+    for source, diagnosis in zip(recordings, alone):
+        if not written(diagnosis):
             continue
-        with_it = handed_over(found, machine)
+        with_it = handed_over(diagnosis, machine)
         out += [
             Transfer(r.name, source.name, rms, rms_left([r], with_it))
             for r, rms in zip(recordings, before)
@@ -224,7 +224,8 @@ def measure_shared_names(
     templates = np.stack([template(a, problem) for a in named], axis=1)
     sizes = [_sizes(templates, problem, part == k, name) for k, name in enumerate(names)]
     return tuple(
-        SharedAnswer(a, one := tuple(s[i] for s in sizes), agreement(one)) for i, a in enumerate(named)
+        SharedAnswer(a, sizes_of_answer := tuple(s[i] for s in sizes), agreement(sizes_of_answer))
+        for i, a in enumerate(named)
     )
 
 
@@ -235,13 +236,13 @@ def agreement(sizes: Sequence[Size]) -> float:
     """
     from scipy.stats import chi2
 
-    known = [(s.times, s.u) for s in sizes if s.times is not None and s.u is not None]
-    if len(known) < 2:
+    values = [(s.times, s.u) for s in sizes if s.times is not None and s.u is not None]
+    if len(values) < 2:
         return 1.0
-    value, u = np.array([v for v, _ in known]), np.array([v for _, v in known])
+    value, u = np.array([v for v, _ in values]), np.array([v for _, v in values])
     variance = u**2 + (MISMATCH * value) ** 2
     mean = float((value / variance).sum() / (1.0 / variance).sum())
-    return float(chi2.sf(float(((value - mean) ** 2 / variance).sum()), len(known) - 1))
+    return float(chi2.sf(float(((value - mean) ** 2 / variance).sum()), len(values) - 1))
 
 
 def _sizes(templates: Array, problem: Problem, rows: Mask, name: str) -> list[Size]:
@@ -249,15 +250,15 @@ def _sizes(templates: Array, problem: Problem, rows: Mask, name: str) -> list[Si
     apart = np.full(int(rows.sum()), -1, dtype=np.intp)
     white = whitener(problem.u[rows], problem.nuisance[rows], problem.calibration[rows], apart, 0.0)
     x, y = white.apply(templates[rows]), white.apply(problem.residual[rows])
-    seen = np.linalg.norm(x, axis=0) > LEAST_SIZE
-    gram = np.linalg.pinv(x[:, seen].T @ x[:, seen])
-    times = gram @ (x[:, seen].T @ y)
-    rest = y - x[:, seen] @ times
-    spread = max(float(rest @ rest) / max(white.dof - int(seen.sum()), 1), 1.0)
-    u, number = np.sqrt(spread * np.diag(gram)), np.cumsum(seen) - 1
+    is_visible = np.linalg.norm(x, axis=0) > LEAST_SIZE
+    gram = np.linalg.pinv(x[:, is_visible].T @ x[:, is_visible])
+    times = gram @ (x[:, is_visible].T @ y)
+    rest = y - x[:, is_visible] @ times
+    spread = max(float(rest @ rest) / max(white.dof - int(is_visible.sum()), 1), 1.0)
+    u, number = np.sqrt(spread * np.diag(gram)), np.cumsum(is_visible) - 1
     return [
-        Size(name, float(times[number[i]]), float(u[number[i]])) if seen[i] else Size(name, None, None)
-        for i in range(len(seen))
+        Size(name, float(times[number[i]]), float(u[number[i]])) if is_visible[i] else Size(name, None, None)
+        for i in range(len(is_visible))
     ]
 
 

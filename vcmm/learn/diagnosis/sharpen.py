@@ -215,24 +215,26 @@ def _of_competitors(given: Sequence[Term], setting: Setting, state: Selection) -
     scores = family_scores(setting.found, options)
     taken = {t.family.id for t in given}
     order = [int(j) for j in np.argsort(-scores, kind="stable") if scores[j] > setting.threshold]
-    asked = [j for j in order if setting.found.families[j].id not in taken and _has_scans(setting.found, j)]
+    families = [
+        j for j in order if setting.found.families[j].id not in taken and _has_scans(setting.found, j)
+    ]
     basis = basis_of(given, len(state.y))
     r = without_span(state.y, basis)
-    listed = [s for j in asked[:MOST] for s in _of_family(j, options, r, basis, setting)]
+    listed = [s for j in families[:MOST] for s in _of_family(j, options, r, basis, setting)]
     waves = [j for j in range(len(scores)) if setting.found.families[j].id not in taken]
     return listed + [s for j in waves for s in _off_the_list(j, r, basis, setting)]
 
 
 def _off_the_list(j: int, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
     """Return the highest lines of the spectrum that no trial period of a family covers, at their best values."""
-    own = [setting.found.options[k] for k in setting.found.of_family(j)]
-    wave = next((o for o in own if _is_wave(o)), None)
+    options = [setting.found.options[k] for k in setting.found.of_family(j)]
+    wave = next((o for o in options if _is_wave(o)), None)
     if wave is None:
         return []
     refine = setting.refine
-    known = [f for o in own if (f := _frequency(o, setting)) is not None]
-    found = lines_of(wave, r, basis, refine, setting.threshold, known, LINES)
-    sharp = [(refine(option, r, basis), weight) for option, weight in found]
+    frequencies = [f for o in options if (f := _frequency(o, setting)) is not None]
+    lines = lines_of(wave, r, basis, refine, setting.threshold, frequencies, LINES)
+    sharp = [(refine(option, r, basis), weight) for option, weight in lines]
     return [(j, option, weight + refine.open_share(option, r, basis)) for option, weight in sharp]
 
 
@@ -243,28 +245,28 @@ def _is_wave(option: Option) -> bool:
     return single and "period" in scanned_names(option) and int(getattr(effect, "harmonic", 1)) == 1
 
 
-def _has_scans(found: Dictionary, j: int) -> bool:
-    return any(scanned_names(found.options[k]) for k in found.of_family(j))
+def _has_scans(candidates: Dictionary, j: int) -> bool:
+    return any(scanned_names(candidates.options[k]) for k in candidates.of_family(j))
 
 
 def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
     """Return the best options of every shape of a family, at their best values: one, or of a spectrum the highest lines."""
-    found = setting.found
+    candidates = setting.found
     shapes: dict[str, list[int]] = {}
-    for k in sorted(found.of_family(j), key=lambda k: -float(options[k])):
-        if scanned_names(found.options[k]):
-            shapes.setdefault(type(found.options[k].effect).__name__, []).append(k)
+    for k in sorted(candidates.of_family(j), key=lambda k: -float(options[k])):
+        if scanned_names(candidates.options[k]):
+            shapes.setdefault(type(candidates.options[k].effect).__name__, []).append(k)
     out = []
-    for k in (k for own in shapes.values() for k in _lines(own, setting)):
-        option = setting.refine(found.options[k], r, basis)
-        out.append((j, option, float(found.weight[k]) + setting.refine.open_share(option, r, basis)))
+    for k in (k for members in shapes.values() for k in _lines(members, setting)):
+        option = setting.refine(candidates.options[k], r, basis)
+        out.append((j, option, float(candidates.weight[k]) + setting.refine.open_share(option, r, basis)))
     return out
 
 
-def _lines(own: Sequence[int], setting: Setting) -> list[int]:
+def _lines(members: Sequence[int], setting: Setting) -> list[int]:
     """Return, of options in the order of their evidence, the first, and of waves the first on LINES different lines."""
     kept: list[int] = []
-    for k in own:
+    for k in members:
         wave = _frequency(setting.found.options[k], setting)
         others = [_frequency(setting.found.options[i], setting) for i in kept]
         if not kept or (
@@ -287,18 +289,22 @@ def _frequency(option: Option, setting: Setting) -> float | None:
 
 def _extend_dictionary(setting: Setting, new: Sequence[Sharp]) -> Dictionary:
     """Return the dictionary with further options, each beside the others of its family."""
-    found = setting.found
+    candidates = setting.found
     options: list[Option] = []
     columns: list[Array] = []
     weight: list[float] = []
     first: list[int] = []
-    for j in range(len(found.families)):
+    for j in range(len(candidates.families)):
         first.append(len(options))
-        own = found.of_family(j)
-        options += [found.options[k] for k in own]
-        weight += [float(found.weight[k]) for k in own]
-        stop = int(found.start[own[-1] + 1]) if own[-1] + 1 < len(found.start) else found.white.shape[1]
-        columns.append(found.white[:, int(found.start[own[0]]) : stop])
+        members = candidates.of_family(j)
+        options += [candidates.options[k] for k in members]
+        weight += [float(candidates.weight[k]) for k in members]
+        stop = (
+            int(candidates.start[members[-1] + 1])
+            if members[-1] + 1 < len(candidates.start)
+            else candidates.white.shape[1]
+        )
+        columns.append(candidates.white[:, int(candidates.start[members[0]]) : stop])
         for _, option, share in (s for s in new if s[0] == j):
             options.append(option)
             weight.append(share)
@@ -307,9 +313,9 @@ def _extend_dictionary(setting: Setting, new: Sequence[Sharp]) -> Dictionary:
     start: Ints = np.cumsum([0, *widths])[:-1].astype(np.intp)
     families = tuple(
         replace(f, options=tuple(options[k] for k in range(a, b)))
-        for f, a, b in zip(found.families, first, [*first[1:], len(options)])
+        for f, a, b in zip(candidates.families, first, [*first[1:], len(options)])
     )
     return replace(
-        found, families=families, options=tuple(options), white=np.concatenate(columns, axis=1), start=start,
+        candidates, families=families, options=tuple(options), white=np.concatenate(columns, axis=1), start=start,
         first=np.array(first, dtype=np.intp), weight=np.array(weight),
     )  # fmt: skip

@@ -39,25 +39,25 @@ def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho
         return ()
     white = problem.without([name for name, _ in problem.stated]).whitener(u, rho)
     k, y = white.apply(problem.calibration) / sigma, white.apply(rest) / sigma
-    told = condition(k.T @ k, k.T @ y, np.ones(k.shape[1]))
-    left, z = told.covariance, told.mean  # variance of z that the rows leave
+    posterior = condition(k.T @ k, k.T @ y, np.ones(k.shape[1]))
+    left, z = posterior.covariance, posterior.mean  # variance of z that the rows leave
     out, at = [], 0
     for name, columns in problem.stated:
         part = slice(at, at + columns.shape[1])
         out.append(_pull(name, z[part], np.eye(columns.shape[1]) - left[part, part]))
         at += columns.shape[1]
-    stated = {one.id for one in problem.machine.inputs} | {name for name, _ in problem.recording.known}
+    stated = {item.id for item in problem.machine.inputs} | {name for name, _ in problem.recording.known}
     return tuple(sorted((p for p in out if p.numbers and p.input in stated), key=lambda p: -abs(p.pull)))
 
 
-def _pull(name: str, z: Array, told: Array) -> Pull:
+def _pull(name: str, z: Array, precision: Array) -> Pull:
     """Return the pull of one Input: z (k,) of the rows, and the covariance of such estimates where the statement is true."""
-    size, vector = np.linalg.eigh(told)
-    seen = size > MOSTLY
-    k = int(seen.sum())
+    size, vector = np.linalg.eigh(precision)
+    is_visible = size > MOSTLY
+    k = int(is_visible.sum())
     if len(z) == 1 or not k:
         return Pull(name, float(z[0]) if k else 0.0, k)
-    square = float(np.sum((vector[:, seen].T @ z) ** 2 / size[seen]))
+    square = float(np.sum((vector[:, is_visible].T @ z) ** 2 / size[is_visible]))
     return Pull(name, _as_normal(square, k), k)
 
 

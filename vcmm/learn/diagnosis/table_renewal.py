@@ -74,7 +74,7 @@ def renew_tables(problem: Problem, stage: Stage, selection: Selection, stale: in
     """Return the renewed tables, from the residual of the other terms of a selection; stale: number of the term of the stale calibration. None where
     no Input acts on a table over one axis, or rows are too few.
     """
-    blocks = [b for one in problem.machine.inputs if (b := _block(problem, one)) is not None]
+    blocks = [b for item in problem.machine.inputs if (b := _block(problem, item)) is not None]
     if not blocks:
         return None
     assert selection.fit is not None
@@ -96,8 +96,8 @@ def renew_tables(problem: Problem, stage: Stage, selection: Selection, stale: in
         width,
     )
     alone = Selection((term,), fit, y, y - x @ fit.mean)
-    held = tuple(judge(bare, fold, alone, (term,)) for fold in _halves(bare, stage))
-    return _numbers(blocks, fit, width, held)
+    held_out = tuple(judge(bare, fold, alone, (term,)) for fold in _halves(bare, stage))
+    return _numbers(blocks, fit, width, held_out)
 
 
 def _best(x: Array, y: Array, dof: int) -> tuple[float, Posterior]:
@@ -121,29 +121,29 @@ def _halves(problem: Problem, stage: Stage) -> list[Fold]:
     return [fold_of(problem, stage.u, stage.noise.rho, n, rows) for n, rows in zip(HALVES, (even, ~even))]
 
 
-def _block(problem: Problem, one: Input) -> _TableInput | None:
+def _block(problem: Problem, item: Input) -> _TableInput | None:
     """Return an Input with one draw for all rows that acts on numbers of stored tables; None for another."""
-    if one.members or one.is_channel or one.redraw != "machine":
+    if item.members or item.is_channel or item.redraw != "machine":
         return None
-    effects, columns = problem.observer.of_input(one)
+    effects, columns = problem.observer.of_input(item)
     if not effects or not np.any(columns):
         return None
-    if one.effect == CalibrationModes.name:
+    if item.effect == CalibrationModes.name:
         numbers = [_numbers_of(e, str(getattr(e, "component", ""))) for e in effects]
         factor = np.concatenate([np.asarray(getattr(e, "loadings"), dtype=float) for e in effects])  # noqa: B009
     else:
         (effect,) = effects
-        if not effect.about.table_parameter or one.parameter != effect.about.table_parameter:
+        if not effect.about.table_parameter or item.parameter != effect.about.table_parameter:
             return None
         numbers = [_numbers_of(effect, effect.where)]
-        _, factor = one.spread(np.size(getattr(effect, effect.about.table_parameter)))
-        law = one.law
+        _, factor = item.spread(np.size(getattr(effect, effect.about.table_parameter)))
+        law = item.law
         factor = factor * (law.u if not isinstance(law, MultivariateNormal) else 1.0)
     if any(n is None for n in numbers):
         return None
-    known = [n for n in numbers if n is not None]
-    errors = tuple(e for names, _ in known for e in names)
-    return _TableInput(one.id, columns, errors, np.concatenate([q for _, q in known]), factor)
+    present = [n for n in numbers if n is not None]
+    errors = tuple(e for names, _ in present for e in names)
+    return _TableInput(item.id, columns, errors, np.concatenate([q for _, q in present]), factor)
 
 
 def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | None:
@@ -155,7 +155,7 @@ def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | N
 
 
 def _numbers(
-    blocks: Sequence[_TableInput], fit: Posterior, width: float, held: tuple[HeldOut, ...]
+    blocks: Sequence[_TableInput], fit: Posterior, width: float, held_out: tuple[HeldOut, ...]
 ) -> RenewedTables:
     """Draws to numbers: change and covariance are linear in them."""
     k, r = sum(len(b.errors) for b in blocks), sum(b.factor.shape[1] for b in blocks)
@@ -171,7 +171,7 @@ def _numbers(
         factor @ fit.mean,
         (covariance + covariance.T) / 2.0,
         width,
-        held,
+        held_out,
     )
 
 

@@ -49,9 +49,9 @@ def thin_problem(problem: Problem, largest: int) -> Problem:
     wanted = max(largest, 10 * problem.nuisance.shape[1])
     if problem.m <= wanted:
         return problem
-    own = np.unique(problem.recording.row)
+    rows = np.unique(problem.recording.row)
     kept = np.zeros(problem.run.n, dtype=bool)
-    kept[own[choose_rows(problem.run.take(own), wanted / problem.m)]] = True
+    kept[rows[choose_rows(problem.run.take(rows), wanted / problem.m)]] = True
     return make_problem(of_rows(problem.recording, kept), problem.machine)
 
 
@@ -148,17 +148,17 @@ SHAPES_KEPT = 5  # shapes of one candidate
 
 def screen_families(chosen: SearchResult, whole: Problem) -> tuple[Family, ...]:
     """Return the candidates of a search with columns for the observations of `whole`, each with its best shapes only."""
-    found, selection = chosen.stage.found, chosen.selection
+    candidates, selection = chosen.stage.found, chosen.selection
     given = [_white(terms, selection) for terms in contexts(selection.terms)]
-    scores = [scorer(found, x).options(selection.y[:, None])[:, 0] for x in given]
-    best = (kept_of(found, i, scores) for i in range(len(found.families)))
+    scores = [scorer(candidates, x).options(selection.y[:, None])[:, 0] for x in given]
+    best = (kept_of(candidates, i, scores) for i in range(len(candidates.families)))
     out = (_in_all_rows(family, whole) for family in best)
     return tuple(f for f in out if f.options)
 
 
 def contexts(terms: Sequence[Term]) -> list[Sequence[Term]]:
     """Return nothing, all terms, and all of several terms but one."""
-    but_one = [[t for t in terms if t is not one] for one in terms] if len(terms) > 1 else []
+    but_one = [[t for t in terms if t is not term] for term in terms] if len(terms) > 1 else []
     return [[], *([terms] if terms else []), *but_one]
 
 
@@ -175,16 +175,16 @@ def _best_shapes(
     families: Iterable[Family], y: Array, given: Sequence[Array | None], white: Whitener
 ) -> Iterator[Family]:
     for family in families:
-        found = dictionary([family], white)
-        if found.families:
-            yield kept_of(found, 0, [scorer(found, x).options(y[:, None])[:, 0] for x in given])
+        candidates = dictionary([family], white)
+        if candidates.families:
+            yield kept_of(candidates, 0, [scorer(candidates, x).options(y[:, None])[:, 0] for x in given])
 
 
 def kept_of(found: Dictionary, i: int, scores: Sequence[Array]) -> Family:
     """Return the family i with its best options by any of the scores (options,); its prior is less by what was dropped."""
-    own = np.array(found.of_family(i))
-    weight = found.weight[own]
-    first = [own[np.argsort(-(s[own] + weight), kind="stable")[:SHAPES_KEPT]] for s in scores]
+    members = np.array(found.of_family(i))
+    weight = found.weight[members]
+    first = [members[np.argsort(-(s[members] + weight), kind="stable")[:SHAPES_KEPT]] for s in scores]
     kept = np.unique(np.concatenate(first))
     share = float(np.logaddexp.reduce(found.weight[kept]))
     options = tuple(replace(found.options[k], log_prior=float(found.weight[k])) for k in kept)

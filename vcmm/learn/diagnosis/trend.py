@@ -55,18 +55,18 @@ def trend(times: Sequence[float | None], seen: Sequence[tuple[float, float] | No
     if len(at) < 2 or not all(u is not None and u > 0 for _, u in pairs):
         return Trend("")
     values, u = np.array(pairs).T
-    known = [at_time for i in at if (at_time := times[i]) is not None]
+    dates = [at_time for i in at if (at_time := times[i]) is not None]
     gains = _steps(at, values, u)
-    if len(known) == len(at) > 2 and len(set(known)) > 2:
-        gains.append(_line(np.array(known), at, values, u))
+    if len(dates) == len(at) > 2 and len(set(dates)) > 2:
+        gains.append(_line(np.array(dates), at, values, u))
     total, best = _chi2(values, u), max(gains, key=lambda g: g.chi2 - 2 * math.log(g.tries))
     free = len(at) - 1 - best.more
     rest = max(total - best.chi2, 0.0)
     scale = rest / free if free > 0 and _beyond(rest, free) < CHANCE else 1.0
     if best.tries * _two_sided_chance(best.chi2 / scale, free if scale > 1 else None) < CHANCE:
-        found = best.trend
+        course = best.trend
         return Trend(
-            found.kind, found.amount, float(found.u or 0.0) * math.sqrt(scale), found.first, found.last
+            course.kind, course.amount, float(course.u or 0.0) * math.sqrt(scale), course.first, course.last
         )
     return Trend(IRREGULAR if _beyond(total, len(at) - 1) < CHANCE else STEADY)
 

@@ -52,14 +52,14 @@ def _of_part(recording: Recording) -> str:
     part, tip = run.vector(*names), np.stack([run.q(a) for a in "XYZ"], axis=1)
     none = np.zeros(run.n, dtype=np.str_)
     both = np.stack([run.labels.get(label, none) for label in ("pose", "stylus")], axis=1)
-    own, seen = 0.0, 0.0
+    of_part, of_tip = 0.0, 0.0
     for value in np.unique(both, axis=0):
         rows = (both == value).all(axis=1)
-        own += float(((part[rows] - part[rows].mean(axis=0)) ** 2).sum())
-        seen += float(((tip[rows] - tip[rows].mean(axis=0)) ** 2).sum())
-    if seen <= 0 or abs(np.sqrt(own / seen) / INCH - 1.0) > NEAR:
+        of_part += float(((part[rows] - part[rows].mean(axis=0)) ** 2).sum())
+        of_tip += float(((tip[rows] - tip[rows].mean(axis=0)) ** 2).sum())
+    if of_tip <= 0 or abs(np.sqrt(of_part / of_tip) / INCH - 1.0) > NEAR:
         return ""
-    return f"the points of the part (part_x_mm ...) lie {np.sqrt(own / seen):.4g} times as far apart"
+    return f"the points of the part (part_x_mm ...) lie {np.sqrt(of_part / of_tip):.4g} times as far apart"
 
 
 def _of_digits(lines: dict[str, Array]) -> str:

@@ -36,11 +36,11 @@ def chance_of(
     """Return (chance, rms of the innovation in units of its standard uncertainty) of readings with unit noise."""
     if not len(value):
         return 1.0, 0.0
-    seen = innovation(state, columns, value)
-    white = seen.white
+    forecast = innovation(state, columns, value)
+    white = forecast.white
     chances = [float(chance_beyond(len(white), float(white @ white)))]
     for jump in jumps:
-        moved = solve_lower(seen.lower, columns @ jump.columns)
+        moved = solve_lower(forecast.lower, columns @ jump.columns)
         left, size, _ = np.linalg.svd(moved, full_matrices=False)
         kept = size > 1e-6 * max(float(size[0]), 1e-300)
         if size[0] > 1e-9 and kept.sum() < len(white):

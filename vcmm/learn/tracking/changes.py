@@ -62,9 +62,9 @@ def jumps_of(tracked: TrackedMachine) -> tuple[Jump, ...]:
     axes = dict.fromkeys(q.axis for q in tracked.quantities if q.axis)
     sets = {q.id: [q.id] for q in tracked.quantities}
     for axis in axes:
-        own = [q.id for q in tracked.quantities if q.axis == axis]
-        if len(own) > 1:
-            sets[f"axis {axis}"] = own
+        of_axis = [q.id for q in tracked.quantities if q.axis == axis]
+        if len(of_axis) > 1:
+            sets[f"axis {axis}"] = of_axis
     if len(tracked.quantities) > 1:
         sets[EVERYTHING] = [q.id for q in tracked.quantities]
     g = tracked.growth.shape[1]
@@ -91,18 +91,18 @@ def prior_of_change(days: float) -> float:
 
 def update(state: GaussianState, columns: Array, value: Array, jumps: Sequence[Jump], days: float) -> Update:
     """Return the state after readings (unit noise) that came `days` after the last ones."""
-    seen = innovation(state, columns, value)
+    forecast = innovation(state, columns, value)
     p = prior_of_change(days) if jumps else 0.0
-    quiet = np.log1p(-p) + seen.log_likelihood
-    if not jumps or not len(value) or chance_beyond(len(value), float(seen.white @ seen.white)) > ASK:
-        return Update(condition(state, seen), quiet, 0.0, ())
-    logs = [quiet, *log_of_jumps(seen, columns, jumps, np.log(p / (len(jumps) * len(SIZES))))]
+    quiet = np.log1p(-p) + forecast.log_likelihood
+    if not jumps or not len(value) or chance_beyond(len(value), float(forecast.white @ forecast.white)) > ASK:
+        return Update(condition(state, forecast), quiet, 0.0, ())
+    logs = [quiet, *log_of_jumps(forecast, columns, jumps, np.log(p / (len(jumps) * len(SIZES))))]
     top = max(logs)
     weights = np.exp(np.array(logs) - top)
     total = top + float(np.log(weights.sum()))
     weights /= weights.sum()
     kept = np.flatnonzero(weights > MATTERS)
-    parts = [_branch(state, seen, columns, value, jumps, int(k)) for k in kept]
+    parts = [_branch(state, forecast, columns, value, jumps, int(k)) for k in kept]
     joined = _join(parts, weights[kept] / weights[kept].sum())
     return Update(joined, total, float(1.0 - weights[0]), _by_name(weights, jumps))
 
@@ -122,11 +122,16 @@ def log_of_jumps(seen: Innovation, columns: Array, jumps: Sequence[Jump], prior:
 
 
 def _branch(
-    state: GaussianState, seen: Innovation, columns: Array, value: Array, jumps: Sequence[Jump], number: int
+    state: GaussianState,
+    forecast: Innovation,
+    columns: Array,
+    value: Array,
+    jumps: Sequence[Jump],
+    number: int,
 ) -> GaussianState:
     """Return the posterior of one hypothesis; 0: no change."""
     if number == 0:
-        return condition(state, seen)
+        return condition(state, forecast)
     jump, size = jumps[(number - 1) // len(SIZES)], SIZES[(number - 1) % len(SIZES)]
     wider = GaussianState(state.mean, np.concatenate([state.factor, size * jump.columns], axis=1))
     return condition(wider, innovation(wider, columns, value))

@@ -92,11 +92,11 @@ def columns_of(tracked: TrackedMachine, problem: Problem) -> Array:
 
 def _root(tracked: TrackedMachine, problem: Problem) -> Array:
     """Return the root (m,) or lower (m, m) of the covariance of the noise and of the uncertainty of this recording alone."""
-    own = [columns for name, columns in problem.stated if name not in tracked.used]
-    if not own:
+    columns_of_stated = [columns for name, columns in problem.stated if name not in tracked.used]
+    if not columns_of_stated:
         return problem.u
-    known = np.concatenate(own, axis=1)
-    return np.asarray(np.linalg.cholesky(np.diag(problem.u**2) + known @ known.T), dtype=np.float64)
+    stated = np.concatenate(columns_of_stated, axis=1)
+    return np.asarray(np.linalg.cholesky(np.diag(problem.u**2) + stated @ stated.T), dtype=np.float64)
 
 
 def _divide(root: Array, columns: Array) -> Array:

@@ -12,10 +12,10 @@ DAY = 86400.0  # s
 def moment(date: str) -> float:
     """Return days since 1970-01-01, by the clock of the shop. Raises UsageError for a text that is no date."""
     try:
-        found = datetime.fromisoformat(date)
+        day = datetime.fromisoformat(date)
     except ValueError:
         raise UsageError(f'"{date}" is no date; write for example 2026-12-01 or 2026-12-01T14:30') from None
-    return (found.replace(tzinfo=None) - datetime(1970, 1, 1)).total_seconds() / DAY
+    return (day.replace(tzinfo=None) - datetime(1970, 1, 1)).total_seconds() / DAY
 
 
 def date_of(when: float) -> str:

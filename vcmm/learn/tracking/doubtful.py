@@ -67,7 +67,7 @@ def doubtful_parts(
             continue
         good = _last_good(followed.checks, i)
         since = None if good is None else followed.checks[good]
-        own = [
+        numbers = [
             p
             for p in parts
             if (since is None or moment(p.date) > since.when) and np.floor(moment(p.date)) <= check.when
@@ -80,7 +80,7 @@ def doubtful_parts(
             spread = np.concatenate([g.gain @ before.factor, g.gain @ after.factor])
             moved = float(g.gain @ (after.mean - before.mean))
             shifts.append(CharacteristicShift(g.name, moved, float(np.sqrt((spread**2).sum())), g.unit))
-        out.append(DoubtfulParts(check.date, since.date if since else None, tuple(own), tuple(shifts)))
+        out.append(DoubtfulParts(check.date, since.date if since else None, tuple(numbers), tuple(shifts)))
     return tuple(out)
 
 

@@ -89,13 +89,13 @@ def _layout_of(motions: Sequence[WanderingMotion], jumps: Sequence[Jump]) -> _La
     stated, g, swings = motions[0].stated, walk.shape[1], bool(swing.any())
     seasons, trends = np.flatnonzero(season.any(axis=0)), np.flatnonzero(trend.any(axis=0))
     ways = np.concatenate([np.zeros((stated + BLOCKS * g, 0)), *(j.columns for j in jumps)], axis=1)
-    own = np.zeros((stated + (2 + swings) * g + 2 * len(seasons) + len(trends), ways.shape[1]))
-    own[stated : stated + g], own[len(own) - g :] = (
+    loading = np.zeros((stated + (2 + swings) * g + 2 * len(seasons) + len(trends), ways.shape[1]))
+    loading[stated : stated + g], loading[len(loading) - g :] = (
         ways[stated : stated + g],
         ways[len(ways) - g :],
     )
     of = np.repeat(np.arange(len(jumps)), [j.columns.shape[1] for j in jumps])
-    return _Layout(stated, seasons, trends, walk**2, swing**2, tau, own, of)
+    return _Layout(stated, seasons, trends, walk**2, swing**2, tau, loading, of)
 
 
 def log_likelihoods(
@@ -105,32 +105,32 @@ def log_likelihoods(
     layout = _layout_of(motions, jumps)
     mean, covariance = _start(layout, motions)
     total, first, before = np.zeros(len(motions)), None, 0.0
-    for one in recordings:
-        first = one.when if first is None else first
-        days = one.when - first
+    for recording in recordings:
+        first = recording.when if first is None else first
+        days = recording.when - first
         gap, before = days - before, days
         if gap > 0:
             mean, covariance = _move(layout, mean, covariance, gap)
-        if not len(one.value):
+        if not len(recording.value):
             continue
-        columns = layout.columns(one, days)
-        seen = _see(mean, covariance, columns, one.value)
+        columns = layout.columns(recording, days)
+        forecast = _see(mean, covariance, columns, recording.value)
         if not jumps:
-            total += seen.log_likelihood
-            _condition(mean, covariance, seen)
+            total += forecast.log_likelihood
+            _condition(mean, covariance, forecast)
             continue
         p = prior_of_change(gap)
-        quiet = seen.log_likelihood + np.log1p(-p)
-        asked = np.flatnonzero(seen.square >= square_at(len(one.value), ASK))
-        kept = mean[asked], covariance[asked]
-        _condition(mean, covariance, seen)
-        if len(asked):
+        quiet = forecast.log_likelihood + np.log1p(-p)
+        places = np.flatnonzero(forecast.square >= square_at(len(recording.value), ASK))
+        kept = mean[places], covariance[places]
+        _condition(mean, covariance, forecast)
+        if len(places):
             logs = np.concatenate(
-                [quiet[asked, None], _log_of_jumps(layout, seen, asked, columns, np.log(p / (len(jumps) * len(SIZES))))],
+                [quiet[places, None], _log_of_jumps(layout, forecast, places, columns, np.log(p / (len(jumps) * len(SIZES))))],
                 axis=1,
             )  # fmt: skip
-            joined, quiet[asked] = _join(layout, kept, columns, one.value, logs)
-            mean, covariance = _put(mean, covariance, asked, joined)
+            joined, quiet[places] = _join(layout, kept, columns, recording.value, logs)
+            mean, covariance = _put(mean, covariance, places, joined)
         total += quiet
     return total
 
@@ -197,26 +197,26 @@ class _Seen:
 
 def _see(mean: Array, covariance: Array, columns: Array, value: Array) -> _Seen:
     """Return the innovations of columns (r, all of the state): those of p are left out where it is not carried."""
-    own = columns[:, : mean.shape[1]]
-    cross = own @ covariance
-    lower = np.asarray(np.linalg.cholesky(cross @ own.T + np.eye(len(value))), dtype=np.float64)
+    of_state = columns[:, : mean.shape[1]]
+    cross = of_state @ covariance
+    lower = np.asarray(np.linalg.cholesky(cross @ of_state.T + np.eye(len(value))), dtype=np.float64)
     inverse = np.linalg.solve(
         lower, np.eye(len(value))
     )  # few rows: a product with it is faster than a solution for all columns
-    return _Seen(lower, inverse @ cross, (inverse @ (value - mean @ own.T)[:, :, None])[:, :, 0])
+    return _Seen(lower, inverse @ cross, (inverse @ (value - mean @ of_state.T)[:, :, None])[:, :, 0])
 
 
-def _condition(mean: Array, covariance: Array, seen: _Seen) -> None:
+def _condition(mean: Array, covariance: Array, forecast: _Seen) -> None:
     """Condition means and covariances on the readings, in place."""
-    turned = seen.half.transpose(0, 2, 1)
-    mean += (turned @ seen.white[:, :, None])[:, :, 0]
-    covariance -= turned @ seen.half
+    turned = forecast.half.transpose(0, 2, 1)
+    mean += (turned @ forecast.white[:, :, None])[:, :, 0]
+    covariance -= turned @ forecast.half
 
 
-def _log_of_jumps(layout: _Layout, seen: _Seen, asked: Numbers, columns: Array, prior: float) -> Array:
+def _log_of_jumps(layout: _Layout, forecast: _Seen, places: Numbers, columns: Array, prior: float) -> Array:
     """Return (a, jumps x sizes): ln (prior x likelihood), by N(white; 0, I + size^2 A A'), A = lower^-1 H B."""
-    white = seen.white[asked]
-    moved = np.linalg.solve(seen.lower[asked], (columns @ layout.ways)[None])
+    white = forecast.white[places]
+    moved = np.linalg.solve(forecast.lower[places], (columns @ layout.ways)[None])
     count = int(layout.of.max()) + 1
     parts = [moved[:, :, layout.of == j] for j in range(count)]
     gram = np.stack([p @ p.transpose(0, 2, 1) for p in parts], axis=1)
@@ -225,7 +225,9 @@ def _log_of_jumps(layout: _Layout, seen: _Seen, asked: Numbers, columns: Array, 
     left = np.linalg.solve(lower, np.broadcast_to(white[:, None, None, :, None], (*lower.shape[:-1], 1)))
     fits = 0.5 * ((white**2).sum(axis=1)[:, None, None] - (left[..., 0] ** 2).sum(axis=-1))
     logs = fits - np.log(np.diagonal(lower, axis1=-2, axis2=-1)).sum(axis=-1)
-    return np.asarray(prior + (seen.log_likelihood[asked][:, None, None] + logs).reshape(len(asked), -1))
+    return np.asarray(
+        prior + (forecast.log_likelihood[places][:, None, None] + logs).reshape(len(places), -1)
+    )
 
 
 def _join(
@@ -252,12 +254,12 @@ def _join(
     return (means, np.add.reduceat(share[:, None, None] * p, first, axis=0)), total
 
 
-def _put(mean: Array, covariance: Array, asked: Numbers, joined: tuple[Array, Array]) -> tuple[Array, Array]:
+def _put(mean: Array, covariance: Array, places: Numbers, joined: tuple[Array, Array]) -> tuple[Array, Array]:
     """Return the joined states in their places; all are widened by p where one of them has it now."""
     n, full = mean.shape[1], joined[0].shape[1]
     if n < full and np.any(_diagonal(joined[1])[:, n:]):
         mean = np.pad(mean, [(0, 0), (0, full - n)])
         covariance = np.pad(covariance, [(0, 0), (0, full - n), (0, full - n)])
         n = full
-    mean[asked], covariance[asked] = joined[0][:, :n], joined[1][:, :n, :n]
+    mean[places], covariance[places] = joined[0][:, :n], joined[1][:, :n, :n]
     return mean, covariance

@@ -120,17 +120,17 @@ def follow_one(before: FollowedMachine, seen: SeenRecording, date: str) -> Follo
 
 
 def _check(
-    seen: SeenRecording,
+    recording: SeenRecording,
     date: str,
     test: tuple[float, float, float],
     state: GaussianState,
     columns: Array,
     new: Update,
 ) -> FollowedCheck:
-    from_state = seen.value - columns @ state.mean
+    from_state = recording.value - columns @ state.mean
     return FollowedCheck(
-        seen.name, date, seen.when, seen.rows, seen.rank, seen.noise, seen.outliers, test[0], test[1],
-        _rms(from_state), _rms(seen.value), test[2], new.probability, new.changed,
+        recording.name, date, recording.when, recording.rows, recording.rank, recording.noise, recording.outliers, test[0], test[1],
+        _rms(from_state), _rms(recording.value), test[2], new.probability, new.changed,
     )  # fmt: skip
 
 
@@ -142,10 +142,10 @@ def again(followed: FollowedMachine, jumps: Sequence[Jump]) -> FollowedMachine:
     """The state worked out from the start with the present rates; what the checks said when they came stays."""
     motion, stated = followed.motion, followed.tracked.stated
     state, before = first_state(motion), None
-    for one in followed.seen:
-        days = 0.0 if before is None else one.when - before
-        new = update(motion.step(state, days), columns_for(one, stated), one.value, jumps, days)
-        state, before = new.state, one.when
+    for recording in followed.seen:
+        days = 0.0 if before is None else recording.when - before
+        new = update(motion.step(state, days), columns_for(recording, stated), recording.value, jumps, days)
+        state, before = new.state, recording.when
     return replace(followed, state=state)
 
 
@@ -153,9 +153,11 @@ def course(followed: FollowedMachine) -> list[GaussianState]:
     """The state after every recording, with the present rates."""
     out, motion, stated, before = [], followed.motion, followed.tracked.stated, None
     state, jumps = first_state(motion), jumps_of(followed.tracked)
-    for one in followed.seen:
-        days = 0.0 if before is None else one.when - before
-        state = update(motion.step(state, days), columns_for(one, stated), one.value, jumps, days).state
+    for recording in followed.seen:
+        days = 0.0 if before is None else recording.when - before
+        state = update(
+            motion.step(state, days), columns_for(recording, stated), recording.value, jumps, days
+        ).state
         out.append(state)
-        before = one.when
+        before = recording.when
     return out

@@ -112,11 +112,11 @@ class Evidence:
 
     def of(self, many: Sequence[Rates]) -> list[float]:
         """Of each of many rates."""
-        asked = [r for r in dict.fromkeys(many) if r not in self.known]
-        if asked:
-            motions = [motion_of(self.seen.groups, self.seen.stated, r) for r in asked]
+        new = [r for r in dict.fromkeys(many) if r not in self.known]
+        if new:
+            motions = [motion_of(self.seen.groups, self.seen.stated, r) for r in new]
             logs = log_likelihoods(self.seen.recordings, motions, self.seen.jumps)
-            for rates, log in zip(asked, logs.tolist()):
+            for rates, log in zip(new, logs.tolist()):
                 self.known[rates] = log + sum(r.log_prior for r in rates)
         return [self.known[r] for r in many]
 
@@ -131,9 +131,9 @@ def learn_rates(
 
     Random numbers are a function of the number of recordings alone.
     """
-    seen = seen_numbers(tracked, recordings, jumps)
-    shown = sorted(set(seen.groups.tolist()))  # of a group that no recording sees nothing is learnt
-    rates, evidence = start, Evidence(seen)
+    numbers = seen_numbers(tracked, recordings, jumps)
+    shown = sorted(set(numbers.groups.tolist()))  # of a group that no recording sees nothing is learnt
+    rates, evidence = start, Evidence(numbers)
     for k in shown:
         rates = _best_swing(evidence, rates, k)
     rng, used = np.random.default_rng(len(recordings)), rates
@@ -169,8 +169,8 @@ def _conditional(evidence: Evidence, rates: Rates, k: int, name: str) -> tuple[A
 
 def _with(rates: Rates, k: int, name: str, rate: float) -> Rates:
     """Rates with one of them replaced."""
-    asked: dict[str, Any] = {name: rate}
-    return (*rates[:k], replace(rates[k], **asked), *rates[k + 1 :])
+    change: dict[str, Any] = {name: rate}
+    return (*rates[:k], replace(rates[k], **change), *rates[k + 1 :])
 
 
 def _best_swing(evidence: Evidence, rates: Rates, k: int) -> Rates:

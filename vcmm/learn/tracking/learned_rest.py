@@ -67,10 +67,10 @@ class LearnedRest:
     def sentence(self) -> str:
         """The result in words, with the figures of the gate."""
         odds = f"e^{self.foretold:.0f} times as probable with it"
-        said = f"{len(self.later)} later recordings are {odds}; rms over their noise {self.before:.2f} without it, {self.after:.2f} predicted from the earlier {len(self.earlier)}"
+        text = f"{len(self.later)} later recordings are {odds}; rms over their noise {self.before:.2f} without it, {self.after:.2f} predicted from the earlier {len(self.earlier)}"
         if self.passed:
-            return f"{self.effect.id}: {said}"
-        return f"nothing that predicts later recordings was found (best: {self.effect.id}: {said}; expected at least {GATE:g} times as probable), so nothing is written"
+            return f"{self.effect.id}: {text}"
+        return f"nothing that predicts later recordings was found (best: {self.effect.id}: {text}; expected at least {GATE:g} times as probable), so nothing is written"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the document as in vcmm.track/1: canonical units (mm or rad)."""
@@ -161,10 +161,10 @@ def _rms(y: Array) -> float:
 
 def _rows(recording: Recording, machine: Machine) -> _Rows:
     problem = make_problem(recording, machine)
-    known = problem.calibration
+    calibration = problem.calibration
     root: Array = problem.u
-    if known.shape[1]:
-        root = np.asarray(np.linalg.cholesky(np.diag(problem.u**2) + known @ known.T))
+    if calibration.shape[1]:
+        root = np.asarray(np.linalg.cholesky(np.diag(problem.u**2) + calibration @ calibration.T))
     basis = nuisance_basis(_divide(root, problem.nuisance))
     y = _divide(root, problem.residual[:, None])[:, 0]
     return _Rows(problem, root, basis, y - basis @ (basis.T @ y))
@@ -208,20 +208,20 @@ def _candidates(machine: Machine, rows: list[_Rows]) -> list[Effect]:
 
 def _kind() -> type[Effect]:
     """Return the effect whose values have a prior of their own. Raises UsageError where its file was taken away."""
-    known = next((k for k in ALL if hasattr(k, "prior_shape")), None)
-    if known is None:
+    kind = next((k for k in ALL if hasattr(k, "prior_shape")), None)
+    if kind is None:
         raise UsageError("no effect of this installation can be learned")
-    return known
+    return kind
 
 
 def _sums(effect: Effect, rows: Sequence[_Rows]) -> tuple[Array, Array]:
     """Return L and b of the docstring of this module."""
     k = np.size(vars(effect)["values"])
     information, b = np.zeros((k, k)), np.zeros(k)
-    for one in rows:
-        a = one.columns(effect)
+    for block in rows:
+        a = block.columns(effect)
         information += a.T @ a
-        b += a.T @ one.y
+        b += a.T @ block.y
     return information, b
 
 

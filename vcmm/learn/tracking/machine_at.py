@@ -54,8 +54,8 @@ class DatedMachine:
         numbers = np.concatenate([np.arange(rows[q.id].start, rows[q.id].stop) for q in self.uncertain])
         names = tuple(q.id for q in self.uncertain for _ in range(q.size))
         position = [np.full(1, np.nan) if is_single(q) else np.arange(float(q.size)) for q in self.uncertain]
-        own = factor[numbers]
-        return JointCovariance(names, np.concatenate(position), own @ own.T)
+        own_factor = factor[numbers]
+        return JointCovariance(names, np.concatenate(position), own_factor @ own_factor.T)
 
 
 def is_single(quantity: TrackedQuantity) -> bool:
@@ -68,11 +68,11 @@ def machine_on(followed: FollowedMachine, when: float) -> DatedMachine:
     days = 0.0 if followed.last is None else when - followed.last
     motion, ways, now = followed.motion, followed.ways, followed.state
     carried = ways @ motion.carry(now.factor, days)
-    known = _row_space(ways @ now.factor)
+    basis = _row_space(ways @ now.factor)
     fresh = ways * np.sqrt(motion.fresh(days))
-    since = np.concatenate([carried - (carried @ known.T) @ known, fresh], axis=1) if days > 0 else fresh
+    since = np.concatenate([carried - (carried @ basis.T) @ basis, fresh], axis=1) if days > 0 else fresh
     return DatedMachine(
-        followed, when, ways @ motion.carry(now.mean, days), (carried @ known.T) @ known, since
+        followed, when, ways @ motion.carry(now.mean, days), (carried @ basis.T) @ basis, since
     )
 
 
@@ -102,10 +102,10 @@ def as_machine(dated: DatedMachine) -> Machine:
     if not dated.followed.seen:
         return tracked.machine
     kept = [i for i in tracked.machine.inputs if i.id not in tracked.used]
-    own = [_joint(dated.uncertain, dated.joint(dated.state).matrix, "")] if dated.uncertain else []
+    inputs = [_joint(dated.uncertain, dated.joint(dated.state).matrix, "")] if dated.uncertain else []
     if dated.uncertain and dated.since.any():
-        own.append(_joint(dated.uncertain, dated.joint(dated.since).matrix, SINCE))
-    return replace(tracked.machine, effects=effects_on(dated), inputs=(*kept, *own))
+        inputs.append(_joint(dated.uncertain, dated.joint(dated.since).matrix, SINCE))
+    return replace(tracked.machine, effects=effects_on(dated), inputs=(*kept, *inputs))
 
 
 def _joint(quantities: Sequence[TrackedQuantity], matrix: Array, cause: str) -> Input:

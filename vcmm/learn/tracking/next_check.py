@@ -133,12 +133,12 @@ def _columns(followed: FollowedMachine, check: ShopCheck) -> Array:
 def _each(plans: _Plans, covariance: Array, day: int, checks: Sequence[ShopCheck]) -> tuple[NextCheck, ...]:
     """Return each check on the last day that still holds; those that hold longest for their cost first."""
     then = plans.after(covariance, day)
-    found = [_do_check(plans, plans.checked(then, c.name), c, day) for c in checks]
-    return tuple(sorted(found, key=lambda n: n.check.cost / max(_days(n), 1e-9)))
+    checks_done = [_do_check(plans, plans.checked(then, c.name), c, day) for c in checks]
+    return tuple(sorted(checks_done, key=lambda n: n.check.cost / max(_days(n), 1e-9)))
 
 
-def _days(one: NextCheck) -> float:
-    return float(LONGEST if one.holds is None else max(one.holds, 0))
+def _days(check: NextCheck) -> float:
+    return float(LONGEST if check.holds is None else max(check.holds, 0))
 
 
 def _do_check(plans: _Plans, covariance: Array, check: ShopCheck, day: int) -> NextCheck:
@@ -174,8 +174,8 @@ def _search(plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days:
                 after = plans.checked(then, check.name)
                 gained = plans.holds(after)
                 if gained > max(free, 0) - (day - way.day) and (gained > 0 or day == way.day):
-                    one = _do_check(plans, after, check, day)
-                    following.append(_Way(day, after, way.cost + check.cost, (*way.done, one)))
+                    check_done = _do_check(plans, after, check, day)
+                    following.append(_Way(day, after, way.cost + check.cost, (*way.done, check_done)))
         ways = sorted(following, key=lambda w: w.cost / (w.day + max(plans.holds(w.covariance), 0) + 1.0))[
             :WIDE
         ]
@@ -191,7 +191,7 @@ def _cheapest_fixed_interval(
     plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days: int
 ) -> tuple[str, int, float] | None:
     """Return the cheapest single check at a fixed interval, the first today, that keeps all limits; None where none does."""
-    found = []
+    intervals = []
     for check in checks:
         for interval in range(min(days, LONGEST), 0, -1):
             state, day, good = plans.checked(covariance, check.name), 0, True
@@ -200,6 +200,6 @@ def _cheapest_fixed_interval(
                 day += interval
                 state = plans.checked(plans.after(state, interval), check.name)
             if good:
-                found.append((check.name, interval, check.cost * (1 + (days - 1) // interval)))
+                intervals.append((check.name, interval, check.cost * (1 + (days - 1) // interval)))
                 break
-    return min(found, key=lambda f: f[2]) if found else None
+    return min(intervals, key=lambda f: f[2]) if intervals else None

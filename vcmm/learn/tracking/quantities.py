@@ -111,34 +111,34 @@ class TrackedMachine:
     @cached_property
     def group_of_mode(self) -> Array:
         """Number of the group of each shape (g,)."""
-        known = {name: i for i, name in enumerate(self.groups)}
-        return np.array([known[g] for q in self.quantities for g in q.shape_groups], dtype=np.intp)
+        numbers = {name: i for i, name in enumerate(self.groups)}
+        return np.array([numbers[g] for q in self.quantities for g in q.shape_groups], dtype=np.intp)
 
 
 def tracked_machine(machine: Machine) -> TrackedMachine:
     """Return the tracked quantities of a machine. Raises UsageError where it has no error that can be."""
     for_all = {i.parameter + i.effect for i in machine.inputs if i.where == EVERY and not i.is_channel}
-    found = []
+    quantities = []
     for effect in machine.effects:
         if effect.about.is_random or isinstance(effect, CalibrationModes | Scatter):
             continue
         alone = sum(e.id == effect.id for e in machine.effects) == 1
         for name in _numbers_of(effect) if alone else ():
             if name + effect.name not in for_all:
-                found.append(_quantity(effect, name))
-    if not found:
+                quantities.append(_quantity(effect, name))
+    if not quantities:
         raise UsageError(
             f'the machine "{machine.name}" states no error that could be followed: calibrate or diagnose it first, and give the file '
             "that this writes"
         )
-    bare = TrackedMachine(machine, tuple(found), np.zeros((sum(q.size for q in found), 0)), (), ())
+    bare = TrackedMachine(machine, tuple(quantities), np.zeros((sum(q.size for q in quantities), 0)), (), ())
     blocks, used, apart = [bare.factor], [], []
-    for one in machine.inputs:
-        block = _block(bare, one)
+    for item in machine.inputs:
+        block = _block(bare, item)
         if block is None:
-            apart += [one.id] if one.effect != Scatter.name else []
+            apart += [item.id] if item.effect != Scatter.name else []
         else:
-            used.append(one.id)
+            used.append(item.id)
             blocks.append(_shorten(block))
     return TrackedMachine(machine, bare.quantities, np.concatenate(blocks, axis=1), tuple(used), tuple(apart))
 
@@ -179,10 +179,10 @@ def _smooth(effect: Effect, letters: str) -> Array:
         square += (
             (2.0 * np.sin(gap / 2.0) / min(length, 1.0)) ** 2 if is_rotary(letter) else (gap / length) ** 2
         )
-    own = arguments.index(letters[2]) if letters[2] in arguments else 0
+    at = arguments.index(letters[2]) if letters[2] in arguments else 0
     gone = [np.ones(len(mesh))]
     if not is_rotary(letters[2]):
-        gone.append(mesh[:, own])
+        gone.append(mesh[:, at])
     basis = np.linalg.qr(np.stack(gone, axis=1))[0]
     line = basis[:, 1:] * np.sqrt(len(mesh)) * np.sign(basis[-1, 1:])  # unit root mean square, rising
     if letters[1] in "XYZ" and letters[1] != letters[2]:
@@ -199,34 +199,34 @@ def _smooth(effect: Effect, letters: str) -> Array:
     return np.concatenate([line, bends], axis=1)
 
 
-def _block(tracked: TrackedMachine, one: Input) -> Array | None:
+def _block(tracked: TrackedMachine, item: Input) -> Array | None:
     """Return the departure of all numbers per draw of unit variance of an Input, as (K, r); None where it moves none of them alone."""
-    if one.is_channel or one.redraw != "machine" or one.effect == Scatter.name:
+    if item.is_channel or item.redraw != "machine" or item.effect == Scatter.name:
         return None
-    if one.effect == CalibrationModes.name:
+    if item.effect == CalibrationModes.name:
         return _of_modes(tracked)
-    members = one.members or (one,)
+    members = item.members or (item,)
     places = [_place_of(tracked, m) for m in members]
-    if any(p is None for p in places) or (one.members and not isinstance(one.law, MultivariateNormal)):
+    if any(p is None for p in places) or (item.members and not isinstance(item.law, MultivariateNormal)):
         return None
     rows = np.concatenate([np.arange(p.start, p.stop) for p in places if p is not None])
-    law, factor = one.spread(len(rows))
-    own = (
+    law, factor = item.spread(len(rows))
+    columns = (
         MultivariateNormal(law.covariance).factor if isinstance(law, MultivariateSamples) else factor * law.u
     )
-    if not np.isfinite(own).all() or len(own) != len(rows):
+    if not np.isfinite(columns).all() or len(columns) != len(rows):
         return None
-    out = np.zeros((tracked.factor.shape[0], own.shape[1]))
-    out[rows] = own
+    out = np.zeros((tracked.factor.shape[0], columns.shape[1]))
+    out[rows] = columns
     return out
 
 
-def _place_of(tracked: TrackedMachine, one: Input) -> slice | None:
-    where = f"[{one.where}]" if one.where else ""
-    effect = next((q.effect for q in tracked.quantities if q.effect.id == f"{one.effect}{where}"), None)
+def _place_of(tracked: TrackedMachine, item: Input) -> slice | None:
+    where = f"[{item.where}]" if item.where else ""
+    effect = next((q.effect for q in tracked.quantities if q.effect.id == f"{item.effect}{where}"), None)
     if effect is None:
         return None
-    return tracked.rows.get(f"{effect.id}.{effect.about.aliases.get(one.parameter, one.parameter)}")
+    return tracked.rows.get(f"{effect.id}.{effect.about.aliases.get(item.parameter, item.parameter)}")
 
 
 def _of_modes(tracked: TrackedMachine) -> Array | None:

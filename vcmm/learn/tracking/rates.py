@@ -74,9 +74,9 @@ class GroupRates:
         """Of the swing, nats, but for a constant."""
         if not self.swing:
             return float(np.log(0.5))
-        known = sum(np.exp(-0.5 * ((k - CENTRE) / SPREAD) ** 2) for k in range(-6, 3))
+        norm = sum(np.exp(-0.5 * ((k - CENTRE) / SPREAD) ** 2) for k in range(-6, 3))
         step = np.log2(SWINGS[self.swing])
-        return float(np.log(0.5 / (known * len(TAUS))) - 0.5 * ((step - CENTRE) / SPREAD) ** 2)
+        return float(np.log(0.5 / (norm * len(TAUS))) - 0.5 * ((step - CENTRE) / SPREAD) ** 2)
 
     def neighbours(self) -> list[GroupRates]:
         """One step on the grids of the swing."""

@@ -72,12 +72,12 @@ def limits_of(texts: Sequence[str], scenario: Scenario, dated: DatedMachine) -> 
     gradient = model.gradient()
     state, rest = _gain(model, gradient, dated), _rest(model, gradient)
     for text in texts:
-        found = re.fullmatch(r"\s*(.+?)\s*=\s*(.+?)\s*", text)
-        if not found or found[1] not in names:
+        match = re.fullmatch(r"\s*(.+?)\s*=\s*(.+?)\s*", text)
+        if not match or match[1] not in names:
             raise UsageError(
-                f'--limit "{text}": write the name of a characteristic and U, such as "{names[0]} = 2 um".{choose_from(found[1] if found else text, names)}'
+                f'--limit "{text}": write the name of a characteristic and U, such as "{names[0]} = 2 um".{choose_from(match[1] if match else text, names)}'
             )
-        i = names.index(found[1])
+        i = names.index(match[1])
         kind = model.characteristics[i].type
         if kind not in LINEAR:
             raise UsageError(
@@ -86,30 +86,30 @@ def limits_of(texts: Sequence[str], scenario: Scenario, dated: DatedMachine) -> 
             )
         unit = "rad" if kind == "angle" else "mm"
         value = quantity(
-            found[2], *(("angle", "--limit", "20 urad") if kind == "angle" else ("length", "--limit", "2 um"))
+            match[2], *(("angle", "--limit", "20 urad") if kind == "angle" else ("length", "--limit", "2 um"))
         )
         if value <= 0:
             raise UsageError(
-                f'--limit "{text}": a limit of U is larger than zero; write for example "{found[1]} = 2 um"'
+                f'--limit "{text}": a limit of U is larger than zero; write for example "{match[1]} = 2 um"'
             )
-        out.append(TaskLimit(found[1], value, state[i], float(rest[i]), unit))
+        out.append(TaskLimit(match[1], value, state[i], float(rest[i]), unit))
     return tuple(out)
 
 
 def _in_task(scenario: Scenario, dated: DatedMachine) -> Machine:
     """Return the machine of the day with the effects of part and room of the scenario. Raises UsageError where the task is for another machine."""
-    own, given, now = dated.followed.tracked.machine, scenario.machine, as_machine(dated)
-    if own.chain.structure != given.chain.structure or own.axes.keys() != given.axes.keys():
+    machine, given, now = dated.followed.tracked.machine, scenario.machine, as_machine(dated)
+    if machine.chain.structure != given.chain.structure or machine.axes.keys() != given.axes.keys():
         raise UsageError(
-            f'the task is one of the machine "{given.name}" ({given.chain.structure}), and "{own.name}" ({own.chain.structure}) is followed; '
+            f'the task is one of the machine "{given.name}" ({given.chain.structure}), and "{machine.name}" ({machine.chain.structure}) is followed; '
             "give a scenario whose machine is that one"
         )
-    known, said = {e.id for e in own.effects}, {i.id for i in own.inputs}
-    effects = [e for e in given.effects if e.id not in known and not isinstance(e, CalibrationModes)]
+    effect_ids, input_ids = {e.id for e in machine.effects}, {i.id for i in machine.inputs}
+    effects = [e for e in given.effects if e.id not in effect_ids and not isinstance(e, CalibrationModes)]
     inputs = [
         i
         for i in given.inputs
-        if i.id not in said and not i.id.startswith(STATE) and i.effect != CalibrationModes.name
+        if i.id not in input_ids and not i.id.startswith(STATE) and i.effect != CalibrationModes.name
     ]
     return replace(now, effects=(*now.effects, *effects), inputs=(*now.inputs, *inputs))
 
@@ -117,12 +117,12 @@ def _in_task(scenario: Scenario, dated: DatedMachine) -> Machine:
 def _gain(model: LinearModel, gradient: Array, dated: DatedMachine) -> Array:
     """Return the change of the characteristics per number of the state, as (C, n)."""
     whole = np.zeros((len(gradient), dated.followed.tracked.factor.shape[0]))
-    own = next((f for f in model.influences if f.input.id.startswith(STATE)), None)
-    if own is None:
+    influence = next((f for f in model.influences if f.input.id.startswith(STATE)), None)
+    if influence is None:
         return whole @ dated.followed.ways
     rows = dated.followed.tracked.rows
     numbers = np.concatenate([np.arange(rows[q.id].start, rows[q.id].stop) for q in dated.uncertain])
-    whole[:, numbers] = gradient @ model.operator @ model.along_normal(own)
+    whole[:, numbers] = gradient @ model.operator @ model.along_normal(influence)
     return whole @ dated.followed.ways
 
 

@@ -140,8 +140,8 @@ class StructuralVibration(Effect, ChoosesColumns):
         fading = np.exp(rate * np.diff(log.time, prepend=log.time[0]))
         state = np.empty(len(change), dtype=complex)
         now = 0j
-        for i, (one, less) in enumerate(zip(change.tolist(), fading.tolist())):
-            state[i] = now = now * less + one
+        for i, (step, less) in enumerate(zip(change.tolist(), fading.tolist())):
+            state[i] = now = now * less + step
         time = run.column("time_s")
         last = np.searchsorted(log.time, time, side="right") - 1
         late = time - log.time[np.maximum(last, 0)]

@@ -197,11 +197,11 @@ class ResidualField(Effect, WithResponse, Tabulated):
 
     def _random(self, run: Run) -> Array:
         """Return the tip error by each of the three numbers of one approach, (n, 3, 3) mm."""
-        known = self.gaussian
-        if known is None:
+        process = self.gaussian
+        if process is None:
             return np.zeros((run.n, 3, 3))
-        refuse_outside(known, run.tip)
-        return np.asarray(known.scatter_at(run.tip)[:, :, None] * known.principal)
+        refuse_outside(process, run.tip)
+        return np.asarray(process.scatter_at(run.tip)[:, :, None] * process.principal)
 
     @cached_property
     def _triangles(self) -> Any:
@@ -209,10 +209,10 @@ class ResidualField(Effect, WithResponse, Tabulated):
         return triangulate(np.array([nodes[c[0], :2] for c in columns_of(nodes)]))
 
     def _weights(self, tip: Array) -> tuple[Array, Array]:
-        known = self.gaussian
-        if known is not None:
-            refuse_outside(known, tip)
-            shares = known.weights(tip)
+        process = self.gaussian
+        if process is not None:
+            refuse_outside(process, tip)
+            shares = process.weights(tip)
             return shares, shares
         triangles = None if self.interpolation == "trilinear" else self._triangles
         nodes = np.asarray(self.nodes, dtype=float)

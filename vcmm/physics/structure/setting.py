@@ -56,8 +56,8 @@ class WorkOffset(Effect):
         amount = self.shift * _cut(run) * run.columns.get(f"held_{self.direction}", np.ones(run.n))
         if f"led_{self.direction}x" not in run.columns:
             return motion(run, **{self.direction.upper(): amount})
-        told = run.vector(*(f"led_{self.direction}{c}" for c in "xyz")) * amount[:, None]
-        return motion(run, X=told[:, 0], Y=told[:, 1], Z=told[:, 2])
+        shift = run.vector(*(f"led_{self.direction}{c}" for c in "xyz")) * amount[:, None]
+        return motion(run, X=shift[:, 0], Y=shift[:, 1], Z=shift[:, 2])
 
 
 @dataclass(frozen=True, eq=False)

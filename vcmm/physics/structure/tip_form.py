@@ -81,8 +81,8 @@ class TipForm(Effect, WithResponse):
 
     def projection(self, name: str, run: Run, weights: Array) -> Array:
         """Project the harmonics directly, without a step for each of them: a search of places evaluates hundreds of poses."""
-        seen = (weights[:, :3] * run.normal).sum(axis=1) * run.label_mask("stylus", self.stylus)
-        return seen[:, None] * harmonics(run.normal, SIZES[len(self.coefficients)])
+        share = (weights[:, :3] * run.normal).sum(axis=1) * run.label_mask("stylus", self.stylus)
+        return share[:, None] * harmonics(run.normal, SIZES[len(self.coefficients)])
 
 
 def harmonics(n: Array, degree: int) -> Array:

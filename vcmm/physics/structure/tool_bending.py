@@ -76,8 +76,8 @@ class ToolBending(ToolDeflection):
     tool: str = at("", "tool number; empty = all")
 
     def error_motion(self, run: Run) -> Array:
-        own = self.compliance * run.label_mask("tool", self.tool)
-        x, y, z = own * across_tool(run, run.vector(*self.needs)).T
+        compliance = self.compliance * run.label_mask("tool", self.tool)
+        x, y, z = compliance * across_tool(run, run.vector(*self.needs)).T
         return motion(run, X=x, Y=y, Z=z)
 
 

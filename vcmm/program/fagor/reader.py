@@ -47,9 +47,9 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     if setup.strict and lines.told:
         line, what, _ = min(lines.told)
         raise ProgramFault(file, line, 1, f"{what} is not understood; write its motion with G1 to G3")
-    own = replace(MILL, pockets=tuple(_pocket(code, given) for code, given in lines.pockets))
+    language = replace(MILL, pockets=tuple(_pocket(code, given) for code, given in lines.pockets))
     program = run(
-        made, own, replace(setup, unit=setup.unit or 1.0), file, trace
+        made, language, replace(setup, unit=setup.unit or 1.0), file, trace
     )  # a Fagor wakes up in mm: G71
     assumptions = [Assumption(line, what, value) for line, what, value in lines.told]
     return replace(program, assumed=tuple(sorted([*program.assumed, *assumptions], key=lambda a: a.line)))

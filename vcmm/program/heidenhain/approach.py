@@ -93,8 +93,8 @@ def _approach(
     if approach.kind == "CT":
         help_point = _turn(target, centre, -approach.angle if ccw else approach.angle)
     else:
-        one, two, _ = PLANES[move.plane]
-        start = (move.start[one], move.start[two])
+        first_axis, second, _ = PLANES[move.plane]
+        start = (move.start[first_axis], move.start[second])
         help_point = _touching(start, centre, abs(approach.radius), ccw, (file, move.source))
     line = _to_help_point(move, help_point, block)
     height = move.end[PLANES[move.plane][2]]

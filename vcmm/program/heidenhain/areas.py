@@ -118,9 +118,9 @@ def _going_in(made: Area, strokes: Sequence[Stroke]) -> Iterator[Stroke]:
         before = stroke
 
 
-def _mill(c: MachiningCycle, found: tuple[Area, list[Stroke]], level: float) -> None:
+def _mill(c: MachiningCycle, clearing: tuple[Area, list[Stroke]], level: float) -> None:
     """Mill all strokes at one depth."""
-    made, strokes = found
+    made, strokes = clearing
     inside = set(map(id, _going_in(made, strokes)))
     high = c.mm("Q7")
     for stroke in strokes:

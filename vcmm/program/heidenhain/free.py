@@ -132,7 +132,7 @@ class FreeContours(FreeKnown):
         if "-" in closed and closed != ["+", "-"]:
             r.fault("CLSD- ends a closed contour that no CLSD+ begins; add CLSD+ to its first element, once")
         try:
-            found = contours(elements, begin, before)
+            candidates = contours(elements, begin, before)
         except Undetermined as left:
             self._tell_missing(rows, left.contour)
         except TooMany:
@@ -142,14 +142,14 @@ class FreeContours(FreeKnown):
             )
         first, last = rows[0].source.line, rows[-1].source.line
         r.source = rows[0].source
-        if not found:
+        if not candidates:
             r.fault(
                 f"no contour fits what the FK blocks of lines {first} to {last} say, beginning at X{begin[0] / r.unit:g} Y{begin[1] / r.unit:g}; "
                 "check their words, the side of DR, and where the contour begins"
             )
-        best = min(found, key=lambda c: c.length())
-        if len(found) > 1:
-            self._tell_several(rows, found, best, selected)
+        best = min(candidates, key=lambda c: c.length())
+        if len(candidates) > 1:
+            self._tell_several(rows, candidates, best, selected)
         return best
 
     def _tell_missing(self, rows: list[FreeBlock], c: FreeContour) -> None:
@@ -175,16 +175,16 @@ class FreeContours(FreeKnown):
                 )
 
     def _tell_several(
-        self, rows: list[FreeBlock], found: list[FreeContour], best: FreeContour, selected: bool
+        self, rows: list[FreeBlock], candidates: list[FreeContour], best: FreeContour, selected: bool
     ) -> None:
         """Note several contours that fit, with their differences."""
         r = self.paths.r
-        at = next(k for k in range(len(rows)) if any(_apart(c, best, k) for c in found))
+        at = next(k for k in range(len(rows)) if any(_apart(c, best, k) for c in candidates))
         r.source = rows[at].source
-        ends = [_marks(c, at)[0] for c in found]
+        ends = [_marks(c, at)[0] for c in candidates]
         by_end = any(math.dist(p, ends[0]) > 1e-6 for p in ends if p is not None and ends[0] is not None)
-        many = f"{len(found)} or more" if len(found) >= MOST else str(len(found))
-        places = sorted({_written(c, at, r.unit, by_end) for c in found})
+        many = f"{len(candidates)} or more" if len(candidates) >= MOST else str(len(candidates))
+        places = sorted({_written(c, at, r.unit, by_end) for c in candidates})
         chosen = "; FSELECT counts them in an order of the control that no manual states" if selected else ""
         some = ", ".join(places[:6]) + (" ..." if len(places) > 6 else "")
         r.assume(

@@ -58,8 +58,8 @@ class KlartextPaths(KlartextTechnology):
     def polar(self, words: KlartextWords) -> tuple[Point, float]:
         """End point from PR and PA about the pole, and the angle travelled (IPA) in rad, 0 where PA is absolute."""
         self.need_pole()
-        one, two, _ = PLANES[self.r.plane]
-        a, b = self.r.p[one] - self.pole[one], self.r.p[two] - self.pole[two]
+        first, second, _ = PLANES[self.r.plane]
+        a, b = self.r.p[first] - self.pole[first], self.r.p[second] - self.pole[second]
         radius, angle, swept = math.hypot(a, b), math.atan2(b, a), 0.0
         if words.has("PR", "IPR"):
             radius = (
@@ -73,8 +73,8 @@ class KlartextPaths(KlartextTechnology):
             swept = math.radians(words.take("IPA") or 0.0)
             angle += swept
         point = list(self.target(words))
-        point[one] = self.pole[one] + radius * math.cos(angle)
-        point[two] = self.pole[two] + radius * math.sin(angle)
+        point[first] = self.pole[first] + radius * math.cos(angle)
+        point[second] = self.pole[second] + radius * math.sin(angle)
         return _three(point), swept
 
     # -- path functions --
@@ -113,8 +113,8 @@ class KlartextPaths(KlartextTechnology):
 
     def note_line(self, end: Point) -> None:
         """Remember the direction for tangential arcs."""
-        one, two, _ = PLANES[self.r.plane]
-        a, b = end[one] - self.r.p[one], end[two] - self.r.p[two]
+        first, second, _ = PLANES[self.r.plane]
+        a, b = end[first] - self.r.p[first], end[second] - self.r.p[second]
         length = math.hypot(a, b)
         self.tangent = (a / length, b / length) if length > 1e-9 else self.tangent
 
@@ -213,8 +213,8 @@ class KlartextPaths(KlartextTechnology):
         return self.after(words)
 
     def round(self, end: Point, centre: Point, clockwise: bool, turns: int) -> None:
-        one, two, _ = PLANES[self.r.plane]
-        a, b = end[one] - centre[one], end[two] - centre[two]
+        first, second, _ = PLANES[self.r.plane]
+        a, b = end[first] - centre[first], end[second] - centre[second]
         length = math.hypot(a, b) or 1.0
         if self.unfitting(end, centre):
             self.line(end, False)
@@ -225,10 +225,13 @@ class KlartextPaths(KlartextTechnology):
 
     def unfitting(self, end: Point, centre: Point) -> bool:
         """Make a line with a remark for an arc that cannot fit because the position of the tool before the program is unknown."""
-        one, two, _ = PLANES[self.r.plane]
-        if {one, two} <= self.known or self.r.setup.strict:
+        first_axis, second, _ = PLANES[self.r.plane]
+        if {first_axis, second} <= self.known or self.r.setup.strict:
             return False
-        first, last = (math.hypot(p[one] - centre[one], p[two] - centre[two]) for p in (self.r.p, end))
+        first, last = (
+            math.hypot(p[first_axis] - centre[first_axis], p[second] - centre[second])
+            for p in (self.r.p, end)
+        )
         if min(first, last) > 1e-9 and abs(first - last) <= max(0.01, 0.001 * first):
             return False
         self.r.assume("the start position, from which an arc is programmed", "the arc is left out")
@@ -238,16 +241,16 @@ class KlartextPaths(KlartextTechnology):
         """Return the centre of the arc that leaves along the last direction t: k n with k = |d|^2 / (2 n.d), n left of t."""
         if self.tangent is None:
             self.r.fault("a tangential arc needs a contour element before it; program L or C first")
-        one, two, _ = PLANES[self.r.plane]
-        d = (end[one] - self.r.p[one], end[two] - self.r.p[two])
+        first, second, _ = PLANES[self.r.plane]
+        d = (end[first] - self.r.p[first], end[second] - self.r.p[second])
         n = (-self.tangent[1], self.tangent[0])
         across = n[0] * d[0] + n[1] * d[1]
         if abs(across) < 1e-9:
             self.r.fault("the end point of the tangential arc lies straight ahead; program L")
         k = (d[0] ** 2 + d[1] ** 2) / (2 * across)
         centre = list(self.r.p)
-        centre[one] += k * n[0]
-        centre[two] += k * n[1]
+        centre[first] += k * n[0]
+        centre[second] += k * n[1]
         return _three(centre), k < 0
 
     def need_pole(self) -> None:
@@ -339,10 +342,10 @@ class KlartextPaths(KlartextTechnology):
         data, r = self.data(kind, words), self.r
         goal = self.polar(words)[0] if polar else self.target(words)
         tip = r.world.apply(goal)
-        one, two, normal = PLANES[r.plane]
+        first, second, normal = PLANES[r.plane]
         r.compensation = None
         way_out = depart(
-            last[0]._replace(end=r.tip()), last[1], data, (tip[one], tip[two]), (r.file, r.source)
+            last[0]._replace(end=r.tip()), last[1], data, (tip[first], tip[second]), (r.file, r.source)
         )
         for start, end, centre, clockwise in way_out:
             rate = r.rate(1.0, r.spindle(start, end))

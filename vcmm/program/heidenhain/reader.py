@@ -295,8 +295,8 @@ class _Runner:
                 paths.cycles.call_at(x * unit, y * unit, z * unit, rapid or words.feed is None)
         elif kind == "POS":
             point = paths.target(words)
-            one, two, normal = PLANES[paths.r.plane]
-            paths.cycles.call_at(point[one], point[two], point[normal], rapid)
+            first, second, normal = PLANES[paths.r.plane]
+            paths.cycles.call_at(point[first], point[second], point[normal], rapid)
         else:
             paths.cycles.call()
         if kind != "POS":

@@ -26,7 +26,7 @@ class TouchRow(NamedTuple):
 
     row: Cycle[Callable[[TouchCycle], Findings]]
     results: str
-    then: Callable[[TouchCycle, Findings], None] = lambda c, found: None
+    then: Callable[[TouchCycle, Findings], None] = lambda c, findings: None
 
 
 def touch_cycle(
@@ -52,12 +52,12 @@ def touch_cycle(
 # -- what is measured -----------------------------------------------------------------------------------------------------
 def _slope(c: TouchCycle) -> Findings:
     """Return the Angle in degrees of the line through two touches from its main axis, counter-clockwise."""
-    axis, sense, one, two = c.axis(2), c.sense(), (c.v["x"], c.v["y"]), (c.v["x2"], c.v["y2"])
-    if one[1 - axis] == two[1 - axis]:
+    axis, sense, first, second = c.axis(2), c.sense(), (c.v["x"], c.v["y"]), (c.v["x2"], c.v["y2"])
+    if first[1 - axis] == second[1 - axis]:
         c.r.fault(
             f"TCH PROBE {c.number}: both points lie at one place along the surface; set them apart", c.column
         )
-    a, b = c.side(one, axis, sense), c.side(two, axis, sense)
+    a, b = c.side(first, axis, sense), c.side(second, axis, sense)
     c.leave()
     lean = (b[axis] - a[axis]) / (b[1 - axis] - a[1 - axis])
     return {"angle": (0.0, math.degrees(math.atan(lean if axis == 1 else -lean)))}
@@ -108,16 +108,19 @@ def _pitch_circle(c: TouchCycle) -> Findings:
 
 def _four_holes(c: TouchCycle) -> Findings:
     """Return where the lines through holes 1 and 3, and through 2 and 4 cross."""
-    one, two, three, four = (c.hole(c.v[f"x{k}"], c.v[f"y{k}"]) for k in (1, 2, 3, 4))
-    (ax, ay), (bx, by) = (three[0] - one[0], three[1] - one[1]), (four[0] - two[0], four[1] - two[1])
+    first, second, third, fourth = (c.hole(c.v[f"x{k}"], c.v[f"y{k}"]) for k in (1, 2, 3, 4))
+    (ax, ay), (bx, by) = (
+        (third[0] - first[0], third[1] - first[1]),
+        (fourth[0] - second[0], fourth[1] - second[1]),
+    )
     det = ax * by - ay * bx
     if abs(det) < 1e-9:
         c.r.fault(
             "TCH PROBE 418: the lines through holes 1 and 3 and through 2 and 4 are parallel; check the order of the holes",
             c.column,
         )
-    t = ((two[0] - one[0]) * by - (two[1] - one[1]) * bx) / det
-    return {"x": (0.0, one[0] + t * ax), "y": (0.0, one[1] + t * ay)}
+    t = ((second[0] - first[0]) * by - (second[1] - first[1]) * bx) / det
+    return {"x": (0.0, first[0] + t * ax), "y": (0.0, first[1] + t * ay)}
 
 
 def _height(c: TouchCycle) -> Findings:
@@ -145,9 +148,9 @@ def _slot(c: TouchCycle) -> Findings:
 
 def _ridge(c: TouchCycle) -> Findings:
     """Return a width from outside, by a point of either side."""
-    axis, one, two = c.axis(2), (c.v["x"], c.v["y"]), (c.v["x2"], c.v["y2"])
-    sense = math.copysign(1.0, two[axis] - one[axis])
-    low, high = sorted((c.coordinate(one, axis, sense), c.coordinate(two, axis, -sense)))
+    axis, first, second = c.axis(2), (c.v["x"], c.v["y"]), (c.v["x2"], c.v["y2"])
+    sense = math.copysign(1.0, second[axis] - first[axis])
+    low, high = sorted((c.coordinate(first, axis, sense), c.coordinate(second, axis, -sense)))
     return _width_of(c, low, high)
 
 

@@ -18,8 +18,8 @@ def words_of(reader: KlartextReader, tracer: Tracing) -> dict[str, WordAt]:
     out["path"] = WordAt(
         "path", head.column, head.column + len(head.text), head.text.upper(), False, None, line=head.line
     )
-    for name, (own, begin, end) in reader.spans.items():
-        first, value, last = reader.tokens[own], reader.tokens[begin], reader.tokens[end - 1]
+    for name, (word, begin, end) in reader.spans.items():
+        first, value, last = reader.tokens[word], reader.tokens[begin], reader.tokens[end - 1]
         stop = last.column + len(last.text)
         relative = len(name) == 2 and name[0] == "I" and name[1] in "XYZ"
         text = tracer.lines[value.line - 1] if first.line == value.line == last.line else ""

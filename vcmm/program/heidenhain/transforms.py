@@ -50,8 +50,8 @@ class KlartextFrames:
                 self.maps.pop(name, None)
             self.maps[name] = made
         whole = AffineMap()
-        for one in self.maps.values():
-            whole = whole.then(one)
+        for part in self.maps.values():
+            whole = whole.then(part)
         self.recorder.set_frame(whole)
 
     # -- shifts --

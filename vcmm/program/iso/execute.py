@@ -68,15 +68,15 @@ def scaling(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def _factors(c: IsoControl, w: IsoWords, code: str, column: int) -> Point:
-    common, own = _factor(w, "P"), [_factor(w, k) for k in CENTRE_WORDS]
-    if common is None and own == [None, None, None]:
+    common, by_axis = _factor(w, "P"), [_factor(w, k) for k in CENTRE_WORDS]
+    if common is None and by_axis == [None, None, None]:
         setting = "Haas setting 71" if c.language.haas else "FANUC parameter 5411, by axis 5421"
         c.assume(
             f"the factor of {code} without P or I J K ({setting})", "1: nothing is scaled",
             f"{code} without P or I J K scales by a setting of the control ({setting}), which is not known; write the factor", column=column,
         )  # fmt: skip
         return 1.0, 1.0, 1.0
-    return _point([(1.0 if f is None else f) if common is None else common for f in own])
+    return _point([(1.0 if f is None else f) if common is None else common for f in by_axis])
 
 
 def _factor(w: IsoWords, letter: str) -> float | None:

@@ -131,9 +131,13 @@ class IsoRunner:
     ) -> list[tuple[str | float | None, float | None, int]]:
         """Return targets and values now; `settle` sets them later, because all assignments of a block are made at once."""
         out: list[tuple[str | float | None, float | None, int]] = []
-        for one in assigns:
-            target = self.compute(one.target, one.column) if callable(one.target) else one.target
-            out.append((target, self.compute(one.value, one.column), one.column))
+        for assignment in assigns:
+            target = (
+                self.compute(assignment.target, assignment.column)
+                if callable(assignment.target)
+                else assignment.target
+            )
+            out.append((target, self.compute(assignment.value, assignment.column), assignment.column))
         return out
 
     def settle(self, values: list[tuple[str | float | None, float | None, int]]) -> None:

@@ -136,8 +136,8 @@ def peck(c: IsoControl, w: IsoWords, v: Values, along: int) -> None:
     to_tip(c, start, True)
 
 
-def _pair(along: int, one: float, other: float) -> Flat:
-    return (other, one) if along == 1 else (one, other)
+def _pair(along: int, first: float, other: float) -> Flat:
+    return (other, first) if along == 1 else (first, other)
 
 
 def _places(c: IsoControl, first: float, last: float, step: float) -> list[float]:

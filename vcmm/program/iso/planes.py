@@ -163,13 +163,13 @@ def _rotation_about_fixed_axes(w: IsoWords, column: int) -> AffineMap:
 def _in_parts(c: IsoControl, w: IsoWords, kind: int, column: int) -> AffineMap | None:
     """Return the plane of G68.2 P2, P3: given in blocks, Q0 to Q3 and Q1, Q2; None until the last one."""
     number = w.whole("Q", column)
-    known = (0, 1, 2, 3) if kind == 2 else (1, 2)
-    if number is None or number not in known:
+    numbers = (0, 1, 2, 3) if kind == 2 else (1, 2)
+    if number is None or number not in numbers:
         raise BlockFault(
-            column, f"G68.2 P{kind} takes Q{', Q'.join(map(str, known))}, the number of its block"
+            column, f"G68.2 P{kind} takes Q{', Q'.join(map(str, numbers))}, the number of its block"
         )
     parts = c.plane_words
-    if number == min(known) or (number == 1 and kind == 2 and 0 not in parts):
+    if number == min(numbers) or (number == 1 and kind == 2 and 0 not in parts):
         parts.clear()
     point = _point([0.0 if (n := w.take(a)) is None else length(c, w, a, n) for a in AXES])
     way = _point([w.take(k) or 0.0 for k in CENTRE_WORDS])

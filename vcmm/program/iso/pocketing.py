@@ -144,10 +144,14 @@ def _closed(moves: Sequence[Move], column: int) -> list[Move]:
 
 
 def _clear(
-    cutter: CycleCutter, found: tuple[Area, list[Stroke]], start: Flat, depths: Sequence[float], plane: float
+    cutter: CycleCutter,
+    clearing: tuple[Area, list[Stroke]],
+    start: Flat,
+    depths: Sequence[float],
+    plane: float,
 ) -> None:
     """Mill all strokes at each depth."""
-    made, strokes = found
+    made, strokes = clearing
     for depth in depths:
         if cutter.here() != start:
             cutter.to(None, plane, True)

@@ -166,11 +166,11 @@ def _three(m: MacroCall) -> Findings:
 def _at_angle(m: MacroCall) -> Findings:
     """Return a pocket from inside, a web from outside, across the angle A (deg, from X+)."""
     start, size, turn = m.r.p, m.v["size"], math.radians(m.v["angle"])
-    one, two = (m.rim(start[:2], size, a, m.inside) for a in (turn, turn + math.pi))
+    first, second = (m.rim(start[:2], size, a, m.inside) for a in (turn, turn + math.pi))
     m.finish(start)
-    across = (one[0] - two[0]) * math.cos(turn) + (one[1] - two[1]) * math.sin(turn)
+    across = (first[0] - second[0]) * math.cos(turn) + (first[1] - second[1]) * math.sin(turn)
     reads = across + (2.0 if m.inside else -2.0) * m.feeler.radius
-    ends = {"xy"[i]: (start[i], (one[i] + two[i]) / 2.0) for i in (0, 1)}
+    ends = {"xy"[i]: (start[i], (first[i] + second[i]) / 2.0) for i in (0, 1)}
     return {"size": (size, reads), **ends}
 
 

@@ -68,7 +68,7 @@ def run(
     language = _adapt(G_CODE[dialect] if isinstance(dialect, str) else dialect, setup)
     if language.survey and language.decimal_point == "calculator" and fixed_format(text):
         return read_fixed_format(
-            lambda own, to: run(text, own, setup, name, trace, flow=to), text, language, flow
+            lambda adapted, to: run(text, adapted, setup, name, trace, flow=to), text, language, flow
         )
     marks = marks_of(text) if language.lathe and "$" in text else {}
     c = new_control(name, language, setup)

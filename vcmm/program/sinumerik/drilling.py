@@ -158,8 +158,8 @@ def bore(d: DrillingCall, v: Values) -> None:
     """Run CYCLE86: off the wall by RPA, RPO and RPAP with the spindle at rest, out, back over the hole. CYCLE87, CYCLE88: out at rapid with the
     spindle at rest; CYCLE88 dwells."""
     r, hole = d.control.r, d.hole()
-    one, two, _ = PLANES[r.plane]
-    middle = r.p[one], r.p[two]
+    first, second, _ = PLANES[r.plane]
+    middle = r.p[first], r.p[second]
     hole.to(hole.clearance, rapid=True)
     hole.to(hole.bottom, rapid=False)
     hole.wait(d.seconds(v["DTB"]))

@@ -233,8 +233,8 @@ def _angle(m: SinumerikMeasuring) -> None:
     apart, start, sign = m.v["ID"], m.r.p, 1.0 if axis == 1 else -1.0
     expected = [m.v["size"] + sign * k * apart * math.tan(math.radians(should)) for k in (0, 1)]
     ways = [math.copysign(1.0, e - start[axis]) for e in expected]
-    one, two = m.along(axis, [(start[along] + k * apart, expected[k], ways[k]) for k in (0, 1)])
-    angle = math.degrees(math.atan2(sign * (two - one), apart))
+    first, second = m.along(axis, [(start[along] + k * apart, expected[k], ways[k]) for k in (0, 1)])
+    angle = math.degrees(math.atan2(sign * (second - first), apart))
     m.results([(should, angle)], 1.0)
     m.safe(angle - should, "deg")
     name = m.corrected_offset()

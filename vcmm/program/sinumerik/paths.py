@@ -135,21 +135,21 @@ class SinumerikPaths(SinumerikControl):
     def tangential(self, words: SinumerikWords) -> None:
         """Make an arc, CT: the arc that leaves along the direction of the last move; centre at k n with k = |d|^2 / (2 n.d), n left of it."""
         r = self.r
-        one, two, _ = PLANES[r.plane]
+        first, second, _ = PLANES[r.plane]
         last = next((m for m in reversed(r.moves) if planar(m)), None)
         target = self.target(words)
         if last is None or last.plane != r.plane:
             r.fault("a tangential arc (CT) needs a move in its plane before it; program G1 first")
         piece = piece_of(last)
         n, tip, end = left(tangent(piece, piece.end)), r.tip(), r.world.apply(target)
-        d = (end[one] - tip[one], end[two] - tip[two])
+        d = (end[first] - tip[first], end[second] - tip[second])
         across = n[0] * d[0] + n[1] * d[1]
         if abs(across) < 1e-9:
             r.straight(target, False)
             return
         k = (d[0] ** 2 + d[1] ** 2) / (2.0 * across)
         centre = list(tip)
-        centre[one], centre[two] = tip[one] + k * n[0], tip[two] + k * n[1]
+        centre[first], centre[second] = tip[first] + k * n[0], tip[second] + k * n[1]
         plane_map = in_plane(r.world, r.plane)
         arc_or_chords(
             r, target, r.world.undo(point_of(centre)), (k < 0) != (plane_map is not None and plane_map[1])
@@ -189,14 +189,14 @@ class SinumerikPaths(SinumerikControl):
 
     def incline(self, words: SinumerikWords, point: list[float], axes: set[int]) -> None:
         """Incline by ANG=: the angle of a line with the first axis, deg; one coordinate of its end point gives the other."""
-        one, two, _ = PLANES[self.r.plane]
+        first, second, _ = PLANES[self.r.plane]
         angle = math.radians(words.take("ANG") or 0.0)
         along, across = math.cos(angle), math.sin(angle)
-        if one in axes and two not in axes and abs(along) > 1e-9:
-            point[two] = self.r.p[two] + (point[one] - self.r.p[one]) * across / along
-        elif two in axes and one not in axes and abs(across) > 1e-9:
-            point[one] = self.r.p[one] + (point[two] - self.r.p[two]) * along / across
-        elif not {one, two} <= axes:
+        if first in axes and second not in axes and abs(along) > 1e-9:
+            point[second] = self.r.p[second] + (point[first] - self.r.p[first]) * across / along
+        elif second in axes and first not in axes and abs(across) > 1e-9:
+            point[first] = self.r.p[first] + (point[second] - self.r.p[second]) * along / across
+        elif not {first, second} <= axes:
             self.r.assume(
                 "ANG= without one coordinate of the end point", "the unchanged end point",
                 "ANG= without one coordinate of the end point is not understood; program both coordinates",
@@ -204,8 +204,8 @@ class SinumerikPaths(SinumerikControl):
 
     def polar(self, words: SinumerikWords, point: list[float]) -> Point:
         """Return the point of AP= RP=: angle (deg) and radius about the pole of G110 to G112; what is missing stays as it is."""
-        one, two, _ = PLANES[self.r.plane]
-        a, b = self.r.p[one] - self.modes.pole[one], self.r.p[two] - self.modes.pole[two]
+        first, second, _ = PLANES[self.r.plane]
+        a, b = self.r.p[first] - self.modes.pole[first], self.r.p[second] - self.modes.pole[second]
         item = words.items.get("AP")
         angle, radius = words.take("AP"), words.take("RP")
         now = math.atan2(b, a)
@@ -215,18 +215,21 @@ class SinumerikPaths(SinumerikControl):
             else math.radians(angle) + (now if item is not None and item.mode == "IC" else 0.0)
         )
         size = math.hypot(a, b) if radius is None else radius * self.r.unit
-        point[one] = self.modes.pole[one] + size * math.cos(turn)
-        point[two] = self.modes.pole[two] + size * math.sin(turn)
+        point[first] = self.modes.pole[first] + size * math.cos(turn)
+        point[second] = self.modes.pole[second] + size * math.sin(turn)
         return point_of(point)
 
     def set_pole(self, words: SinumerikWords) -> None:
         """Set the pole of G110 from where the tool is, G111 from the work zero, G112 from the pole: X Y Z, or AP= RP=."""
         base = self.r.p if "G110" in words.g else self.modes.pole if "G112" in words.g else ORIGIN
         if words.has("AP", "RP"):
-            one, two, _ = PLANES[self.r.plane]
+            first, second, _ = PLANES[self.r.plane]
             turn, size = math.radians(words.take("AP") or 0.0), (words.take("RP") or 0.0) * self.r.unit
             point = list(base)
-            point[one], point[two] = base[one] + size * math.cos(turn), base[two] + size * math.sin(turn)
+            point[first], point[second] = (
+                base[first] + size * math.cos(turn),
+                base[second] + size * math.sin(turn),
+            )
         else:
             point = [base[k] + (words.take(name) or 0.0) * self.r.unit for k, name in enumerate(AXES)]
         self.modes.pole = point_of(point)
@@ -293,12 +296,12 @@ class SinumerikPaths(SinumerikControl):
 
     def arc_end(self, centre: Point, end: Point, angle: float, clockwise: bool) -> Point:
         """End of the arc about a centre with an opening angle, deg."""
-        one, two, _ = PLANES[self.r.plane]
+        first, second, _ = PLANES[self.r.plane]
         turn = math.radians(-angle if clockwise else angle)
-        a, b = self.r.p[one] - centre[one], self.r.p[two] - centre[two]
+        a, b = self.r.p[first] - centre[first], self.r.p[second] - centre[second]
         point = list(end)
-        point[one] = centre[one] + a * math.cos(turn) - b * math.sin(turn)
-        point[two] = centre[two] + a * math.sin(turn) + b * math.cos(turn)
+        point[first] = centre[first] + a * math.cos(turn) - b * math.sin(turn)
+        point[second] = centre[second] + a * math.sin(turn) + b * math.cos(turn)
         return point_of(point)
 
     def by_angle(self, start: Point, end: Point, angle: float, clockwise: bool) -> Point:
@@ -314,7 +317,7 @@ class SinumerikPaths(SinumerikControl):
     def circle_through(self, words: SinumerikWords) -> None:
         """Make an arc, CIP: through the intermediate point I1 J1 K1, absolute with G90 (of X a diameter with DIAMON), from the start with
         G91, a radius."""
-        one, two, normal = PLANES[self.r.plane]
+        first, second, normal = PLANES[self.r.plane]
         start, middle = self.r.p, list(self.r.p)
         for k, name in enumerate(("I1", "J1", "K1")):
             item = words.items.get(name)
@@ -329,16 +332,16 @@ class SinumerikPaths(SinumerikControl):
                 f"CIP out of the plane {self.r.plane} (a circle in space) is not understood; choose G17, G18 or G19 so that the three points lie in it"
             )
         a, b = (
-            (middle[one] - start[one], middle[two] - start[two]),
-            (end[one] - start[one], end[two] - start[two]),
+            (middle[first] - start[first], middle[second] - start[second]),
+            (end[first] - start[first], end[second] - start[second]),
         )
         twice = 2 * (a[0] * b[1] - a[1] * b[0])
         if abs(twice) < 1e-9:
             self.r.fault("the three points of CIP lie on a line; correct I1= J1= K1= or program G1")
         aa, bb = a[0] ** 2 + a[1] ** 2, b[0] ** 2 + b[1] ** 2
         point = list(start)
-        point[one] += (b[1] * aa - a[1] * bb) / twice
-        point[two] += (a[0] * bb - b[0] * aa) / twice
+        point[first] += (b[1] * aa - a[1] * bb) / twice
+        point[second] += (a[0] * bb - b[0] * aa) / twice
         arc_or_chords(self.r, end, point_of(point), twice < 0)
 
     def corner(self, words: SinumerikWords) -> None:
@@ -355,5 +358,5 @@ class SinumerikPaths(SinumerikControl):
 
 
 def _chord(start: Point, end: Point, plane: str) -> float:
-    one, two, _ = PLANES[plane]
-    return math.hypot(end[one] - start[one], end[two] - start[two])
+    first, second, _ = PLANES[plane]
+    return math.hypot(end[first] - start[first], end[second] - start[second])

@@ -93,10 +93,10 @@ def _rotation_by_projection(item: Item, mode: int, angles: Sequence[float]) -> A
             item.first, f"CYCLE800: MODE {mode} turns about an axis that it projects along already"
         )
     of_axis = dict(zip((first, second), (math.radians(angles[0]), math.radians(angles[1]))))
-    one = (
+    in_plane = (
         third % 3 + 1
     )  # X of XY and YX, Y of YZ and ZY, Z of ZX and XZ: lies in the plane square to the other
-    tilted = plane_through_angles(one - 1, of_axis[one], of_axis[one % 3 + 1])
+    tilted = plane_through_angles(in_plane - 1, of_axis[in_plane], of_axis[in_plane % 3 + 1])
     if tilted is None:
         raise BlockFault(
             item.first, "the projection angles of CYCLE800 make no plane; keep them below 90 deg"
