@@ -151,7 +151,7 @@ def hypotheses(problem: Problem) -> tuple[Mistake, ...]:
 
 
 def is_followed(machine: Machine) -> bool:
-    """Return Return whether earlier recordings agreed with the numbers of the machine: they were not typed, so that a departure is a
+    """Return whether earlier recordings agreed with the numbers of the machine: they were not typed, so that a departure is a
     change of the machine."""
     return any(i.members and i.parameter == STATE for i in machine.inputs)
 
