@@ -63,7 +63,9 @@ def test_what_is_shared_and_what_is_not():
 
 
 def test_a_wide_uncertainty_rejects_neither_a_size_nor_the_part():
-    """Limits of 30 um +-0.02 um, u = 1 um each: P(-0.02 < z < 0.02) = 0.016; read at nominal nothing is proved, 1.7 u above the limit it is."""
+    """Limits of 30 um +-0.02 um, u = 1 um each: P(-0.02 < z < 0.02) = 0.016; read at nominal nothing is proved, 1.7 u above the limit it is.
+    1.6 u above it neither size is decided, P = 0.055; the part is, 0.055^2 = 0.003.
+    """
     base = rings("touch")
     wanted = tuple(replace(c, limits=(-2e-5, 2e-5)) for c in base.part.characteristics)
     result = evaluate(replace(base, part=replace(base.part, characteristics=wanted)).task(), QUICK)
@@ -76,8 +78,28 @@ def test_a_wide_uncertainty_rejects_neither_a_size_nor_the_part():
         return [c.decision.text for c in parts], joint.decision
 
     assert decide_at(30.0) == (["undecided"] * 2, "undecided")
-    assert decide_at(30.0 + 2e-5 + 1.6e-3) == (["undecided"] * 2, "undecided")
+    assert decide_at(30.0 + 2e-5 + 1.6e-3) == (["undecided"] * 2, "does not conform")
     assert decide_at(30.0 + 2e-5 + 1.7e-3) == (["does not conform"] * 2, "does not conform")
+
+
+def test_values_within_their_limits_reject_no_part():
+    """u = 1 um each. Limits +-0.2 um, read at nominal: P = 0.1585 for one, 0.025 for both, and yet nothing is proved. With the guard band
+    U = 2 u even less is. Both read 1 u above the limit: (1 - 0.8413)^2 = 0.025, and both so by chance is too rare.
+    """
+    base = rings("touch")
+    wanted = tuple(replace(c, limits=(-2e-4, 2e-4)) for c in base.part.characteristics)
+    result = evaluate(replace(base, part=replace(base.part, characteristics=wanted)).task(), QUICK)
+
+    def decide_at(y: float, rule: str) -> tuple[set[str], str]:
+        parts = [at_indication(c, y, rule) for c in result.characteristics]
+        joint = judged_jointly(result.model, parts, [y, y], 1)
+        assert joint is not None
+        assert joint.most < 0.05
+        return {c.decision.text for c in parts}, joint.decision
+
+    assert decide_at(30.0, QUICK.rule) == ({"undecided"}, "undecided")
+    assert decide_at(30.0, "guard band U") == ({"undecided"}, "undecided")
+    assert decide_at(30.0 + 2e-4 + 1e-3, QUICK.rule) == ({"undecided"}, "does not conform")
 
 
 def test_an_extreme_value_gives_bounds():

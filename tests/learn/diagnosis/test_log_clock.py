@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import vcmm
 from tests.learn.diagnosis.test_log_mistakes import MACHINE, RECORDING, answer
+from vcmm.learn.diagnosis.assembly import mistake_on_all_rows
+from vcmm.learn.diagnosis.mistakes import find_mistake
+from vcmm.learn.diagnosis.problem import make_problem
 
 LOGGED = RECORDING.replace("[nuisance]", '[[series]]\ndata = "log.csv"\n[nuisance]')
 N = 150  # rows, one a minute
@@ -153,3 +158,34 @@ def test_a_stretch_of_readings_that_stands_twice_is_told_and_left_out(tmp_path, 
 )  # in whole um 15 equal neighbours are still 1 in 10^6 of chance; none are made
 def test_readings_that_were_not_copied_are_no_stretch(tmp_path, capsys, digits):
     assert answer(line(tmp_path, copied=False, digits=digits), capsys)["answer"] == []
+
+
+def test_seconds_found_in_some_rows_are_those_of_all_rows(tmp_path):
+    """A clock at its best lies between the trial values: 1200 s late, as written."""
+    true = np.arange(-3000.0, 13000.0, 45.0)
+    whole = make_problem(*vcmm.load_recording(logged(tmp_path, true + 1200.0, true)))
+    white = whole.whitener()
+    found = find_mistake(whole, white, white.apply(whole.residual), 5.0)
+    assert found is not None
+    assert found.clock is not None
+    assert found.clock.value == pytest.approx(1200.0, abs=30.0)
+    again, _ = mistake_on_all_rows(found, whole)
+    assert again is not None
+    assert again.component == found.component
+    assert again.departure == pytest.approx(found.departure)
+
+
+def test_a_slip_found_in_some_rows_has_the_number_of_rows_of_the_file(tmp_path):
+    """In some of the rows a label that slipped by one row of the file may look as if it had slipped by two."""
+    whole = make_problem(*vcmm.load_recording(styli(tmp_path, 1)))
+    white = whole.whitener()
+    found = find_mistake(whole, white, white.apply(whole.residual), 5.0)
+    assert found is not None
+    in_some = replace(
+        found, component=found.component.replace("1 row", "2 rows"), departure=found.departure[:9]
+    )
+    again, repaired = mistake_on_all_rows(in_some, whole)
+    assert again is not None
+    assert again.component == found.component
+    assert "1 row too" in found.component
+    assert repaired.residual == pytest.approx(whole.residual - found.departure)

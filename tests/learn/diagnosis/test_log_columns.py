@@ -11,7 +11,9 @@ import pytest
 
 import vcmm
 from vcmm.face.cli import run
+from vcmm.learn.diagnosis.assembly import mistake_on_all_rows
 from vcmm.learn.diagnosis.log_mistakes import Mistake, log_hypotheses
+from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import Answer
 from vcmm.learn.diagnosis.units_and_signs import sign_warnings
 from vcmm.show.tables.diagnosis import values_text
@@ -95,6 +97,39 @@ def test_speeds_of_all_axes_in_metres_per_minute(tmp_path):
     by_pencil = np.array([[-2.82, -2.256, 0], [-5.64, 1.128, 0]]) * 1e-3
     assert both.departure.reshape(2, 3) == pytest.approx(by_pencil, abs=1e-9)
     assert ("unit", "speed_X_mm_s", words) in tried
+
+
+def test_speeds_of_the_linear_axes_alone(tmp_path):
+    """Beside a rotary axis in rad/s: X and Y in m/min, -0.3 ms x 9.4 mm/s = -2.82 um and -0.12 x 18.8 = -2.256; C is as it was."""
+    turning = LAGS[: LAGS.rindex("[[effects]]")].replace('"X"', '"C"')
+    machine = MACHINE.replace("w b Y X Z t", "w C' b Y X Z t") + LAGS + turning
+    head = "X_mm,Y_mm,Z_mm,C_deg,speed_X_mm_s,speed_Y_mm_s,speed_C_rad_s,dx_um,dy_um,dz_um"
+    rows = np.array(
+        [[400, 200, -100, 0, 0.6, 1.2, 0.1, 0, 0, 0], [410, 210, -100, 0, 1.2, -0.6, 0.2, 0, 0, 0]]
+    )
+    path = recording_of(tmp_path, "", head, rows)
+    (tmp_path / "machine.toml").write_text(machine + '[axes.C]\ntravel = ["-360 deg", "360 deg"]\n')
+    tried = hypotheses_of(path)
+    linear = tried[
+        "unit", "speed_X_mm_s and speed_Y_mm_s", "the values are 1000/60 times too small, as m/min"
+    ]
+    assert linear.departure.reshape(2, 3)[0] == pytest.approx([-2.82e-3, -2.256e-3, 0], abs=1e-9)
+    every = "speed_C_rad_s and speed_X_mm_s and speed_Y_mm_s"
+    assert ("unit", every, "the values are 60 times too large, as per minute") in tried
+
+
+def test_a_unit_found_in_some_rows_is_the_same_unit_in_all_rows(tmp_path):
+    """Four units of one column have one name; only their words differ. Row 1 of the test above, of X alone: -2.82 um (mm/min: 0.18 um)."""
+    head = "X_mm,Y_mm,Z_mm,speed_X_mm_s,speed_Y_mm_s,dx_um,dy_um,dz_um"
+    rows = np.array([[400, 200, -100, 0.6, 1.2, 0, 0, 0], [410, 210, -100, 1.2, -0.6, 0, 0, 0]])
+    path = recording_of(tmp_path, LAGS, head, rows)
+    found = hypotheses_of(path)["unit", "speed_X_mm_s", "the values are 1000/60 times too small, as m/min"]
+    in_some = replace(found, departure=found.departure[:3])
+    whole = make_problem(*vcmm.load_recording(path))
+    again, repaired = mistake_on_all_rows(in_some, whole)
+    assert again is not None
+    assert again.departure[0] == pytest.approx(-2.82e-3, abs=1e-9)
+    assert repaired.residual == pytest.approx(whole.residual - found.departure)
 
 
 def test_an_offset_of_the_other_sign(tmp_path):

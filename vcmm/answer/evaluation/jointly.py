@@ -2,7 +2,9 @@
 
 The true values of sizes, distances and angles are sampled together from the linear model: common errors (a temperature, a scale,
 a datum) move them together. A known bias that is left in a value is carried as its own decision carries it: the probability is
-that of the true values, y - bias, and no decision is made that values off by |bias|, either way, would change. An extreme
+that of the true values, y - bias, and no decision is made that values off by |bias|, either way, would change. Where no tolerance is
+rejected by itself, a part is rejected by the values beyond a limit alone, each against that one limit: a probability that is small because
+U is wide, of values within their limits, speaks against no part. An extreme
 value is known by itself only; with it the joint probability lies between two bounds: at least 1 less the sum of
 the probabilities of non-conformity, at most the smallest (Frechet).
 """
@@ -24,7 +26,7 @@ from vcmm.answer.evaluation.sampling import with_products
 from vcmm.answer.evaluation.truth import Additive
 from vcmm.answer.evaluation.widened_law import WidenedLaw
 from vcmm.core.run import Array
-from vcmm.part.gps.decision import ACCEPT, CONFORMS, REJECT, REJECTED, UNDECIDED, WIDER_THAN_TOLERANCE
+from vcmm.part.gps.decision import ACCEPT, CONFORMS, REJECT, REJECTED, UNDECIDED
 
 TRIALS = 100_000
 FORMS = 5  # names the stream of forms between points
@@ -65,14 +67,13 @@ def judged_jointly(
     doubt = sum(1.0 - p for p in others)
     least, most = max(common.true - doubt, 0.0), min([common.true, *alone])
     each = [c.decision.text for c, _ in toleranced if c.decision is not None]
-    reach = common.least - doubt, min([common.most, *others])
-    if any(c.decision is not None and c.decision.reason == WIDER_THAN_TOLERANCE for c, _ in toleranced):
-        reach = reach[0], 1.0  # a share that is small because U is wide speaks against no part
-    return JointJudgement(names, min(least, most), most, math.prod(alone), _decision(each, *reach))
+    decision = _decision(each, common.least - doubt, common.beyond)
+    return JointJudgement(names, min(least, most), most, math.prod(alone), decision)
 
 
 def _decision(each: Sequence[str], least: float, most: float) -> str:
-    """Return the decision: a part with a tolerance that is not kept does not conform; it conforms where all are kept, one by one and together."""
+    """Return the decision: a part with a tolerance that is not kept does not conform; it conforms where all are kept, one by one and together.
+    most: the share within the one limit that each value lies beyond."""
     if REJECTED in each or most <= REJECT:
         return REJECTED
     return CONFORMS if set(each) == {CONFORMS} and least >= ACCEPT else UNDECIDED
@@ -80,11 +81,12 @@ def _decision(each: Sequence[str], least: float, most: float) -> str:
 
 @dataclass(frozen=True)
 class _Share:
-    """Shares of common draws in which all lie within their limits: the true values; values off by a bias that is left in, both ways; either way."""
+    """Shares of common draws in which all lie within their limits: the true values; values off by a bias that is left in, both ways; either
+    way, within the one limit that each value lies beyond."""
 
     true: float
     least: float
-    most: float
+    beyond: float
 
 
 def _common(model: LinearModel, together: Sequence[tuple[CharacteristicResult, float]], seed: int) -> _Share:
@@ -124,12 +126,14 @@ def _by_form(c: CharacteristicResult, count: int, rng: np.random.Generator) -> A
 
 def _within(c: CharacteristicResult, y: float, drawn: Array) -> Array:
     """Return whether the true value lies within its limits (3, m), when y is read and the machine would have indicated `drawn`; besides whether
-    values do that are off by a bias that is left in, both ways and either way (`Additive.ways`).
+    values do that are off by a bias that is left in (`Additive.ways`), both ways, and either way within the one limit that y lies beyond.
     """
     assert isinstance(c.truth, Additive)
     low, high = limits_of(c) or (-math.inf, math.inf)
-    read = y - c.truth.shift - (drawn - c.truth.at)
-    lower, true, upper, middle = (
-        (low <= x) & (x <= high) for x in (read + d for d in (*c.truth.ways(), 0.0))
-    )
-    return np.array([true, lower & upper, lower | middle | upper])
+    middle = y - c.truth.shift
+    read = middle - (drawn - c.truth.at)
+    ways = [read + d for d in (*c.truth.ways(), 0.0)]
+    lower, true, upper, _ = ((low <= x) & (x <= high) for x in ways)
+    one = low if middle < low else -math.inf, high if middle > high else math.inf
+    beyond = np.any([(one[0] <= x) & (x <= one[1]) for x in ways], axis=0)
+    return np.array([true, lower & upper, beyond])

@@ -228,7 +228,7 @@ def error_model(
     both_ways: Sequence[str] = (),
     stated: Sequence[str] = (),
 ) -> ErrorModel:
-    """Return Return all errors of the axes that moved; ranges: axis -> (low, high) mm or rad. only: names of the errors to look for.
+    """Return all errors of the axes that moved; ranges: axis -> (low, high) mm or rad. only: names of the errors to look for.
 
     both_ways: axes that were approached from both sides, whose lost motion is looked for too. stated: errors of the machine
     file; a squareness among them is kept, whether or not both axes moved.

@@ -32,8 +32,8 @@ from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something, w
 from vcmm.learn.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.learn.diagnosis.judgement import Judgement, scatter_excess
 from vcmm.learn.diagnosis.locate import locate, score_map
-from vcmm.learn.diagnosis.log_mistakes import MISTAKE, Mistake
-from vcmm.learn.diagnosis.mistakes import hypotheses, is_stale
+from vcmm.learn.diagnosis.log_mistakes import LABELS_EXCHANGED, MISTAKE, Mistake
+from vcmm.learn.diagnosis.mistakes import hypotheses, is_stale, slipped_labels
 from vcmm.learn.diagnosis.nextstep import closer, next_steps
 from vcmm.learn.diagnosis.noise import audit
 from vcmm.learn.diagnosis.null import clip_residuals
@@ -129,15 +129,27 @@ def _stage_of(whole: Problem, stage: Stage, white: Whitener) -> Stage:
 
 
 def mistake_on_all_rows(mistake: Mistake | None, whole: Problem) -> tuple[Mistake | None, Problem]:
-    """Return the same mistake of the table with its departure in all rows, and the rows without it."""
+    """Return the same mistake of the table or the log with its departure in all rows, and the rows without it."""
     if mistake is None:
         return None, whole
-    same = ("component", "what", "effect", "factor", "source", "both")
-    same_mistake = next(
-        h for h in hypotheses(whole) if all(getattr(h, name) == getattr(mistake, name) for name in same)
-    )
-    repaired = replace(whole, residual=whole.residual - same_mistake.departure)
-    return replace(mistake, departure=same_mistake.departure), repaired
+    own = _same_mistake(mistake, whole)
+    return own, whole if own is None else replace(whole, residual=whole.residual - own.departure)
+
+
+def _same_mistake(mistake: Mistake, whole: Problem) -> Mistake | None:
+    """Return the mistake with its departure in all rows; None where these do not have it. A clock keeps its seconds; of labels that slipped
+    the number of rows of the whole file counts that leaves least."""
+    if mistake.clock is not None:
+        clocks = [h.clock for h in hypotheses(whole) if h.clock is not None and h.what == mistake.what]
+        made = clocks[0].at(mistake.clock.value) if clocks else None
+        return None if made is None else replace(mistake, component=made[0], departure=made[1])
+    same = ("component", "what", "effect", "factor", "source", "both", "words")
+    found = [h for h in hypotheses(whole) if all(getattr(h, name) == getattr(mistake, name) for name in same)]
+    if not found and mistake.what == LABELS_EXCHANGED:
+        white, label = whole.whitener(), mistake.component.split(",")[0]
+        slips = (h for h in slipped_labels(whole, white) if h.component.split(",")[0] == label)
+        found = sorted(slips, key=lambda h: float(np.linalg.norm(white.apply(whole.residual - h.departure))))
+    return replace(mistake, component=found[0].component, departure=found[0].departure) if found else None
 
 
 def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem, seed: int) -> Diagnosis:

@@ -310,13 +310,14 @@ def _forms(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
 
 
 def _units(names: Sequence[str]) -> Iterator[tuple[str, RunCorrection, str]]:
-    """One column in another unit, and all of a kind: who takes m/min for mm/s does so of every axis."""
+    """One column in another unit, all of one unit and all of a kind: who takes m/min for mm/s does so of every linear axis, who writes speeds
+    per minute perhaps of rotary ones too."""
     for start, forms in units_taken().items():
-        alike = [n for n in names if n.startswith(start)]
-        for factor, zero, words in forms:
-            yield from ((n, _all_times([n], factor, zero), words) for n in alike)
-            if len(alike) > 1:
-                yield " and ".join(alike), _all_times(alike, factor, zero), words
+        alike = tuple(n for n in names if n.startswith(start))
+        of_unit = (tuple(n for n in alike if _ending(n) == end) for end in dict.fromkeys(map(_ending, alike)))
+        groups = dict.fromkeys(g for g in (*((n,) for n in alike), *of_unit, alike) if g)
+        for (factor, zero, words), group in itertools.product(forms, groups):
+            yield " and ".join(group), _all_times(group, factor, zero), words
 
 
 def _groups(names: Sequence[str]) -> list[tuple[str, str]]:

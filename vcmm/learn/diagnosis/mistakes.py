@@ -110,7 +110,8 @@ def _at_its_best(mistake: Mistake, white: Whitener, raw: Array, bound: float) ->
         for trial in value + step * np.linspace(-1.0, 1.0, POINTS):
             made = clock.at(float(trial))
             if made is not None:
-                new = replace(mistake, component=made[0], departure=made[1])
+                at_trial = replace(clock, value=float(trial))
+                new = replace(mistake, component=made[0], departure=made[1], clock=at_trial)
                 if left(new) < left(mistake):
                     mistake, value = new, float(trial)
         step /= POINTS / 2
@@ -151,7 +152,7 @@ def hypotheses(problem: Problem) -> tuple[Mistake, ...]:
 
 
 def is_followed(machine: Machine) -> bool:
-    """Return Return whether earlier recordings agreed with the numbers of the machine: they were not typed, so that a departure is a
+    """Return whether earlier recordings agreed with the numbers of the machine: they were not typed, so that a departure is a
     change of the machine."""
     return any(i.members and i.parameter == STATE for i in machine.inputs)
 
