@@ -132,8 +132,10 @@ def mistake_on_all_rows(mistake: Mistake | None, whole: Problem) -> tuple[Mistak
     """Return the same mistake of the table or the log with its departure in all rows, and the rows without it."""
     if mistake is None:
         return None, whole
-    own = _same_mistake(mistake, whole)
-    return own, whole if own is None else replace(whole, residual=whole.residual - own.departure)
+    same_mistake = _same_mistake(mistake, whole)
+    return same_mistake, whole if same_mistake is None else replace(
+        whole, residual=whole.residual - same_mistake.departure
+    )
 
 
 def _same_mistake(mistake: Mistake, whole: Problem) -> Mistake | None:
@@ -144,12 +146,18 @@ def _same_mistake(mistake: Mistake, whole: Problem) -> Mistake | None:
         made = clocks[0].at(mistake.clock.value) if clocks else None
         return None if made is None else replace(mistake, component=made[0], departure=made[1])
     same = ("component", "what", "effect", "factor", "source", "both", "words")
-    found = [h for h in hypotheses(whole) if all(getattr(h, name) == getattr(mistake, name) for name in same)]
-    if not found and mistake.what == LABELS_EXCHANGED:
+    matches = [
+        h for h in hypotheses(whole) if all(getattr(h, name) == getattr(mistake, name) for name in same)
+    ]
+    if not matches and mistake.what == LABELS_EXCHANGED:
         white, label = whole.whitener(), mistake.component.split(",")[0]
         slips = (h for h in slipped_labels(whole, white) if h.component.split(",")[0] == label)
-        found = sorted(slips, key=lambda h: float(np.linalg.norm(white.apply(whole.residual - h.departure))))
-    return replace(mistake, component=found[0].component, departure=found[0].departure) if found else None
+        matches = sorted(
+            slips, key=lambda h: float(np.linalg.norm(white.apply(whole.residual - h.departure)))
+        )
+    return (
+        replace(mistake, component=matches[0].component, departure=matches[0].departure) if matches else None
+    )
 
 
 def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem, seed: int) -> Diagnosis:
