@@ -172,6 +172,17 @@ def test_speeds_that_do_not_fit_the_motion_are_told_with_the_unit(tmp_path, time
     assert unit in said[0]
 
 
+def test_stops_approached_at_one_feed_tell_nothing_of_its_unit(tmp_path):
+    """17 stops along X, there and back, 25 mm and 15 s apart: 1.67 mm/s on average, 1/60 of the feed of 100 mm/s of each approach."""
+    x = np.concatenate([np.arange(0, 425, 25.0), np.arange(400, -25, -25.0)])
+    feed = np.repeat([100.0, -100.0], 17)
+    rest = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (34, 1))
+    rows = np.column_stack([np.arange(34) * 15.0, x, feed, rest])
+    path = recording_of(tmp_path, "", "time_s,X_mm,speed_X_mm_s,Y_mm,Z_mm,nx,ny,nz,d_um", rows)
+    path.write_text(RECORDING.replace('"path"', '"displacement"'))
+    assert sign_warnings(vcmm.load_recording(path)[0]) == []
+
+
 def test_speeds_that_fit_the_motion_are_not_told(tmp_path):
     assert circle_in(tmp_path, 1.0, pause=20.0) == []
     assert circle_in(tmp_path, 1.3) == []  # no unit

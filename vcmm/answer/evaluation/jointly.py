@@ -134,6 +134,6 @@ def _within(c: CharacteristicResult, y: float, drawn: Array) -> Array:
     read = middle - (drawn - c.truth.at)
     ways = [read + d for d in (*c.truth.ways(), 0.0)]
     lower, true, upper, _ = ((low <= x) & (x <= high) for x in ways)
-    one = low if middle < low else -math.inf, high if middle > high else math.inf
-    beyond = np.any([(one[0] <= x) & (x <= one[1]) for x in ways], axis=0)
+    least, most = low if middle < low else -math.inf, high if middle > high else math.inf
+    beyond = np.any([(least <= x) & (x <= most) for x in ways], axis=0)
     return np.array([true, lower & upper, beyond])

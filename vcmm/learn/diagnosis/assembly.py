@@ -146,18 +146,12 @@ def _same_mistake(mistake: Mistake, whole: Problem) -> Mistake | None:
         made = clocks[0].at(mistake.clock.value) if clocks else None
         return None if made is None else replace(mistake, component=made[0], departure=made[1])
     same = ("component", "what", "effect", "factor", "source", "both", "words")
-    matches = [
-        h for h in hypotheses(whole) if all(getattr(h, name) == getattr(mistake, name) for name in same)
-    ]
-    if not matches and mistake.what == LABELS_EXCHANGED:
+    alike = [h for h in hypotheses(whole) if all(getattr(h, name) == getattr(mistake, name) for name in same)]
+    if not alike and mistake.what == LABELS_EXCHANGED:
         white, label = whole.whitener(), mistake.component.split(",")[0]
         slips = (h for h in slipped_labels(whole, white) if h.component.split(",")[0] == label)
-        matches = sorted(
-            slips, key=lambda h: float(np.linalg.norm(white.apply(whole.residual - h.departure)))
-        )
-    return (
-        replace(mistake, component=matches[0].component, departure=matches[0].departure) if matches else None
-    )
+        alike = sorted(slips, key=lambda h: float(np.linalg.norm(white.apply(whole.residual - h.departure))))
+    return replace(mistake, component=alike[0].component, departure=alike[0].departure) if alike else None
 
 
 def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem, seed: int) -> Diagnosis:

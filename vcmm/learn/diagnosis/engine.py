@@ -305,7 +305,7 @@ def _passes(
     nulls: int,
     tell: Callable[[str], None],
 ) -> tuple[Stage, SearchResult]:
-    """Return the Audit the noise, select, audit the residuals again, until the preparation does not change.
+    """Audit the noise, select, audit the residuals again, until the preparation does not change.
 
     Neighbours that agree because of the effects looked for are no correlation of the noise (a reversal is a square wave), so
     the first pass takes them for independent.

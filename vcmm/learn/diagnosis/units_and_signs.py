@@ -166,10 +166,19 @@ def _speeds(recording: Recording) -> list[str]:
         stated = ((speed[1:] + speed[:-1]) / 2)[use]
         if not (np.std(moved) > 0 and np.std(stated) > 0):
             continue
-        if recording.kind in ("path", "angle") and np.corrcoef(moved, stated)[0, 1] < -0.5:
+        is_trace = recording.kind in ("path", "angle")
+        if is_trace and np.corrcoef(moved, stated)[0, 1] < -0.5:
             out.append(f"speed_{axis} has the opposite sign of the motion along {axis} between the rows")
-        out += _of_another_unit(axis, moved, stated)
+        if is_trace or _varies(stated):  # rows of one feed may be stops, with a wait of any length between
+            out += _of_another_unit(axis, moved, stated)
     return out
+
+
+def _varies(speed: Array) -> bool:
+    """Return whether a speed has more than one size, where it is large."""
+    size = np.abs(speed)
+    large = size[size > 0.5 * size.max()]
+    return float(np.std(large)) > NEAR * float(np.mean(large))
 
 
 def _of_another_unit(axis: str, motion: Array, speed: Array) -> list[str]:
