@@ -130,8 +130,8 @@ def _within(c: CharacteristicResult, y: float, drawn: Array) -> Array:
     """
     assert isinstance(c.truth, Additive)
     low, high = limits_of(c) or (-math.inf, math.inf)
-    middle = y - c.truth.shift
-    read = middle - (drawn - c.truth.at)
+    middle = y - c.truth.shift - c.truth.error
+    read = y - c.truth.shift - (drawn - c.truth.at)
     ways = [read + d for d in (*c.truth.ways(), 0.0)]
     lower, true, upper, _ = ((low <= x) & (x <= high) for x in ways)
     least, most = low if middle < low else -math.inf, high if middle > high else math.inf
