@@ -22,7 +22,7 @@ CONTRACT = {
         "files.learned.node_field",
         "scatter",
     ): "key of a residual field: scale of one approach at its nodes",
-    ("files.learned.improved_machine", "scatter"): "the same key",
+    ("files.learned.effect_text", "scatter"): "the same key",
     ("core.residual_process", "scatter"): "the same key",
     (
         "core.run",

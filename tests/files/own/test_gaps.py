@@ -170,7 +170,7 @@ def test_rows_without_a_sensor_on_which_a_name_depends_are_set_aside(tmp_path):
     found = diagnose(recording, machine)
     assert {a.effect for a in found.found} == {"thermal_drift"}
     assert found.searched == (60, 60)
-    assert any("20 observations without a reading of temp_frame_C are set aside" in w for w in found.warnings)
+    assert any("20 observations without a reading of temp_frame_C are not used" in w for w in found.warnings)
 
 
 def test_a_diagnosis_says_what_has_no_reading(tmp_path):
