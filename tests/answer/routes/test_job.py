@@ -10,8 +10,16 @@ import numpy as np
 import pytest
 
 from tests.plate import edited
-from vcmm.answer.routes.hidden_machine import HiddenMachine, hidden_part, shows, true_values, usable_positions
+from vcmm.answer.routes.hidden_machine import (
+    HiddenMachine,
+    hidden_part,
+    shows,
+    standards,
+    true_values,
+    usable_positions,
+)
 from vcmm.answer.routes.job import routes
+from vcmm.core.errors import ModelLimit
 from vcmm.face.cli import run
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
@@ -169,3 +177,19 @@ def test_the_page_shows_what_the_command_prints() -> None:
     scenario = load_scenario(example("gaska2014"))
     found = routes(scenario, settings=replace(scenario.settings, trials=20_000))
     assert_documented("routes", [routes_table(found), agreements_table(found)])
+
+
+def test_a_standard_is_as_long_as_the_travels_allow() -> None:
+    """The origin of the part lies at X 50 and Y 100 of 0 to 500 mm: 400 and 300 mm (sides of the part) reach 200 and 150 mm beyond it to either
+    side, 50 mm only 25 mm. The 400 mm that were tried alone ended in an internal error."""
+    scenario = load_scenario(example("tracked_mill"))
+    places = usable_positions(scenario)
+    along_x, along_y, ring = standards(scenario, HiddenMachine(1), places)
+    assert {abs(f.extent[0]) for f in scenario.part.features.values() if f.extent} == {400.0, 300.0, 40.0}
+    assert along_x.calibrated == pytest.approx(50.0, abs=0.001)
+    assert along_y.calibrated == pytest.approx(50.0, abs=0.001)
+    assert ring.calibrated == pytest.approx(20.0, abs=0.001)
+    assert len(along_x.readings) == 5 * len(places)
+    away = replace(scenario, pose=replace(scenario.pose, shift=np.array([5000.0, 0.0, 150.0])))
+    with pytest.raises(ModelLimit, match="is within the travels in no position; move the part"):
+        standards(away, HiddenMachine(1), {"as it lies": away.pose})

@@ -157,15 +157,22 @@ def standards(
 ) -> list[StandardReadings]:
     """Return a standard of length along x and y of the part in every position, and a ring, each measured five times there.
 
-    Their calibrated values are true within what their certificates say.
+    A standard is as long as the longest feature of the part, or as the longest that is within the travels in some position. Their calibrated values are true within what their certificates say.
     """
     rng = np.random.default_rng(key(machine.seed, "certificates of the standards"))
-    lengths = [abs(f.extent[0]) for f in scenario.part.features.values() if f.extent]
-    length = max([SHORTEST_STANDARD, *lengths])
+    sizes = {abs(f.extent[0]) for f in scenario.part.features.values() if f.extent}
+    lengths = sorted({max(SHORTEST_STANDARD, x) for x in sizes} | {SHORTEST_STANDARD}, reverse=True)
     out = []
-    for direction in (np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])):
-        gauge = _length_standard(length, direction)
+    for letter, direction in (("x", np.array([1.0, 0.0, 0.0])), ("y", np.array([0.0, 1.0, 0.0]))):
+        length = next(
+            (x for x in lengths if _places(scenario, positions, _length_standard(x, direction))), None
+        )
+        if length is None:
+            raise ModelLimit(
+                f"a standard of {SHORTEST_STANDARD:g} mm along {letter} of the part is within the travels in no position; move the part ([pose])"
+            )
         u = U_LENGTH + U_PER_LENGTH * length
+        gauge = _length_standard(length, direction)
         out.append(_standard(scenario, machine, positions, gauge, (LENGTH, length, u), rng))
     ring = _ring(RING_DIAMETER)
     out.append(_standard(scenario, machine, positions, ring, (RING, RING_DIAMETER, U_RING), rng))
@@ -181,18 +188,34 @@ def _standard(
     rng: np.random.Generator,
 ) -> StandardReadings:
     """Measure one standard in every position in which it is within reach."""
-    part, touched = gauge
     kind, size, u = certified
-    stylus = scenario.plan.steps[0].stylus
-    steps = tuple(Step(name, stylus, points, normal(part.features[name], points)) for name, points in touched)
-    plan = replace(scenario.plan, steps=steps, alignment=None)
-    job = replace(scenario, part=part, plan=plan, forms={})
+    job = _with_standard(scenario, gauge)
     readings = [
         machine.measure(job.at(pose).task(), STANDARD, 1000 + 50 * i, PER_POSITION)[:, 0]
         for i, pose in enumerate(positions.values())
         if _within_reach(job.at(pose))
     ]
+    if not readings:
+        raise ModelLimit(
+            f"a {kind} of {size:g} mm is within the travels in no position; move the part ([pose])"
+        )
     return StandardReadings(kind, size + u * rng.standard_normal(), u, np.concatenate(readings))
+
+
+def _with_standard(scenario: Scenario, gauge: tuple[Part, list[tuple[str, Array]]]) -> Scenario:
+    """Return the task with a standard in place of the part, touched by the first stylus of the plan."""
+    part, touched = gauge
+    stylus = scenario.plan.steps[0].stylus
+    steps = tuple(Step(name, stylus, points, normal(part.features[name], points)) for name, points in touched)
+    return replace(scenario, part=part, plan=replace(scenario.plan, steps=steps, alignment=None), forms={})
+
+
+def _places(
+    scenario: Scenario, positions: Mapping[str, Pose], gauge: tuple[Part, list[tuple[str, Array]]]
+) -> int:
+    """Return the number of positions in which a standard is within reach."""
+    job = _with_standard(scenario, gauge)
+    return sum(_within_reach(job.at(pose)) for pose in positions.values())
 
 
 def _length_standard(length: float, along: Array) -> tuple[Part, list[tuple[str, Array]]]:
