@@ -7,6 +7,8 @@ import pytest
 
 from tests import build
 from vcmm.core.errors import UsageError
+from vcmm.face.cli import run as run_command
+from vcmm.files.own.library import example
 from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.physics.catalogue.scale import ScaleFactor
 from vcmm.physics.structure.scatter import Scatter
@@ -20,6 +22,17 @@ def test_a_grid_over_the_travels():
     assert sorted(set(run.position["Y"].tolist())) == [-1000.0, 0.0, 1000.0]
     with pytest.raises(UsageError, match="at least 2"):
         grid(build.machine(), 1)
+
+
+def test_an_arm_has_no_volume_of_x_y_z(tmp_path, capsys):
+    """A grid over X, Y, Z needs one of them: an arm is refused with the way out, and is mapped at named positions."""
+    arm = example("six_axis_arm").parent / "six_axis_arm" / "machine.toml"
+    assert run_command(["field", str(arm)]) == 2
+    assert "rotary axes alone (C1, B2, B3, A4, B5, A6)" in capsys.readouterr().err
+    at = tmp_path / "positions.csv"
+    at.write_text("C1_deg,B2_deg,B3_deg,A4_deg,B5_deg,A6_deg\n10,20,30,40,50,60\n")
+    assert run_command(["field", str(arm), "--at", str(at)]) == 0
+    assert "1 points" in capsys.readouterr().out
 
 
 def test_sizes_of_tip_errors():

@@ -99,6 +99,10 @@ def grid(machine: Machine, nodes: int, box: Mapping[str, tuple[float, float]] | 
     if nodes < 2:
         raise UsageError(f"a grid of {nodes} nodes per axis has no extent; use at least 2")
     letters = linear_axes(machine)
+    if not letters:
+        raise UsageError(
+            f"the machine has rotary axes alone ({', '.join(machine.axes)}): no grid of X, Y, Z spans its volume; name positions with --at FILE"
+        )
     if nodes ** len(letters) > MOST_NODES:
         raise UsageError(
             f"{nodes} nodes per axis are {nodes ** len(letters):,} points, and at most {MOST_NODES:,} are mapped; "
