@@ -93,6 +93,8 @@ def test_a_pocket_on_a_helix():
     assert made[1].centre[:2] == (0, 0)
     with pytest.raises(DataError, match="needs the radius RAD1 of its helix and the depth DP1"):
         feeds("POCKET4(10,0,2,-4,20,0,0,4,0,0,300,100,2,21)")
+    with pytest.raises(DataError, match=r"leaves the pocket; at most 15 mm fit beside the tool and FAL"):
+        feeds("POCKET4(10,0,2,-4,20,0,0,4,0,0,300,100,2,21,0,0,0,15.5,2.5)")  # 20 - 5 (the tool) - 0
     turned = feeds("POCKET3(20,0,2,-5,60,40,8,50,40,90,3,0,0,500,120,3,21,5,0,0,0,4,1)")
     assert turned[0].end == pytest.approx((50, 44, 2))  # STA 90: the longitudinal axis of the pocket is Y
     blank = told("T1\nG0 Z50 F300\nPOCKET3(20,0,2,-5,60,40,8,50,40,0,3,0,0,500,120,3,31,5,20,10,2,15)")

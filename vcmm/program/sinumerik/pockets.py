@@ -87,6 +87,12 @@ def _insertion(m: MillingCall, v: Values) -> Insertion:
                 m.item.first,
                 f"{m.item.name} with VARI 2x needs the radius RAD1 of its helix and the depth DP1 of a turn",
             )
+        free = _half_width(m, v) - m.radius() - v["FAL"]
+        if v["RAD1"] > free + 1e-9:
+            raise BlockFault(
+                m.item.first,
+                f"{m.item.name}: a helix of RAD1 {v['RAD1']:g} mm leaves the pocket; at most {max(free, 0.0):g} mm fit beside the tool and FAL",
+            )
         m.note("from where the helix goes in", "from RFP + SDIS, then from the depth reached")
         return Insertion(way, v["RAD1"], v["DP1"], v["STA"], is_clockwise(m, v))
     if way == AT_RAPID:
@@ -98,6 +104,11 @@ def _insertion(m: MillingCall, v: Values) -> Insertion:
     elif way > TO_AND_FRO:
         raise BlockFault(m.item.first, f"{m.item.name}: the tens of VARI are 0 to 3, {way} stands there")
     return Insertion(STRAIGHT if way == TO_AND_FRO else way)
+
+
+def _half_width(m: MillingCall, v: Values) -> float:
+    """Return the distance from the middle of the pocket to its nearest wall, mm."""
+    return v["PRAD"] if m.item.name in ("POCKET4", "POCKET2") else min(v["LENG"], v["WID"]) / 2
 
 
 def clear(
