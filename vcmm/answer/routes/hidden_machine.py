@@ -165,7 +165,7 @@ def standards(
     out = []
     for letter, direction in (("x", np.array([1.0, 0.0, 0.0])), ("y", np.array([0.0, 1.0, 0.0]))):
         length = next(
-            (x for x in lengths if _places(scenario, positions, _length_standard(x, direction))), None
+            (x for x in lengths if _fits(scenario, positions, _length_standard(x, direction))), None
         )
         if length is None:
             raise ModelLimit(
@@ -210,12 +210,12 @@ def _with_standard(scenario: Scenario, gauge: tuple[Part, list[tuple[str, Array]
     return replace(scenario, part=part, plan=replace(scenario.plan, steps=steps, alignment=None), forms={})
 
 
-def _places(
+def _fits(
     scenario: Scenario, positions: Mapping[str, Pose], gauge: tuple[Part, list[tuple[str, Array]]]
-) -> int:
-    """Return the number of positions in which a standard is within reach."""
+) -> bool:
+    """Return whether a standard is within reach in some position."""
     job = _with_standard(scenario, gauge)
-    return sum(_within_reach(job.at(pose)) for pose in positions.values())
+    return any(_within_reach(job.at(pose)) for pose in positions.values())
 
 
 def _length_standard(length: float, along: Array) -> tuple[Part, list[tuple[str, Array]]]:

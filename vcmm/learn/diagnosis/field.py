@@ -138,7 +138,7 @@ def rival_field(
         Hypothesis(frozenset(ids), net),
         *(Hypothesis(frozenset(ids[i] for i in kept), s) for (_, kept), s in zip(choices, scores)),
     )
-    # a shape beside all names is their rival in the list, and told by the test of what is left
+    # a shape beside all names competes with them in the list; the test of the residual reports it
     rivals = [w in fields or kept != every for w, kept in choices]
     best = int(np.argmax(np.where(rivals, scores, -np.inf)))
     w, kept = choices[best]

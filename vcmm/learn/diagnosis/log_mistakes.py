@@ -32,7 +32,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 from vcmm.learn.diagnosis.constants import MOST_SHAPES
-from vcmm.learn.diagnosis.log_units import units_taken
+from vcmm.learn.diagnosis.log_units import unit_forms
 from vcmm.learn.diagnosis.scans import MOST_STEPS
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.observe import Observer
@@ -312,7 +312,7 @@ def _forms(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
 def _units(names: Sequence[str]) -> Iterator[tuple[str, RunCorrection, str]]:
     """One column in another unit, all of one unit and all of a kind: who takes m/min for mm/s does so of every linear axis, who writes speeds
     per minute perhaps of rotary ones too."""
-    for start, forms in units_taken().items():
+    for start, forms in unit_forms().items():
         alike = tuple(n for n in names if n.startswith(start))
         of_unit = (tuple(n for n in alike if _ending(n) == end) for end in dict.fromkeys(map(_ending, alike)))
         groups = dict.fromkeys(g for g in (*((n,) for n in alike), *of_unit, alike) if g)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+# the speed in mm/s (or rad/s) over the number that is written in another unit
+PER_MINUTE, METRES_PER_MINUTE, METRES_PER_SECOND = 1.0 / 60.0, 1000.0 / 60.0, 1000.0
 
-def units_taken() -> dict[str, tuple[tuple[float, float, str], ...]]:
-    """Beginning of a column: (factor, zero, words) of what is meant, factor (value - zero)."""
+
+def unit_forms() -> dict[str, tuple[tuple[float, float, str], ...]]:
+    """Return, by the beginning of a column, (factor, zero, words) of every unit that may be meant: the quantity is factor (value - zero)."""
     from scipy.constants import convert_temperature, degree_Fahrenheit, g, zero_Celsius
 
     freezing = float(convert_temperature(0.0, "Celsius", "Fahrenheit"))
@@ -14,10 +17,10 @@ def units_taken() -> dict[str, tuple[tuple[float, float, str], ...]]:
             (1.0, zero_Celsius, "the values are K"),
         ),
         "speed_": (
-            (1.0 / 60.0, 0.0, "the values are 60 times too large, as per minute"),
+            (PER_MINUTE, 0.0, "the values are 60 times too large, as per minute"),
             (60.0, 0.0, "the values are 60 times too small"),
-            (1000.0 / 60.0, 0.0, "the values are 1000/60 times too small, as m/min"),
-            (1000.0, 0.0, "the values are 1000 times too small, as m/s"),
+            (METRES_PER_MINUTE, 0.0, "the values are 1000/60 times too small, as m/min"),
+            (METRES_PER_SECOND, 0.0, "the values are 1000 times too small, as m/s"),
         ),
         "load_": ((1.0 / g, 0.0, "the values are N"), (g, 0.0, "the values are 9.81 times too small")),
     }

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+from vcmm.learn.diagnosis.log_units import METRES_PER_MINUTE, METRES_PER_SECOND, PER_MINUTE
 from vcmm.task.response.recording import Recording
 
 INCH = 25.4
@@ -90,9 +91,9 @@ def _times(recording: Recording) -> list[str]:
 
 
 SPEED_UNITS = (  # true speed over the number that is written, where the heading says mm/s (or rad/s)
-    (1.0 / 60.0, "units per minute"),
-    (1000.0 / 60.0, "m/min"),
-    (1000.0, "m/s"),
+    (PER_MINUTE, "units per minute"),
+    (METRES_PER_MINUTE, "m/min"),
+    (METRES_PER_SECOND, "m/s"),
     (INCH, "inches per second"),
 )
 MOST = 0.9  # share of the rows from which a sign is called reversed
