@@ -65,5 +65,10 @@ def _severity(text: str) -> Severity:
     return "note" if any(word in text for word in NOTES) else "warning"
 
 
+def in_terminal(text: str) -> str:
+    """note: ..., as one line on stderr."""
+    return f"{notice(text).severity}: {text}"
+
+
 def documents(texts: Iterable[str]) -> list[dict[str, str]]:
     return [notice(text).document() for text in texts]
