@@ -228,7 +228,7 @@ def compensate(
         Whatever cannot be rewritten for certain, with file and line.
     """
     from vcmm.compensation.job import compensate as rewrite
-    from vcmm.face.machine_of_setup import setup_and_machine
+    from vcmm.face.programs import setup_and_machine
 
     compensated_program = rewrite(
         program,

@@ -21,7 +21,7 @@ from vcmm.face.bodies import compensation_json
 from vcmm.face.cli.options import Decimals, InputFile, Json
 from vcmm.face.cli.proof import in_rounds, refuse_worse
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
-from vcmm.face.machine_of_setup import setup_and_machine
+from vcmm.face.programs import setup_and_machine
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.program.setup import Setup
 from vcmm.shop.machining.proof import CutProof
@@ -33,10 +33,10 @@ from vcmm.show.tables.compensation import (
     departure_json,
     departures,
     pointings,
+    proof_text,
     shifts,
     shifts_json,
 )
-from vcmm.show.tables.proofs import proof_text
 
 
 def compensate_command(

@@ -25,7 +25,7 @@ from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
 from vcmm.show.report.answers import answer_of
 from vcmm.show.tables import cut as tables
-from vcmm.show.tables.proofs import proof_json, proof_text
+from vcmm.show.tables.compensation import proof_json, proof_text
 from vcmm.show.tables.uncertainty import not_added_up
 
 

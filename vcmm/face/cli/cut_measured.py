@@ -18,7 +18,7 @@ from vcmm.shop.machining.part_recording import part_recording
 from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.complaints import about
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
-from vcmm.show.tables import measured_cut as tables
+from vcmm.show.tables import cut as tables
 from vcmm.show.tables.answers_parts import cut_answers
 
 

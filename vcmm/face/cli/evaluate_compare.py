@@ -17,8 +17,7 @@ from vcmm.core.knowledge import add_knowledge
 from vcmm.face.api import evaluate
 from vcmm.face.cli.cut import measured_points
 from vcmm.face.cli.cut_measured import CameBack, came_back
-from vcmm.face.cli.evaluated_parts import show_parts
-from vcmm.face.cli.given_measurement import GivenMeasurement
+from vcmm.face.cli.evaluated_parts import GivenMeasurement, show_parts
 from vcmm.face.job import Job, Progress, Record, decision_code
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.files.own.scenario import load_scenario

@@ -22,7 +22,7 @@ from vcmm.face.cli.loop_findings import LoopFindings, diagnose_cut
 from vcmm.face.cli.options import Decimals, InputFile, Json, Seed
 from vcmm.face.cli.proof import in_rounds
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
-from vcmm.face.machine_of_setup import setup_and_machine
+from vcmm.face.programs import setup_and_machine
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.shop.machining.held_out import HeldOutProof
 from vcmm.shop.machining.job import measure_cut

@@ -44,7 +44,7 @@ class PlaceCutJob(Job[CutScenario, PlacedCut]):
         return Record(placed_cut_json(result), files, result.seed, result.after.warnings)
 
     def texts(self, loaded: CutScenario, result: PlacedCut, content: str, folder: Path) -> dict[str, str]:
-        from vcmm.show.pages.place_cut import place_cut_page
+        from vcmm.show.pages.place import place_cut_page
 
         moved = placed_texts(self.scenario, loaded, folder, result.best.pose, shift_of(result))
         return {"place.json": content, "report.html": place_cut_page(loaded, result), **moved}

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from vcmm.program.iso.flow import IsoRunner
 
 Flat = tuple[float, float]
-HOLE = "a hole in the path: its moves are missing"
 
 
 def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:

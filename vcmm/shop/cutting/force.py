@@ -23,7 +23,6 @@ import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Array
-from vcmm.shop.cutting.tools import Cutter
 
 CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
 STIFFNESS_RATIO = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter
@@ -198,13 +197,6 @@ def to_workpiece(force: Array, feed: Array, axis: Array) -> Array:
     x = across / np.where(length > 1e-12, length, 1.0)[:, None]
     y = np.cross(axis, x)
     return force[:, 0:1] * x + force[:, 1:2] * y + force[:, 2:3] * axis
-
-
-def compliance(tool: Cutter) -> float:
-    """Return the displacement of the tip per force across the tool, mm/N; see `bending`. UsageError without a stick-out."""
-    if tool.stick_out is None:
-        raise UsageError("compliance: the tool needs its stick-out; give Cutter(..., stick_out=40.0) in mm")
-    return bending(tool.radius, tool.stick_out, tool.modulus or CARBIDE)
 
 
 def bending(radius: float, stick_out: float, modulus: float = CARBIDE) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
-from vcmm.show.tables.proofs import proof_json
+from vcmm.show.tables.compensation import proof_json
 
 if TYPE_CHECKING:
     from vcmm.answer.evaluation.virtual_measurement import Measurement
