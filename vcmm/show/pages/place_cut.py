@@ -15,7 +15,7 @@ from vcmm.show.tables.table import html, listing
 
 if TYPE_CHECKING:
     from vcmm.shop.machining.placement import PlacedCut
-    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 def place_cut_page(scenario: CutScenario, placed: PlacedCut) -> str:
