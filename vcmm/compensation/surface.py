@@ -38,7 +38,7 @@ from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.milling import MillingProcess
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import GOUGE, ContactRows, PreparedCut, Words
-from vcmm.shop.machining.scenario import CutScenario
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 Bools = np.typing.NDArray[np.bool_]
 KNOT, MOST_KNOTS = 12.0, 24  # mm between knots of a line; of one move

@@ -13,8 +13,8 @@ from vcmm.core.readable import Reading
 if TYPE_CHECKING:
     from vcmm.answer.evaluation.result import UncertaintyResult
     from vcmm.answer.inference.job import EvaluatedPart
-    from vcmm.shop.machining.scenario import CutScenario
     from vcmm.show.tables.table import ResultTable
+    from vcmm.task.measuring.cut_scenario import CutScenario
     from vcmm.task.measuring.scenario import Scenario
 
 Rows = Sequence[Mapping[str, Any]]

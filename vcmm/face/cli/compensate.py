@@ -25,7 +25,6 @@ from vcmm.face.programs import setup_and_machine
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.program.setup import Setup
 from vcmm.shop.machining.proof import CutProof
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
 from vcmm.show.tables.answers_machine import compensation_answers
 from vcmm.show.tables.compensation import (
@@ -37,6 +36,7 @@ from vcmm.show.tables.compensation import (
     shifts,
     shifts_json,
 )
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 def compensate_command(

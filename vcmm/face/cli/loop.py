@@ -28,12 +28,12 @@ from vcmm.shop.machining.held_out import HeldOutProof
 from vcmm.shop.machining.job import measure_cut
 from vcmm.shop.machining.measured_part import MeasuredCut, left_of
 from vcmm.shop.machining.proof import CutProof
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say_warnings, show_answers
 from vcmm.show.pages.diagnosis import sentences
 from vcmm.show.tables.answers_machine import loop_answers
 from vcmm.show.tables.loops import loop_json, loop_text
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 def loop_command(

@@ -14,11 +14,11 @@ from vcmm.face.job import Job, Progress, Record
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.files.own.placement_writer import placed_cut as placed_texts
 from vcmm.shop.machining.placement import PlacedCut, place_cut
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import show_answers, show_table
 from vcmm.show.tables.answers import placed_cut_answers
 from vcmm.show.tables.placement import compared_cut_poses, gains
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ class Cutter:
     """A tool. Lengths in mm, angles in rad. Use the functions below, which check their arguments.
 
     length: height over the tip up to which the tool (flutes and a shank of the same radius) removes material; infinite
-    unless stated. stick_out, modulus (N/mm2): for bending, None where not known.
+    unless stated.
     """
 
     shape: str
@@ -41,8 +41,6 @@ class Cutter:
     tip_radius: float = 0.0  # of the flat bottom of a cone
     half_angle: float = 0.0  # of a cone, from its axis
     length: float = math.inf
-    stick_out: float | None = None
-    modulus: float | None = None
 
 
 def flat(radius: float, length: float = math.inf) -> Cutter:

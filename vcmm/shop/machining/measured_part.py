@@ -34,9 +34,9 @@ from vcmm.shop.machining.scatter_sizes import (
     scatter_notes,
     with_scatter,
 )
-from vcmm.shop.machining.scenario import IDEAL, OTHER, CutScenario
 from vcmm.shop.machining.waves import Wave
 from vcmm.shop.machining.world import Cutting
+from vcmm.task.measuring.cut_scenario import IDEAL, OTHER, CutScenario
 from vcmm.task.measuring.plan import Plan, Step
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.task import evaluate_all, fit_features

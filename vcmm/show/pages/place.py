@@ -21,7 +21,7 @@ from vcmm.task.measuring.fixture import DOFS, pose_of
 if TYPE_CHECKING:
     from vcmm.answer.placing.result import PlacementResult
     from vcmm.shop.machining.placement import PlacedCut
-    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.cut_scenario import CutScenario
 
 WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
 
