@@ -117,6 +117,7 @@ KEPT = {  # module -> names that stay though they are bare participles, and why
         ("added", "changed", "foretold", "kept", "passed", "said"),
         "keys of the JSON document vcmm.track/1",
     ),
+    "program.moves": (("assumed", "unused"), "what the program of `vcmm.nc` offers, and keys of `nc --json`"),
     "files.learned.track_result": (
         ("dated", "followed"),
         "what `vcmm.track` offers, named as in vcmm.learn.tracking",
