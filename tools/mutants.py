@@ -33,7 +33,6 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from itertools import count, islice
 from pathlib import Path
 from typing import Any
@@ -45,20 +44,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from mutant_map import Coverage
 from mutant_nearest import Nearest
 from mutant_sites import Site, shown, sites
+from mutant_trees import Copy, copied, end_workers
 
 ROOT = Path(__file__).resolve().parents[1]
-PYTEST = [
-    "-m",
-    "pytest",
-    "-p",
-    "no:cacheprovider",
-    "-q",
-    "-x",
-    "--no-header",
-    "--tb=line",
-    "-W",
-    "ignore::pytest.PytestWarning",
-]
 ROOMS = [
     "core",
     "physics",
@@ -79,31 +67,10 @@ _stamp = count(
 )  # a new time of change for every broken file, so that no bytecode is mistaken for it
 
 
-@dataclass(frozen=True)
-class Copy:
-    """A tree of its own, in which files may be broken."""
-
-    folder: Path
-    caches: Path
-
-    def run(self, arguments: list[str], seconds: int, **more: str) -> subprocess.CompletedProcess[str]:
-        """pytest in this tree, ended after so many seconds of computing, however busy the machine is."""
-        settings = dict(os.environ, PYTHONPATH=f"{self.folder}{os.pathsep}{self.folder / 'tools'}", **more)
-        settings |= {"OPENBLAS_NUM_THREADS": "1", "NUMBA_CACHE_DIR": str(self.numba())}
-        limited = ["/bin/sh", "-c", f'ulimit -t {seconds}; exec "$@"', "sh"]
-        command = [*limited, sys.executable, *PYTEST, *arguments]
-        return subprocess.run(command, cwd=self.folder, env=settings, capture_output=True, text=True)
-
-    def numba(self) -> Path:
-        """A cache per state of the compiled loops: numba does not see that a loop called by another has changed."""
-        every = sorted(self.folder.glob("vcmm/**/*_kernels.py"))
-        return self.caches / hashlib.sha256(b"".join(p.read_bytes() for p in every)).hexdigest()[:16]
-
-
 def main() -> None:
     options = _options()
     options.out.mkdir(parents=True, exist_ok=True)
-    copies = [_copied(options.out, k) for k in range(options.jobs)]
+    copies = [copied(options.out, k) for k in range(options.jobs)]
     coverage = Nearest(ROOT) if options.nearest else _coverage(copies[0], options)
     if options.per_room:
         many = (options.seed, options.per_room, options.others)
@@ -111,6 +78,8 @@ def main() -> None:
     else:
         chosen = drawn(options.seed, options.count, options.rooms)
     known = {r["key"]: r for r in _results(options.out)}
+    for copy in copies if options.nearest else ():
+        copy.start()
     left = [site for site in chosen if site.key not in known]
     free: queue.Queue[Copy] = queue.Queue()
     for copy in copies:
@@ -125,6 +94,7 @@ def main() -> None:
 
     with ThreadPoolExecutor(options.jobs) as pool:
         list(pool.map(judged, left))
+    end_workers()
     known = {r["key"]: r for r in _results(options.out)}
     _tables(options.out, [known[site.key] for site in chosen])
 
@@ -195,18 +165,6 @@ def _different(places: Iterable[Site]) -> Iterator[Site]:
             yield site
 
 
-def _copied(out: Path, number: int) -> Copy:
-    """The tree as it is now; what has not changed keeps its time, so that caches stay good."""
-    folder = out / f"tree-{number}"
-    ignored = shutil.ignore_patterns(
-        ".git", "__pycache__", ".*_cache", ".venv", ".hypothesis", "_build", "dist"
-    )
-    for entry in folder.iterdir() if folder.exists() else ():
-        shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
-    shutil.copytree(ROOT, folder, ignore=ignored, dirs_exist_ok=True)
-    return Copy(folder.resolve(), (out / "numba").resolve())
-
-
 def _coverage(copy: Copy, options: argparse.Namespace) -> Coverage:
     """What every test calls; run once for a state of package and tests."""
     every = sorted(p for d in ("vcmm", "tests") for p in (copy.folder / d).rglob("*.py"))
@@ -245,7 +203,7 @@ def _judged(copy: Copy, coverage: Coverage | Nearest, site: Site, limit: float) 
     stamp = next(_stamp)
     os.utime(path, (stamp, stamp))
     try:
-        by, tried = _noticed(copy, coverage, tests, limit)
+        by, tried = _noticed(copy, coverage, site, tests, limit)
     finally:
         path.write_bytes(source)
         os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
@@ -256,9 +214,15 @@ def _judged(copy: Copy, coverage: Coverage | Nearest, site: Site, limit: float) 
     }  # fmt: skip
 
 
-def _noticed(copy: Copy, coverage: Coverage | Nearest, tests: list[str], limit: float) -> tuple[str, int]:
-    """(the test that failed, tests that were run), in batches of growing length within the limit."""
-    at, spent, size = 0, 0.0, FIRST
+def _noticed(
+    copy: Copy, coverage: Coverage | Nearest, site: Site, tests: list[str], limit: float
+) -> tuple[str, int]:
+    """(the test that failed, tests that were run), in batches of growing length within the limit.
+
+    What no test notices in a fork is put to the first batch once more in a process of its own, since the fork has
+    what modules compute at import from before the change.
+    """
+    at, spent, size, first, forked = 0, 0.0, FIRST, 0, isinstance(coverage, Nearest)
     while at < len(tests) and spent < limit:
         batch, expected = [], 0.0
         while at < len(tests) and (
@@ -267,18 +231,23 @@ def _noticed(copy: Copy, coverage: Coverage | Nearest, tests: list[str], limit: 
             batch.append(tests[at])
             expected += coverage.seconds[tests[at]]
             at += 1
-        done = copy.run(batch, int(60.0 + 6.0 * expected))
-        if done.returncode == -signal.SIGXCPU:
-            return f"no end ({batch[0]} ...)", at
-        if done.returncode not in (0, 5):
-            return _failed(done.stdout) or f"pytest ends with {done.returncode}", at
-        spent, size = spent + expected + START, size * 3.0
-    return "", at
+        done = copy.fork(site, batch, int(60.0 + 6.0 * expected)) if forked else None
+        forked = done is not None
+        by = _failed(done or copy.run(batch, int(60.0 + 6.0 * expected)), batch)
+        if by:
+            return by, at
+        spent, size, first = spent + expected + START, size * 3.0, first or at
+    return _failed(copy.run(tests[:first], 120), tests[:1]) if forked else "", at
 
 
-def _failed(output: str) -> str:
-    found = re.search(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
-    return found[1] if found else ""
+def _failed(done: subprocess.CompletedProcess[str], batch: list[str]) -> str:
+    """The test that failed, or how the tests ended otherwise; "" where all passed."""
+    if done.returncode == -signal.SIGXCPU:
+        return f"no end ({batch[0]} ...)"
+    if done.returncode in (0, 5):
+        return ""
+    found = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+    return found[1] if found else f"pytest ends with {done.returncode}"
 
 
 # ---------------------------------------------------------------------- what is written
