@@ -47,7 +47,7 @@ class Copy:
         worker = _workers[self.folder] = subprocess.Popen(
             [sys.executable, str(self.folder / "tools" / "mutant_worker.py")],
             cwd=self.folder, env=self.settings(), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL, text=True,
+            stderr=(self.folder.parent / f"{self.folder.name}.log").open("w"), text=True,
         )  # fmt: skip
         if worker.stdout is None or worker.stdout.readline().strip() != "ready":
             raise SystemExit(

@@ -24,6 +24,7 @@ from types import CodeType, FunctionType
 
 import pytest
 
+ROOT = Path(__file__).resolve().parents[1]
 Functions = dict[tuple[str, str], list[FunctionType]]
 
 
@@ -32,8 +33,10 @@ def main() -> None:
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)
     _load()
-    known = functions_in_memory(Path.cwd() / "vcmm")
+    known = functions_in_memory(ROOT / "vcmm")
+    os.chdir(ROOT)
     gc.freeze()
+    print(f"{len(known)} functions in memory", flush=True)
     print("ready", file=answers, flush=True)
     for line in lines:
         print(json.dumps(_answer(known, json.loads(line))), file=answers, flush=True)
@@ -51,7 +54,7 @@ def _load() -> None:
 
 
 def _answer(known: Functions, order: dict[str, object]) -> dict[str, object]:
-    file, name = Path.cwd() / str(order["file"]), str(order["owner"]).split(".<locals>")[0]
+    file, name = ROOT / str(order["file"]), str(order["owner"]).split(".<locals>")[0]
     functions, code = known.get((str(file), name), []), code_of(file, name)
     if (
         not functions
@@ -89,6 +92,7 @@ def _run(functions: list[FunctionType], code: CodeType, order: dict[str, object]
 def functions_in_memory(folder: Path) -> Functions:
     """Functions that were defined in files of a folder, by file and qualified name; none of compiled loops."""
     out: Functions = {}
+    gc.unfreeze()  # the command line keeps its modules from being looked through
     for one in gc.get_objects():
         if isinstance(one, FunctionType):
             file = one.__code__.co_filename
