@@ -1,18 +1,24 @@
 """How large the house is, as figures that can be compared from one year to the next.
 
-python -m tests.house.counts                       the table of DESIGN.md
+python -m tests.house.counts                       the figures of DESIGN.md, exact
+python -m tests.house.counts --table               the rows "Size" of DESIGN.md
+python -m tests.house.counts --journeys            the rows "Journeys" of DESIGN.md
 python -m tests.house.counts vcmm uncertainty ...  files of vcmm through which one command passes
 """
 
 from __future__ import annotations
 
 import ast
+import os
 import re
+import shutil
+import subprocess
 import sys
+import tempfile
 from collections import Counter
 from pathlib import Path
 
-from tests.house.test_layers import WHITEBOARD, arrows, inner_imports, sources, tree, within
+from tests.house.test_layers import PACKAGE, WHITEBOARD, arrows, inner_imports, sources, tree, within
 from vcmm.core.effect import Effect
 
 # Past participles that do not end in -ed; as the whole of a name a reader must guess whether `told(...)` reports or tests.
@@ -300,8 +306,84 @@ def passed_through(words: list[str]) -> list[str]:
     )
 
 
+ROWS = (  # row of DESIGN.md, figure of `figures`, before the twelve rooms, rounded to
+    ("rooms", "rooms", 35, 1),
+    ("arrows between rooms, all of them on the whiteboard of `tests/house/test_layers.py`", "arrows between rooms", 247, 1),
+    ("public members of an effect: nine to declare, `where` and `id` follow", "public members of Effect", 51, 1),
+    (
+        "definitions whose whole name is a past participle that is no term (`TERMS` of `tests/house/counts.py`)",
+        "definitions that are bare participles",
+        985,
+        1,
+    ),
+    (
+        "variables and parameters named " + ", ".join(f"`{name}`" for name in sorted(UNCLEAR)),
+        "variables of unclear names",
+        2063,
+        1,
+    ),
+    ("modules", "modules", 823, 10),
+    ("lines", "lines", 121854, 1000),
+    ("public names at the top of modules", "public names", 3419, 100),
+    (f"modules under {SHORT} lines with one importer", f"modules under {SHORT} lines with one importer", 39, 1),
+    ("`Any` in the command line", "Any in face/cli", 341, 10),
+    ("import lines inside functions of the command line", "import lines inside functions of face/cli", 688, 10),
+    ("jobs of the command line, declared as `Job`", "jobs of the command line", 0, 1),
+)  # fmt: skip
+JOURNEYS = (  # what goes through the house, and the command in scenarios/, after `measure plate.toml --seed 3 --out measured`
+    ("an error of the machine to the budget", "uncertainty ring_gauge.toml"),
+    ("a measured point to the decision", "evaluate plate.toml --points measured/points.csv"),
+    ("a line of a program to its deviation", "compensate pallet_block.toml"),
+    ("a row of a recording to a name", "diagnose ballbar.toml"),
+    ("a seed to a trial", "measure plate.toml --seed 3"),
+)
+
+
+def thousands(n: int) -> str:
+    return f"{n:,}".replace(",", " ")
+
+
+def table() -> list[str]:
+    """Return the rows "Size" of DESIGN.md; what changes with every addition is rounded."""
+    now = figures()
+    return [
+        f"| {label} | {thousands(before)} | {thousands(step * round(now[key] / step))} |"
+        for label, key, before, step in ROWS
+    ]
+
+
+def journey(command: str) -> Counter[str]:
+    """Return room -> files whose code runs in a command, which runs in a process of its own, in a copy of the scenarios."""
+    with tempfile.TemporaryDirectory() as folder:
+        scenarios = Path(folder) / "scenarios"
+        shutil.copytree(PACKAGE.parent / "scenarios", scenarios)
+        prepare = [sys.executable, "-m", "vcmm", "measure", "plate.toml", "--seed", "3", "--out", "measured"]
+        follow = [sys.executable, "-m", "tests.house.counts", "vcmm", *command.split()]
+        environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+        if "measured/" in command:
+            subprocess.run(prepare, cwd=scenarios, env=environment, capture_output=True, check=True)
+        done = subprocess.run(
+            follow, cwd=scenarios, env=environment, capture_output=True, text=True, check=True
+        )
+    files = re.split(r"\n\d+ files\n", done.stdout)[-1].split()
+    return Counter(name.split("/")[0] for name in files)
+
+
+def journeys() -> list[str]:
+    """Return the rows "Journeys" of DESIGN.md."""
+    rows = []
+    for label, command in JOURNEYS:
+        count = journey(command)
+        by_room = ", ".join(f"{r} {count[r]}" for r in WHITEBOARD if count[r])
+        rows.append(f"| {label} | `{command}` | {sum(count.values())} | {by_room} |")
+    return rows
+
+
 def main() -> None:
-    """Print the table, or the files of a journey."""
+    """Print the figures, a table, or the files of a journey."""
+    if sys.argv[1:] in (["--table"], ["--journeys"]):
+        print("\n".join(table() if sys.argv[1] == "--table" else journeys()))
+        return
     if len(sys.argv) > 1:
         files = passed_through(sys.argv[1:])
         print(f"\n{len(files)} files\n" + "\n".join(files))
