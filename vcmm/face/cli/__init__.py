@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 import re
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args
 
 from vcmm import __version__
 from vcmm.core.errors import UsageError, VcmmError, choose_from
@@ -108,9 +109,6 @@ def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
     Also refuse numbers that only Python accepts (1_000, 0x10, digits of other scripts), and empty values, as from a
     variable of the shell that is not set: `--out ""` is no place.
     """
-    import contextlib
-    from typing import get_args
-
     from cyclopts import CoercionError
 
     for argument in arguments:
@@ -235,8 +233,6 @@ def _where_to_get_it(problems: Sequence[str]) -> list[str]:
 
 def _silence() -> None:
     """Discard the buffer of stdout that cannot be written, so that Python does not try again at its end."""
-    import contextlib
-
     with contextlib.suppress(OSError, AttributeError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 

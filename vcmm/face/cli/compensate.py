@@ -27,6 +27,7 @@ from vcmm.program.setup import Setup
 from vcmm.shop.machining.proof import CutProof
 from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+from vcmm.show.report import write
 from vcmm.show.tables.answers_machine import compensation_answers
 from vcmm.show.tables.compensation import (
     before_and_after,
@@ -251,7 +252,6 @@ class CompensateJob(Job[GivenProgram, Rewritten]):
         say(f"wrote {target}")
         if self.plot:
             from vcmm.show.pages.path import compensation_page
-            from vcmm.show.report import write
 
             page = target.with_suffix(".html")
             write(page, compensation_page(result.program, loaded.program, result.proof))

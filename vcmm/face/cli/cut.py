@@ -20,6 +20,7 @@ from vcmm.shop.machining.job import cut
 from vcmm.shop.machining.proof import CutProof
 from vcmm.shop.machining.result import CutResult
 from vcmm.shop.machining.scenario import CutScenario
+from vcmm.shop.machining.turned_blank import TurnedBlank, write_turned_stl
 from vcmm.show.console.complaints import about
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
@@ -213,7 +214,6 @@ class CutJob(SharedJob[CutTask, CutPart]):
     def write_binaries(self, loaded: CutTask, result: CutPart, folder: Path) -> list[str]:
         """Write the remaining blank, where the set-up states a stock."""
         from vcmm.shop.cutting.solid import write_stl
-        from vcmm.shop.machining.turned_blank import TurnedBlank, write_turned_stl
 
         blank = result.result.blank
         if blank is None:

@@ -33,6 +33,7 @@ from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
 from vcmm.learn.diagnosis.very_long import few_enough
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say
+from vcmm.show.pages.diagnosis import diagnosis_page, without_pictures
 from vcmm.task.response.recording import Recording
 
 
@@ -173,8 +174,6 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
 
 def _page(recording: Recording, machine: Machine, diagnosis: Diagnosis) -> str:
     """Return the report; where a picture cannot be drawn, a page with the reason: numbers and files do not depend on it."""
-    from vcmm.show.pages.diagnosis import diagnosis_page, without_pictures
-
     try:
         return diagnosis_page(recording, machine, diagnosis)
     except VcmmError as error:

@@ -30,6 +30,7 @@ from vcmm.learn.diagnosis.several import Several, diagnose_several, several_json
 from vcmm.learn.diagnosis.very_long import few_enough
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say, show_table
+from vcmm.show.pages.diagnosis import diagnosis_page
 from vcmm.show.tables.several import by_itself, sizes
 from vcmm.task.response.recording import Recording
 
@@ -160,8 +161,6 @@ def _common(several: Several, machine: Machine, original: Path | None, out: Path
 
 
 def _page(several: Several, machine: Machine) -> str:
-    from vcmm.show.pages.diagnosis import diagnosis_page
-
     return diagnosis_page(several.recording, machine, several.together, several)
 
 
