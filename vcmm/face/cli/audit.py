@@ -89,7 +89,7 @@ class AuditJob(SharedJob[Scenario, tuple[AuditResult, ...]]):
     def stem(self) -> str:
         return self.scenario.stem
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         return {"scenarios": [str(self.scenario)], "parts": self.parts, "seed": self.seed}
 
     def inputs(self) -> list[Path]:

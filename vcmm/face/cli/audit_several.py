@@ -35,7 +35,7 @@ class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
     def stem(self) -> str:
         return self.places[0].stem
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         return {"scenarios": [str(s) for s in self.places], "parts": self.parts, "seed": self.seed}
 
     def inputs(self) -> list[Path]:

@@ -95,12 +95,14 @@ def _record(plan: PosePlan, chosen: list[int]) -> dict[str, Any]:
     }
 
 
-def _pose(candidate: PoseCandidate) -> dict[str, Any]:
+def _pose(candidate: PoseCandidate) -> dict[str, object]:
     angles = {f"{a}_deg": round(degrees(q), 6) for a, q in candidate.angles.items()}
     return {"setup": candidate.setup, **angles, "touches": candidate.touches, "minutes": candidate.minutes}
 
 
-def _expected_uncertainties(plan: PosePlan, chosen: list[int], everything: list[int]) -> list[dict[str, Any]]:
+def _expected_uncertainties(
+    plan: PosePlan, chosen: list[int], everything: list[int]
+) -> list[dict[str, object]]:
     """Per error its u before any touch, after the chosen poses, and after all."""
     before, here, best = plan.before(), plan.expected(chosen), plan.expected(everything)
     out = []

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from cyclopts import Parameter
 
@@ -159,7 +159,9 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
     ) -> dict[str, str]:
         return diagnosis_texts(content, result.page, result.machine_files)
 
-    def export(self, loaded: tuple[Recording, Machine], result: Diagnosed, content: dict[str, Any]) -> None:
+    def export(
+        self, loaded: tuple[Recording, Machine], result: Diagnosed, content: dict[str, object]
+    ) -> None:
         write_report(self.report, result.page)
 
     def show(self, loaded: tuple[Recording, Machine], result: Diagnosed) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
@@ -101,7 +101,7 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
     ) -> dict[str, str]:
         return diagnosis_texts(content, result.page, result.machine_files)
 
-    def export(self, loaded: Recordings, result: DiagnosedTogether, content: dict[str, Any]) -> None:
+    def export(self, loaded: Recordings, result: DiagnosedTogether, content: dict[str, object]) -> None:
         write_report(self.report, result.page)
 
     def show(self, loaded: Recordings, result: DiagnosedTogether) -> None:
@@ -141,7 +141,7 @@ def left_out(several: Several) -> list[str]:
     ]
 
 
-def _body(several: Several, folder: Path | None) -> dict[str, Any]:
+def _body(several: Several, folder: Path | None) -> dict[str, object]:
     body = {k: v for k, v in diagnosis_json(several.together).items() if k != "schema"}
     return (
         body | several_json(several) | {"improved_machine": str(folder / "machine.toml") if folder else None}
