@@ -50,7 +50,7 @@ PARTICIPLES = {
 }  # fmt: skip
 VARIABLES = {
     "core": 9, "physics": 10, "part": 0, "program": 11, "task": 3, "answer": 4, "shop": 3, "compensation": 2, "learn": 82,
-    "files": 18, "show": 2, "face": 0,
+    "files": 18, "show": 0, "face": 0,
 }  # fmt: skip
 
 

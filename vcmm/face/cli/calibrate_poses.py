@@ -103,7 +103,7 @@ def _pose(candidate: PoseCandidate) -> dict[str, object]:
 def _expected_uncertainties(
     plan: PosePlan, chosen: list[int], everything: list[int]
 ) -> list[dict[str, object]]:
-    """Per error its u before any touch, after the chosen poses, and after all."""
+    """Return the u of every error before any touch, after the chosen poses, and after all."""
     before, here, best = plan.before(), plan.expected(chosen), plan.expected(everything)
     out = []
     for name, u in here.items():
@@ -114,7 +114,7 @@ def _expected_uncertainties(
 
 
 def _two_digits(u: float) -> str:
-    """0.078, 1.1, 1000: never as a power of ten."""
+    """Return a number with two digits, never as a power of ten: 0.078, 1.1, 1000."""
     return f"{u:.2g}" if u < 100 else f"{u:.0f}"
 
 

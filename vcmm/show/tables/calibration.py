@@ -42,7 +42,7 @@ class Residuals:
 
     @property
     def scale(self) -> float:
-        """Factor to um or urad."""
+        """Return the factor to um or urad."""
         return 1e6 if self.unit == "rad" else 1e3
 
     @property
