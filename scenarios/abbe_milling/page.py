@@ -307,7 +307,7 @@ def _scene(result: AbbeTwin) -> str:
     slot = next(s for s in result.slots if s.place == FAR and not s.zero_set_here)
     items = [
         r.SceneMesh(v.net.points, v.net.faces, values=slot.conventional[v.net.feature] - slot.consistent[v.net.feature],
-               unit="µm", symmetric=True, edges=False, cull=False)
+               unit="µm", symmetric=True, edges=False)
         for v in result.views[FAR]
     ]  # fmt: skip
     return r.scene(

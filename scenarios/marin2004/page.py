@@ -352,7 +352,6 @@ def _scenes(result: MarinTwin) -> str:
                 unit="µm",
                 symmetric=True,
                 edges=False,
-                cull=False,
             )
             for v in result.views
         ]

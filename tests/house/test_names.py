@@ -58,7 +58,7 @@ PARTICIPLES = {
 }  # fmt: skip
 VARIABLES = {
     "core": 0, "physics": 0, "part": 0, "program": 0, "task": 0, "answer": 0, "shop": 0, "compensation": 0, "learn": 82,
-    "files": 18, "show": 2, "face": 0,
+    "files": 18, "show": 0, "face": 0,
 }  # fmt: skip
 
 

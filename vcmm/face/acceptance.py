@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.learn.calibration.acceptance import Figure
+    from vcmm.learn.calibration.deviations import Limits
+    from vcmm.show.tables.table import ResultTable
 
 
 def find_figures(
     files: Sequence[Path], iso: str, limit: Sequence[str], seed: int, trials: int
-) -> tuple[Any, list[str], bool]:
+) -> tuple[list[Figure], list[str], bool]:
     """Return (figures, warnings, whether the errors of the machine are sampled from its certificate). files: one machine file, or recordings."""
     from vcmm.files.own.machine import load_machine_of
     from vcmm.files.toml import read_toml
@@ -31,7 +37,7 @@ def find_figures(
     return figures, warnings, drawn
 
 
-def table_of_figures(iso: str, figures: Any) -> Any:
+def table_of_figures(iso: str, figures: Sequence[Figure]) -> ResultTable[Figure]:
     """Return the figures as a table."""
     from vcmm.show.tables.calibration import figures as figures_table
     from vcmm.show.tables.calibration import spindle_figures
@@ -39,7 +45,7 @@ def table_of_figures(iso: str, figures: Any) -> Any:
     return spindle_figures(figures) if iso == "230-7" else figures_table(iso, figures)
 
 
-def _stated_limits(file: Path, machine: Any, iso: str, warnings: list[str]) -> tuple[dict[str, Any], bool]:
+def _stated_limits(file: Path, machine: Machine, iso: str, warnings: list[str]) -> tuple[Limits, bool]:
     """Return limits of the file's own [certificate] by figure, and whether its errors were sampled from it."""
     from vcmm.files.own.certificate import stated_certificate
 
@@ -55,7 +61,7 @@ def _stated_limits(file: Path, machine: Any, iso: str, warnings: list[str]) -> t
     return dict(certificate.limits(iso)), drawn
 
 
-def _refuse_unused_limits(limits: Any, figures: Any, parts: bool) -> None:
+def _refuse_unused_limits(limits: Limits, figures: Sequence[Figure], parts: bool) -> None:
     """Refuse limits that no figure uses. parts: beginnings of names, each for all figures that begin so."""
     from vcmm.core.errors import UsageError, choose_from
     from vcmm.learn.calibration.spindle import ANGLE, is_of
@@ -71,7 +77,7 @@ def _refuse_unused_limits(limits: Any, figures: Any, parts: bool) -> None:
             )
 
 
-def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials: int) -> Any:
+def _spindle(file: Path, limits: Limits, warnings: list[str], *, seed: int, trials: int) -> list[Figure]:
     """Return ISO 230-7 figures of a test with [reversal], or predicted from a machine file."""
     from vcmm.core.errors import UsageError
     from vcmm.files.own.machine import load_machine
@@ -92,13 +98,13 @@ def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials:
     return _drop_rounding(predicted_spindle(load_machine(file), limits, seed, trials), warnings)
 
 
-def _drop_rounding(figures: Any, warnings: list[str]) -> Any:
+def _drop_rounding(figures: Sequence[Figure], warnings: list[str]) -> list[Figure]:
     """Return the figures without those that are rounding, and a warning about them."""
     from vcmm.learn.calibration.acceptance import without_rounding
 
-    figures, untold = without_rounding(figures)
-    warnings += untold
-    return figures
+    kept, reasons = without_rounding(figures)
+    warnings += reasons
+    return kept
 
 
 def _only_file(files: list[Path]) -> Path:
@@ -112,7 +118,7 @@ def _only_file(files: list[Path]) -> Path:
     return files[0]
 
 
-def _evaluate_recordings(files: list[Path], iso: str, limits: Any, warnings: list[str]) -> Any:
+def _evaluate_recordings(files: list[Path], iso: str, limits: Limits, warnings: list[str]) -> list[Figure]:
     from vcmm.files.own.instruments import load_certificate
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.calibration.deviations import RecordedTest

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
@@ -273,29 +273,26 @@ def place(
         from vcmm.answer.placing.placement import place as place_measured
 
         placed = place_measured(
-            loaded,
-            fixture=fixture,
-            goal=goal,
-            constraints=constraints,
-            seed=seed,
-            evaluations=evaluations,
-            scanned=scanned,
-            trials=trials,
-            progress=progress,
-        )
+            loaded, fixture=fixture, goal=goal, constraints=constraints, seed=seed, evaluations=evaluations, scanned=scanned,
+            trials=trials, progress=progress,
+        )  # fmt: skip
         return replace(placed, reading=placement_reading(files))
-    options = {"fixture": fixture, "goal": goal, "constraints": constraints}
-    idle = [name for name, value in options.items() if value is not None]
-    if idle:
-        raise UsageError(
-            f"{', '.join(idle)}: a part that is cut moves with its work offset, within [placement] of its file; leave it out"
-        )
+    _refuse_for_cut({"fixture": fixture, "goal": goal, "constraints": constraints})
     from vcmm.shop.machining.placement import place_cut
 
     placed_cut = place_cut(
         loaded, seed=seed, evaluations=evaluations, scanned=scanned, trials=trials, progress=progress
     )
     return replace(placed_cut, reading=placed_cut_reading(loaded, files))
+
+
+def _refuse_for_cut(options: Mapping[str, object]) -> None:
+    """Raise UsageError for options that have no meaning where a part is cut."""
+    idle = [name for name, value in options.items() if value is not None]
+    if idle:
+        raise UsageError(
+            f"{', '.join(idle)}: a part that is cut moves with its work offset, within [placement] of its file; leave it out"
+        )
 
 
 def cut(

@@ -231,21 +231,10 @@ def compensate(
     from vcmm.face.programs import setup_and_machine
 
     compensated_program = rewrite(
-        program,
-        *setup_and_machine(setup, machine),
-        dialect=dialect,
-        tolerance=tolerance,
-        decimals=decimals,
-        set_here=set_here,
-        carry=carry,
-        growth=growth,
-        constants=constants,
-        inline=inline,
-        surface=surface,
-        follow=follow,
-        orientation=orientation,
+        program, *setup_and_machine(setup, machine), dialect=dialect, tolerance=tolerance, decimals=decimals, set_here=set_here,
+        carry=carry, growth=growth, constants=constants, inline=inline, surface=surface, follow=follow, orientation=orientation,
         progress=progress,
-    )
+    )  # fmt: skip
     return replace(compensated_program, reading=machine_readings.compensation_reading(Path(program)))
 
 

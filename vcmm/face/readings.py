@@ -227,7 +227,7 @@ def routes_reading(scenario: Scenario, files: Sequence[str | Path]) -> Reading:
 
 def certificate_reading(file: str | Path) -> Reading:
     """Return the reading of `certificate`."""
-    from vcmm.show.tables.certificate import worth_json, worth_tables
+    from vcmm.show.tables.calibration import worth_json, worth_tables
 
     return make_reading(
         "vcmm.certificate/1",

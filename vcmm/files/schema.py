@@ -157,7 +157,7 @@ def _vector_type(convert: Any, dimension: str, example: str, kind: Any) -> Any:
 
 def _direction(value: object) -> Any:
     plain = isinstance(value, list | tuple) and len(value) == 3
-    if not plain or not all(_is_number(v) and math.isfinite(v) for v in value):  # type: ignore[attr-defined]
+    if not plain or not all(is_number(v) and math.isfinite(v) for v in value):  # type: ignore[attr-defined]
         raise ValueError(
             f"{NAME} = {shorten(value)} must be three plain finite numbers; write for example {NAME} = [0, 0, 1]"
         )
@@ -176,7 +176,7 @@ def pair_of(example: str, value: object) -> Any:
     return value
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 

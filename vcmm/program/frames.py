@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from vcmm.program.moves import ORIGIN, PLANES, Point
+from vcmm.program.moves import ORIGIN, PLANES, Point, dot
 
 Rows = tuple[Point, Point, Point]
 UNITY: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -21,7 +21,7 @@ class AffineMap(NamedTuple):
     def apply(self, p: Point) -> Point:
         if self.matrix is UNITY:
             return p[0] + self.shift[0], p[1] + self.shift[1], p[2] + self.shift[2]
-        x, y, z = (_row(self.matrix[i], p) + self.shift[i] for i in range(3))
+        x, y, z = (dot(self.matrix[i], p) + self.shift[i] for i in range(3))
         return x, y, z
 
     def undo(self, p: Point) -> Point:
@@ -29,7 +29,7 @@ class AffineMap(NamedTuple):
         d = (p[0] - self.shift[0], p[1] - self.shift[1], p[2] - self.shift[2])
         if self.matrix is UNITY:
             return d
-        x, y, z = (_row(row, d) for row in inverse(self.matrix))
+        x, y, z = (dot(row, d) for row in inverse(self.matrix))
         return x, y, z
 
     def then(self, inner: AffineMap) -> AffineMap:
@@ -37,12 +37,8 @@ class AffineMap(NamedTuple):
         if self.matrix is UNITY and inner.matrix is UNITY:
             return AffineMap(UNITY, self.apply(inner.shift))
         columns = list(zip(*inner.matrix))
-        rows = [tuple(_row(row, (c[0], c[1], c[2])) for c in columns) for row in self.matrix]
+        rows = [tuple(dot(row, (c[0], c[1], c[2])) for c in columns) for row in self.matrix]
         return AffineMap(_rows(rows), self.apply(inner.shift))
-
-
-def _row(row: Point, p: Point) -> float:
-    return row[0] * p[0] + row[1] * p[1] + row[2] * p[2]
 
 
 def _rows(rows: list[tuple[float, ...]]) -> Rows:

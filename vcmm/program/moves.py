@@ -135,3 +135,23 @@ class Program:
     ] = ()  # vcmm.program.touching.ProbeContact of each probing move that met a surface, in order
     unused: tuple[UnusedWord, ...] = ()  # words that nothing uses, in order of their lines
     dialect_reason: str = ""  # why this dialect was taken, where it was guessed
+
+
+def point_of(values: Sequence[float]) -> Point:
+    return values[0], values[1], values[2]
+
+
+def plus(a: Point, b: Point) -> Point:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def minus(a: Point, b: Point) -> Point:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def dot(a: Point, b: Point) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Sequence[float], b: Sequence[float]) -> Point:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

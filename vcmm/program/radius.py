@@ -24,7 +24,7 @@ from typing import NamedTuple, NoReturn
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.program.faults import refuse
-from vcmm.program.moves import ORIGIN, PLANES, Move, Point
+from vcmm.program.moves import ORIGIN, PLANES, Move, Point, minus, plus
 from vcmm.program.offsetting import (
     ContourPiece,
     Joint,
@@ -144,7 +144,7 @@ class _Walker:
 
     def standing(self, move: Move) -> Point:
         """Return the true position of the controlled point before a move; exactly at the end of the path, unless the tool has changed."""
-        start = _plus(move.start, self.off)
+        start = plus(move.start, self.off)
         return self.path[-1].end if self.path and _near(start, self.path[-1].end) else start
 
     def run(self, moves: Sequence[Move], sides: Sequence[RadiusCompensation], leaving: Move | None) -> None:
@@ -155,12 +155,12 @@ class _Walker:
         self.check_run(moves, sides)
         side, radius, shift = sides[0].side, sides[0].radius, sides[0].nose
         h = radius if side == "left" else -radius
-        here = _minus(self.standing(moves[0]), shift)
+        here = minus(self.standing(moves[0]), shift)
         flat = [k for k, m in enumerate(moves) if planar(m)]
         pieces = [piece_of(moves[k]) for k in flat]
         engaged = bool(pieces) and self.is_engaged(moves[flat[0]], pieces[0], h)
         if engaged:
-            here = _minus(self.path[-1].end, shift)
+            here = minus(self.path[-1].end, shift)
         elif pieces:
             pieces[0] = self.entry_piece(moves[flat[0]], pieces[0], here, h)
         joints = [
@@ -182,7 +182,7 @@ class _Walker:
         if pieces and (exit_joint.via or exit_joint.start != exit_joint.end):
             maker.round(exit_joint, leaving or moves[-1], h)
         if self.path:
-            self.off = _minus(self.path[-1].end, moves[-1].end)
+            self.off = minus(self.path[-1].end, moves[-1].end)
 
     def check_run(self, moves: Sequence[Move], sides: Sequence[RadiusCompensation]) -> None:
         first = sides[0]
@@ -283,10 +283,10 @@ class _Maker:
         self.walker, self.here, self.shift, self.side = walker, here, shift, side
 
     def put(self, move: Move, end: Point, centre: Point | None = None) -> None:
-        centre = None if centre is None else _plus(centre, self.shift)
+        centre = None if centre is None else plus(centre, self.shift)
         moved = move._replace(
-            start=_plus(self.here, self.shift),
-            end=_plus(end, self.shift),
+            start=plus(self.here, self.shift),
+            end=plus(end, self.shift),
             centre=centre,
             compensation=self.side,
         )
@@ -358,11 +358,3 @@ def _next_planar(moves: Sequence[Move], at: int) -> Move | None:
 
 def _near(a: Point, b: Point) -> bool:
     return math.dist(a, b) < 1e-9
-
-
-def _plus(a: Point, b: Point) -> Point:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def _minus(a: Point, b: Point) -> Point:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vcmm.program.moves import ORIGIN, Point
+from vcmm.program.moves import ORIGIN, Point, dot, minus
 
 GRAZING = 1e-9  # of a unit vector: a way along the surface never meets it
 BEHIND = 1e-6  # mm: a tip this far inside the surface at the start still touches it there
@@ -41,10 +41,10 @@ class Face:
 
     def meets(self, start: Point, along: Point, radius: float) -> tuple[float, Point] | None:
         """Return (mm along the unit way until a ball of `radius` touches, outward normal there), None where it never does."""
-        falling = -_dot(along, self.normal)
+        falling = -dot(along, self.normal)
         if falling < GRAZING:
             return None
-        way = (_dot(_minus(start, self.point), self.normal) - radius) / falling
+        way = (dot(minus(start, self.point), self.normal) - radius) / falling
         if way < -BEHIND:
             return None
         foot = tuple(s + way * a - radius * n for s, a, n in zip(start, along, self.normal))
@@ -173,7 +173,7 @@ def stopped_at(start: Point, at: Point, end: Point) -> tuple[Point, Point, Point
     if not length:
         return None
     x, y, z = ((b - a) / length for a, b in zip(start, end))
-    way = _dot(_minus(at, start), (x, y, z))
+    way = dot(minus(at, start), (x, y, z))
     if not -BEHIND <= way <= length:
         return None
     return (start[0] + way * x, start[1] + way * y, start[2] + way * z), (x, y, z), (-x, -y, -z)
@@ -194,11 +194,3 @@ def left_contact(
     if back is None or math.dist(back[0], start) > 2.0 * BEHIND:
         return None
     return start, (x, y, z), back[2]
-
-
-def _dot(a: Point, b: Point) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _minus(a: Point, b: Point) -> Point:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]

@@ -17,7 +17,7 @@ from vcmm.files.own.certificate import stated_certificate
 from vcmm.files.own.library import example
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.scenario import load_scenario
-from vcmm.show.tables.certificate import COVERAGE_COLUMNS
+from vcmm.show.tables.calibration import COVERAGE_COLUMNS
 from vcmm.show.tables.table import ResultTable, text
 from vcmm.task.certification import machines as family
 from vcmm.task.certification.certificate import LengthLimit, MachineCertificate

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -156,7 +155,7 @@ def test_a_name_that_is_all_but_excluded_is_no_headline():
     improbable = Answer(
         "backlash", {"axis": "X"}, {}, 1e-5, 0.3, ("lost_motion",), 9.0, rival_probability=0.99
     )
-    said = _answer_text(cast(Any, None), improbable)
+    said = _answer_text(improbable)
     assert said.startswith("Most probably lost_motion; what was fitted has the shape of backlash X")
 
 

@@ -43,7 +43,7 @@ def test_machine_and_recording_together(tmp_path: Path) -> None:
     (tmp_path / "r.toml").write_text(RECORDING)
     (tmp_path / "r.csv").write_text(ROWS.replace("value_um", "dx_um"))
     recording, machine = load_recording(tmp_path / "r.toml")
-    shown = dict(facts("", machine.name, {**machine.record, **recording.record}, asked=OF_MACHINES))
+    shown = dict(facts("", machine.name, {**machine.record, **recording.record}, expected_names=OF_MACHINES))
     assert shown["machine"] == "mill, serial number SN 4711"
     assert shown["operator"] == "A. Person"
     assert shown["date"] == "2026-11-22"
@@ -52,7 +52,7 @@ def test_machine_and_recording_together(tmp_path: Path) -> None:
 
 def test_what_is_open_is_said_in_words_of_the_job() -> None:
     """A diagnosis has no drawing and no order; a part has."""
-    assert dict(facts("", "mill", {}, asked=OF_MACHINES))["not stated"].startswith(
+    assert dict(facts("", "mill", {}, expected_names=OF_MACHINES))["not stated"].startswith(
         "date, operator, serial number of the machine (table [record]"
     )
     assert "drawing" in dict(facts("part", "mill", {}))["not stated"]

@@ -17,9 +17,9 @@ import pytest
 from tests.show.report.drawn import NAN, figure_in
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.show import report
+from vcmm.show.report.meshes import creases
 from vcmm.show.report.scene import eye, figure_of
 from vcmm.show.report.scene_items import Item
-from vcmm.show.report.scene_mesh import creases
 
 
 def test_scene_refuses_what_cannot_be_drawn() -> None:

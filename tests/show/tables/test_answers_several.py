@@ -251,7 +251,7 @@ def _fault(
 def test_a_certain_family_stands_first_and_what_is_open_behind_it():
     """A play of 0.975 of which 0.17 is a backlash had begun with "probability 16.8 %"."""
     open_shape = _fault((("backlash", 0.17), ("lost_motion", 0.81)), 0.17, 0.975, ("lost_motion",))
-    line = answers_machine._fault_line(SimpleNamespace(), 1, open_shape)  # type: ignore[arg-type]
+    line = answers_machine._fault_line(1, open_shape)  # type: ignore[arg-type]
     assert line.name == "1. play Y, written as backlash Y"
     assert (
         line.verdict.replace("\xa0", " ")
@@ -261,12 +261,9 @@ def test_a_certain_family_stands_first_and_what_is_open_behind_it():
     # a rival of another family stays a rival
     foreign = _fault((("backlash", 0.3), ("lost_motion", 0.3)), 0.3, 0.6, ("lost_motion", "servo_lag[X]"))
     assert (
-        answers_machine._fault_line(SimpleNamespace(), 1, foreign).limits.replace("\xa0", " ")
+        answers_machine._fault_line(1, foreign).limits.replace("\xa0", " ")
         == "or servo lag[X], 60.0 % together"
     )  # type: ignore[arg-type]
     # one shape alone says its own probability
     alone = _fault((("backlash", 0.96),), 0.96, 0.96, ())
-    assert (
-        answers_machine._fault_line(SimpleNamespace(), 1, alone).verdict.replace("\xa0", " ")
-        == "probability 96.0 %"
-    )  # type: ignore[arg-type]
+    assert answers_machine._fault_line(1, alone).verdict.replace("\xa0", " ") == "probability 96.0 %"  # type: ignore[arg-type]

@@ -160,14 +160,6 @@ class ColumnBlocks:
     size: Array
     start: Ints
 
-    @property
-    def groups(self) -> int:
-        return len(self.start)
-
-    def group(self, i: int) -> slice:
-        stop = self.start[i + 1] if i + 1 < len(self.start) else self.column.shape[1]
-        return slice(int(self.start[i]), int(stop))
-
 
 def blocks(columns: Array, start: Ints) -> ColumnBlocks:
     """Turn every group to principal directions, groups of one width together."""

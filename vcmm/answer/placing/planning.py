@@ -121,17 +121,24 @@ def optimise_plan(
     curve = growing(problem, goal, budget_s, change_s, min(most, MOST), progress)
     points = [_point(problem, goal, d, change_s, seed) for d in curve]
     front = _front(points)
+    chosen, route = _best_within(budget_s, front, points)
+    pareto, plans = zip(*((p, r.plan) for p, r in front))
+    return PlanResult(
+        pareto, chosen, present, route.plan, plans, styli=styli, forms=known_forms, budget_s=budget_s
+    )
+
+
+def _best_within(
+    budget_s: float, front: list[tuple[PlanPoint, OrderedPlan]], points: list[tuple[PlanPoint, OrderedPlan]]
+) -> tuple[PlanPoint, OrderedPlan]:
+    """Return the plan of the front with the smallest objective within the budget. Raises ModelLimit where even the shortest plan takes longer."""
     inside = [p for p in front if p[0].seconds <= budget_s]
     if not inside:
         least_s = min(p.seconds for p, _ in points)
         raise ModelLimit(
             f"the shortest plan takes {least_s:.4g} s, the budget is {budget_s:.4g} s; allow more time"
         )
-    chosen = min(inside, key=lambda p: p[0].objective)
-    pareto, plans = zip(*((p, r.plan) for p, r in front))
-    return PlanResult(
-        pareto, chosen[0], present, chosen[1].plan, plans, styli=styli, forms=known_forms, budget_s=budget_s
-    )
+    return min(inside, key=lambda p: p[0].objective)
 
 
 def _check(scenario: Scenario, budget_s: float, weights: Mapping[str, float] | None, criterion: str) -> None:

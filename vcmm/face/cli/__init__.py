@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 import re
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, get_args
 
 from vcmm import __version__
 from vcmm.core.errors import UsageError, VcmmError, choose_from
+
+if TYPE_CHECKING:
+    from cyclopts import App, ArgumentCollection, Token
 
 VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "demo": "Virtually measure a ring gauge: value, U, decision, main contributor, a report (start here).",
@@ -57,7 +61,7 @@ _NUMBER = re.compile(
 BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3
 
 
-def build_app() -> Any:
+def build_app() -> App:
     """Return the cyclopts application; verbs are import paths, resolved on use."""
     from cyclopts import App, Group
 
@@ -102,15 +106,12 @@ def help_text() -> str:
     return "\n".join([*lines, "", *textwrap.wrap(also, width), *textwrap.wrap(CODES, width)])
 
 
-def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
+def _whole(app: App, commands: tuple[str, ...], arguments: ArgumentCollection) -> None:
     """Refuse a fraction where a whole number is expected: cyclopts would round `--trials 1.5` without a word. 2.0 and 1.5e6 are whole.
 
     Also refuse numbers that only Python accepts (1_000, 0x10, digits of other scripts), and empty values, as from a
     variable of the shell that is not set: `--out ""` is no place.
     """
-    import contextlib
-    from typing import get_args
-
     from cyclopts import CoercionError
 
     for argument in arguments:
@@ -131,7 +132,7 @@ def _whole(app: Any, commands: tuple[str, ...], arguments: Any) -> None:
                     raise CoercionError(token=token, argument=argument, target_type=int)
 
 
-def _is_typed(token: Any) -> bool:
+def _is_typed(token: Token) -> bool:
     """Return whether a value was to be typed: flags, --no-flag too, bring their own."""
     return not isinstance(token.implicit_value, bool) and not token.implicit_value
 
@@ -235,8 +236,6 @@ def _where_to_get_it(problems: Sequence[str]) -> list[str]:
 
 def _silence() -> None:
     """Discard the buffer of stdout that cannot be written, so that Python does not try again at its end."""
-    import contextlib
-
     with contextlib.suppress(OSError, AttributeError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 

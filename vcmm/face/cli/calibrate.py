@@ -230,7 +230,7 @@ class CalibrateJob(Job[CalibrationInput, Calibrated]):
         }
         return Record(body, self.request.read(), warnings=result.calibration.warnings)
 
-    def export(self, loaded: CalibrationInput, result: Calibrated, content: dict[str, Any]) -> None:
+    def export(self, loaded: CalibrationInput, result: Calibrated, content: dict[str, object]) -> None:
         """Write the page of --report."""
         if self.report is None:
             return

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -112,7 +112,7 @@ class ArmJob(Job[ArmInput, ArmFound]):
     def record(self, loaded: ArmInput, result: ArmFound) -> Record:
         fit = result.fit
         position, turn = fit.rms
-        body: dict[str, Any] = {
+        body: dict[str, object] = {
             "machine": None if self.request.out is None else str(self.request.out),
             "poses": sum(p.n for p in fit.recordings),
             "rms_before_um": result.before * 1e3,
@@ -148,7 +148,7 @@ def _residuals_of(poses: PoseReadings, machine: Machine) -> np.ndarray:
     return np.asarray(poses.position - settle_placement(poses, frames).predict(frames)[0])
 
 
-def _placement(poses: PoseReadings, place: TrackerPlacement) -> dict[str, Any]:
+def _placement(poses: PoseReadings, place: TrackerPlacement) -> dict[str, object]:
     return {
         "recording": poses.name,
         "tracker_turn": place.turn.tolist(),

@@ -103,7 +103,7 @@ class DesignJob(Job[list[PlannedSetup], Proposals]):
             print(f"not identified, even by all: {c.text}")
 
 
-def _only(proposal: Proposal) -> dict[str, Any]:
+def _only(proposal: Proposal) -> dict[str, object]:
     """Return the record of one proposal."""
     (record,) = records(PROPOSALS, [proposal])
     return record

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vcmm.compensation.result import CompensatedProgram
 from vcmm.compensation.source import write_source
@@ -153,7 +153,7 @@ def _lines(text: str) -> tuple[int, int] | None:
     return int(first), int(last or first)
 
 
-def _program(better: CompensatedProgram) -> dict[str, Any]:
+def _program(better: CompensatedProgram) -> dict[str, object]:
     made = {"before": departure_json(better.before), "after": departure_json(better.after)}
     return {
         "name": better.name,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vcmm.core.errors import UsageError
 from vcmm.face.cli.calibrate_given import CalibrationFiles, CalibrationInput
@@ -52,7 +52,7 @@ class NodesJob(Job[CalibrationInput, Nodes]):
     def record(self, loaded: CalibrationInput, result: Nodes) -> Record:
         return Record(node_body(result.scatter, result.fit, self.request.out), self.request.read())
 
-    def export(self, loaded: CalibrationInput, result: Nodes, content: dict[str, Any]) -> None:
+    def export(self, loaded: CalibrationInput, result: Nodes, content: dict[str, object]) -> None:
         """Write the machine file."""
         out = self.request.out
         if out is None:
@@ -72,7 +72,7 @@ class NodesJob(Job[CalibrationInput, Nodes]):
             print(sentence)
 
 
-def node_body(scatter: NodeScatter, fit: ProcessFit, out: Path | None) -> dict[str, Any]:
+def node_body(scatter: NodeScatter, fit: ProcessFit, out: Path | None) -> dict[str, object]:
     """Return the JSON document without its frame."""
     located = scatter.located
     return {

@@ -95,13 +95,15 @@ def _record(plan: PosePlan, chosen: list[int]) -> dict[str, Any]:
     }
 
 
-def _pose(candidate: PoseCandidate) -> dict[str, Any]:
+def _pose(candidate: PoseCandidate) -> dict[str, object]:
     angles = {f"{a}_deg": round(degrees(q), 6) for a, q in candidate.angles.items()}
     return {"setup": candidate.setup, **angles, "touches": candidate.touches, "minutes": candidate.minutes}
 
 
-def _expected_uncertainties(plan: PosePlan, chosen: list[int], everything: list[int]) -> list[dict[str, Any]]:
-    """Per error its u before any touch, after the chosen poses, and after all."""
+def _expected_uncertainties(
+    plan: PosePlan, chosen: list[int], everything: list[int]
+) -> list[dict[str, object]]:
+    """Return the u of every error before any touch, after the chosen poses, and after all."""
     before, here, best = plan.before(), plan.expected(chosen), plan.expected(everything)
     out = []
     for name, u in here.items():
@@ -112,7 +114,7 @@ def _expected_uncertainties(plan: PosePlan, chosen: list[int], everything: list[
 
 
 def _two_digits(u: float) -> str:
-    """0.078, 1.1, 1000: never as a power of ten."""
+    """Return a number with two digits, never as a power of ten: 0.078, 1.1, 1000."""
     return f"{u:.2g}" if u < 100 else f"{u:.0f}"
 
 

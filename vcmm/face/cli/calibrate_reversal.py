@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import parse_structure
@@ -52,7 +51,7 @@ class ReversalJob(Job[list[ReversalFile], list[ReversalResult]]):
         return Record(_body(result, self.out), [source for path in self.files for source in sources(path)])
 
     def export(
-        self, loaded: list[ReversalFile], result: list[ReversalResult], content: dict[str, Any]
+        self, loaded: list[ReversalFile], result: list[ReversalResult], content: dict[str, object]
     ) -> None:
         """Write the machine file and its tables."""
         if self.out is None or self.structure is None:
@@ -70,7 +69,7 @@ class ReversalJob(Job[list[ReversalFile], list[ReversalResult]]):
                 print(f"not identified: {c.text}")
 
 
-def _body(results: Sequence[ReversalResult], out: Path | None) -> dict[str, Any]:
+def _body(results: Sequence[ReversalResult], out: Path | None) -> dict[str, object]:
     """Return the keys of a calibration; `reversals` holds every curve. residual_um, condition: of the worst file."""
     return {
         "machine": None if out is None else str(out),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vcmm.core.errors import UsageError
 from vcmm.face.cli.calibrate_given import CalibrationFiles, CalibrationInput
@@ -105,7 +105,7 @@ def _nets(tests: Sequence[Recording], given: CalibrationInput, sensors: list[str
     return [net_left(given.recordings, recording, given.machine, sensors) * 1e3 for recording in tests]
 
 
-def _figures(model: ThermalModel) -> dict[str, Any]:
+def _figures(model: ThermalModel) -> dict[str, object]:
     before, after = model.held_out
     return {
         "rms_before_um": model.before * 1e3,

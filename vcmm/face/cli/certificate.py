@@ -12,7 +12,7 @@ from vcmm.files.learned.certificate_comparison import CertificateWorth, certific
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say_warnings, show_answers, show_table
 from vcmm.show.tables.answers_parts import certificate_answers
-from vcmm.show.tables.certificate import worth_json, worth_tables
+from vcmm.show.tables.calibration import worth_json, worth_tables
 
 LEAST = 0.94  # of machines at the limit: 95 % less what is seen by chance in some thousand of them
 

@@ -314,7 +314,7 @@ def _measuring_rows(file: Path) -> list[Row]:
 
 
 def _evaluate(task: Task) -> list[str]:
-    """Prepare the job as `uncertainty` does: evaluate every effect, input, fit and characteristic once. Remarks name data that only
+    """Prepare the job as `uncertainty` does; evaluate every effect, input, fit and characteristic once. Remarks name data that only
     `uncertainty` lacks."""
     from vcmm.answer.evaluation.linear import prepare_model
     from vcmm.task.measuring.task import evaluate_all, fit_features, measured_points

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from cyclopts import Parameter
 
@@ -26,6 +27,7 @@ from vcmm.files.own.cut_scenario import load_cut
 from vcmm.program.setup import Setup
 from vcmm.shop.machining.proof import CutProof
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
+from vcmm.show.report import write
 from vcmm.show.tables.answers_machine import compensation_answers
 from vcmm.show.tables.compensation import (
     before_and_after,
@@ -96,14 +98,8 @@ def compensate_command(
     if offset_only:
         return run_job(OffsetJob(program, made_for), Flags(json))
     options = _Options(
-        tolerance,
-        decimals,
-        carry=carry,
-        growth=growth,
-        inline=inline,
-        orientation=orientation,
-        surface=surface,
-    )
+        tolerance, decimals, carry=carry, growth=growth, inline=inline, orientation=orientation, surface=surface
+    )  # fmt: skip
     return run_job(CompensateJob(program, made_for, options, out, diff, plot), Flags(json))
 
 
@@ -159,7 +155,7 @@ class GivenProgram:
     dialect: str | None
     set_here: bool
     machine: Machine | None = None
-    constants: Any = None
+    constants: Mapping[str, float] | None = None
     scenario: CutScenario | None = None
 
 
@@ -244,14 +240,13 @@ class CompensateJob(Job[GivenProgram, Rewritten]):
         body = compensation_json(result.program, self.target(loaded), result.proof)
         return Record(body, loaded.read, warnings=result.program.warnings)
 
-    def export(self, loaded: GivenProgram, result: Rewritten, content: dict[str, Any]) -> None:
+    def export(self, loaded: GivenProgram, result: Rewritten, content: dict[str, object]) -> None:
         """Write the program, and the page of --plot beside it."""
         target = self.target(loaded)
         write_source(target, result.program.data)
         say(f"wrote {target}")
         if self.plot:
             from vcmm.show.pages.path import compensation_page
-            from vcmm.show.report import write
 
             page = target.with_suffix(".html")
             write(page, compensation_page(result.program, loaded.program, result.proof))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vcmm.compensation.points import CorrectedPoints, corrected_points
 from vcmm.core.machine import Machine
@@ -53,7 +53,7 @@ class PointsJob(Job[Indicated, CorrectedPoints]):
         }  # fmt: skip
         return Record(body, [*sources(self.machine), self.points])
 
-    def export(self, loaded: Indicated, result: CorrectedPoints, content: dict[str, Any]) -> None:
+    def export(self, loaded: Indicated, result: CorrectedPoints, content: dict[str, object]) -> None:
         write_text(self.target, points_csv(result))
         say(f"wrote {self.target}")
 

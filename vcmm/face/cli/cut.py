@@ -18,7 +18,10 @@ from vcmm.files.own.cut_scenario import load_cut
 from vcmm.files.own.measured_data import read_measured_points
 from vcmm.shop.machining.job import cut
 from vcmm.shop.machining.proof import CutProof
+from vcmm.shop.machining.recut import Recut
 from vcmm.shop.machining.result import CutResult
+from vcmm.shop.machining.scenario import CutScenario
+from vcmm.shop.machining.turned_blank import TurnedBlank, write_turned_stl
 from vcmm.show.console.complaints import about
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
@@ -152,7 +155,7 @@ class CutJob(SharedJob[CutTask, CutPart]):
     def count_options(self) -> dict[str, Any]:
         return {"trials": self.trials, "seed": self.seed, "engine": self.engine}
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         return {"scenario": str(self.scenario), **self.count_options()}
 
     def inputs(self) -> list[Path]:
@@ -213,7 +216,6 @@ class CutJob(SharedJob[CutTask, CutPart]):
     def write_binaries(self, loaded: CutTask, result: CutPart, folder: Path) -> list[str]:
         """Write the remaining blank, where the set-up states a stock."""
         from vcmm.shop.cutting.solid import write_stl
-        from vcmm.shop.machining.turned_blank import TurnedBlank, write_turned_stl
 
         blank = result.result.blank
         if blank is None:
@@ -275,7 +277,7 @@ def show(result: CutResult) -> None:
     say_warnings(result.warnings)
 
 
-def _recut_text(result: Any) -> str:
+def _recut_text(result: Recut | None) -> str:
     if result is None:
         return ""
     return f"cut again with the tools really displaced: {result.points} points differ from the result by {result.largest * 1e3:.3f} µm at most\n"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.face.job import Progress
@@ -31,7 +30,7 @@ class CameBack:
     warnings: tuple[str, ...]
 
     @property
-    def json(self) -> dict[str, Any]:
+    def json(self) -> dict[str, object]:
         return tables.measured_json(self.cut) | {
             "recording": None if self.recording is None else str(self.recording)
         }

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from cyclopts import Parameter
 
@@ -33,6 +33,7 @@ from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
 from vcmm.learn.diagnosis.very_long import few_enough
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say
+from vcmm.show.pages.diagnosis import diagnosis_page, without_pictures
 from vcmm.task.response.recording import Recording
 
 
@@ -158,7 +159,9 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
     ) -> dict[str, str]:
         return diagnosis_texts(content, result.page, result.machine_files)
 
-    def export(self, loaded: tuple[Recording, Machine], result: Diagnosed, content: dict[str, Any]) -> None:
+    def export(
+        self, loaded: tuple[Recording, Machine], result: Diagnosed, content: dict[str, object]
+    ) -> None:
         write_report(self.report, result.page)
 
     def show(self, loaded: tuple[Recording, Machine], result: Diagnosed) -> None:
@@ -173,8 +176,6 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
 
 def _page(recording: Recording, machine: Machine, diagnosis: Diagnosis) -> str:
     """Return the report; where a picture cannot be drawn, a page with the reason: numbers and files do not depend on it."""
-    from vcmm.show.pages.diagnosis import diagnosis_page, without_pictures
-
     try:
         return diagnosis_page(recording, machine, diagnosis)
     except VcmmError as error:

@@ -43,7 +43,7 @@ class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
     def count_options(self) -> dict[str, Any]:
         return {"seed": self.seed, "machine": str(self.machine) if self.machine else None}
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         return {"scenario": str(self.scenario), **self.count_options()}
 
     def inputs(self) -> list[Path]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
@@ -30,6 +30,7 @@ from vcmm.learn.diagnosis.several import Several, diagnose_several, several_json
 from vcmm.learn.diagnosis.very_long import few_enough
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say, show_table
+from vcmm.show.pages.diagnosis import diagnosis_page
 from vcmm.show.tables.several import by_itself, sizes
 from vcmm.task.response.recording import Recording
 
@@ -100,7 +101,7 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
     ) -> dict[str, str]:
         return diagnosis_texts(content, result.page, result.machine_files)
 
-    def export(self, loaded: Recordings, result: DiagnosedTogether, content: dict[str, Any]) -> None:
+    def export(self, loaded: Recordings, result: DiagnosedTogether, content: dict[str, object]) -> None:
         write_report(self.report, result.page)
 
     def show(self, loaded: Recordings, result: DiagnosedTogether) -> None:
@@ -140,7 +141,7 @@ def left_out(several: Several) -> list[str]:
     ]
 
 
-def _body(several: Several, folder: Path | None) -> dict[str, Any]:
+def _body(several: Several, folder: Path | None) -> dict[str, object]:
     body = {k: v for k, v in diagnosis_json(several.together).items() if k != "schema"}
     return (
         body | several_json(several) | {"improved_machine": str(folder / "machine.toml") if folder else None}
@@ -160,8 +161,6 @@ def _common(several: Several, machine: Machine, original: Path | None, out: Path
 
 
 def _page(several: Several, machine: Machine) -> str:
-    from vcmm.show.pages.diagnosis import diagnosis_page
-
     return diagnosis_page(several.recording, machine, several.together, several)
 
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import platform
 import subprocess
 import sys
+import tempfile
+import time
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from vcmm import __version__
+from vcmm.face.cli import run
 from vcmm.face.cli.options import Json
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.show.console.terminal import show_table
@@ -99,8 +105,6 @@ def _extra(name: str, extra: str, what: str) -> list[str]:
 
 
 def _package(name: str) -> list[str]:
-    from importlib.metadata import PackageNotFoundError, version
-
     try:
         return [name, version(name), "ok"]
     except PackageNotFoundError:
@@ -129,13 +133,7 @@ def _rendering() -> list[str]:
 
 def _warm_up(report: Progress) -> Check:
     """Compile the kernels by small jobs that use them: sampling, fits by extremes, milling, turning, a rotary table."""
-    import contextlib
-    import io
-    import tempfile
-    import time
-
     from vcmm.core._compile_kernels import FOLDER, KEPT
-    from vcmm.face.cli import run
     from vcmm.files.own.library import example
 
     if not KEPT:

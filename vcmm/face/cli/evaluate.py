@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -154,7 +154,7 @@ class EvaluateJob(Job[Scenario, tuple[EvaluatedPart, ...]]):
     ) -> str:
         return f"wrote {', '.join(f'{folder}/{name}' for name in names)}"
 
-    def export(self, loaded: Scenario, result: tuple[EvaluatedPart, ...], content: dict[str, Any]) -> None:
+    def export(self, loaded: Scenario, result: tuple[EvaluatedPart, ...], content: dict[str, object]) -> None:
         """Write the file for another system, from the displayed document."""
         if self.export_file is None:
             return

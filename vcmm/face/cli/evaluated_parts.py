@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from vcmm.answer.inference.job import EvaluatedPart
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
@@ -57,7 +56,7 @@ class GivenMeasurement:
         assert file is not None  # check_inputs refuses it
         return file
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         """Return the data by the names of the options."""
         return {
             "points": self.points, "values": self.values, "frame": self.frame, "tip_centres": self.tip_centres,

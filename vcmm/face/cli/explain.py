@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from inspect import cleandoc
-from typing import Any, Protocol
+from typing import Protocol
 
 from vcmm.core.axes import is_location
 from vcmm.core.effect import Effect, key_fields, parameter_fields, place_fields, unit_at
@@ -36,7 +36,7 @@ def explain_command(word: str, *, json: Json = False) -> int:
 class Explanation(Protocol):
     """Meaning of a word: as a document without its frame, and in words."""
 
-    def body(self) -> dict[str, Any]: ...
+    def body(self) -> dict[str, object]: ...
     def show(self) -> None: ...
 
 
@@ -83,7 +83,7 @@ class FigureWords:
     word: str
     figures: tuple[StandardFigure, ...]
 
-    def body(self) -> dict[str, Any]:
+    def body(self) -> dict[str, object]:
         return {"figure": self.word, "meanings": [f._asdict() for f in self.figures]}
 
     def show(self) -> None:
@@ -113,7 +113,7 @@ class ErrorWords:
     def key(self) -> str:
         return next(f.name for f in place_fields(self.kind))
 
-    def body(self) -> dict[str, Any]:
+    def body(self) -> dict[str, object]:
         row = self.row
         return {
             "error": row.name, "text": row.words, "also": row.also, "sign": row.sign, "unit": row.unit,
@@ -166,7 +166,7 @@ class EffectWords:
             [f.name, str(f.metadata.get("doc", "further key of the table"))] for f in key_fields(self.kind)
         ]
 
-    def body(self) -> dict[str, Any]:
+    def body(self) -> dict[str, object]:
         kind = self.kind
         return {
             "effect": kind.name, "text": self.text, "sign": self.sign, "per": kind.per, "needs": list(kind.needs), "cites": kind.about.cites,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Literal
 
 from vcmm.face.cli.options import Json
@@ -90,8 +90,6 @@ def _features() -> Rows:
 
 
 def _strategies() -> Rows:
-    from dataclasses import fields
-
     from vcmm.task.measuring.strategies import PATTERNS
 
     rows = []

@@ -117,7 +117,7 @@ class Loop:
 
     @property
     def open_words(self) -> str:
-        """The part of the measured deviations without a cause in the machine file, in words; "" where there is none."""
+        """Return the part of the measured deviations without a cause in the machine file, in words; "" where there is none."""
         d = self.diagnosis
         if not self.stated and d.fit.noise > self.proof.limit:
             return (
@@ -133,7 +133,7 @@ class Loop:
 
     @property
     def setting(self) -> str:
-        """The part of the measured deviations within the uncertainty of setting up, in words; "" where it is no more than the scatter of points."""
+        """Return the part of the measured deviations within the uncertainty of setting up, in words; "" where it is no more than the scatter of points."""
         from scipy.stats import chi2
 
         n, scatter = len(self.rest), max(self.cut.scatter, LEAST_SCATTER)
@@ -147,7 +147,7 @@ class Loop:
 
     @property
     def is_met(self) -> bool:
-        """Whether the next part is within the allowed departure, and nothing of the measured one is open."""
+        """Return whether the next part is within the allowed departure, and nothing of the measured one is open."""
         return bool(self.proof.is_met and not (self.refusal or self.open_words or self.setting))
 
 

@@ -162,7 +162,7 @@ def _with_open_names(diagnosis: Diagnosis) -> Diagnosis:
 
 
 def _is_open(proof: HeldOutProof, answers: Sequence[Answer]) -> bool:
-    """Does what the part cannot show rest on a name that is not sure?"""
+    """Return whether what the part cannot show rests on a name that is not sure."""
     sure = min((_certainty(a) for a in answers), default=SURE)
     return bool(sure < SURE and proof.rigid_square > 0.0)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -23,7 +23,7 @@ Json = Annotated[bool, Parameter(name="--json")]
 Require = Annotated[Literal["conforms"] | None, Parameter(name="--require")]
 
 
-def _pack_place(kind: Any, path: Path | None) -> None:
+def _pack_place(kind: object, path: Path | None) -> None:
     if path is not None:
         from vcmm.show.console.evidence import check_pack_place
 

@@ -63,7 +63,7 @@ class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
     def stem(self) -> str:
         return self.scenario.stem
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         return {
             "scenario": str(self.scenario),
             "machines": [str(m) for m in self.machine_files],

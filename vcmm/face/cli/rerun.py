@@ -15,6 +15,7 @@ from vcmm import __version__
 from vcmm.core.confinement import confine
 from vcmm.core.errors import DataError, VcmmError
 from vcmm.core.text import brief
+from vcmm.face.cli import run
 from vcmm.face.cli.options import InputFile, Json
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.own.scenario import load_scenario
@@ -128,8 +129,6 @@ class RerunJob(Job[Path, Rerun]):
 
 def _run_again(record: dict[str, Any], folder: Path, most_trials: int) -> dict[str, Any]:
     """Return the document of the command of a pack, run on its files in `folder`, and on no others. DataError: it does not run."""
-    from vcmm.face.cli import run
-
     files = {entry["file"] for entry in record["files"]}
     words = [str(folder / w) if w in files else w for w in record["command"]]
     if (

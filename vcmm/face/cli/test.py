@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -14,6 +15,7 @@ from vcmm.face.acceptance import find_figures, table_of_figures
 from vcmm.face.cli.options import InputFile, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.toml import read_toml
+from vcmm.learn.calibration.acceptance import Figure
 from vcmm.show.console.documents import sources
 from vcmm.show.console.files import output_folder, write_text
 from vcmm.show.console.terminal import say, show_answers, show_table
@@ -67,7 +69,7 @@ def test_command(
 class Figures(NamedTuple):
     """The figures of a test; from_certificate: the errors of the machine are sampled from its certificate."""
 
-    figures: Any
+    figures: Sequence[Figure]
     warnings: list[str]
     from_certificate: bool
 
@@ -110,7 +112,7 @@ class AcceptanceJob(Job[tuple[Path, ...], Figures]):
     def texts(self, loaded: tuple[Path, ...], result: Figures, content: str, folder: Path) -> dict[str, str]:
         return {"test.json": content}
 
-    def export(self, loaded: tuple[Path, ...], result: Figures, content: dict[str, Any]) -> None:
+    def export(self, loaded: tuple[Path, ...], result: Figures, content: dict[str, object]) -> None:
         """Write the page of --report."""
         if self.report is None:
             return

@@ -113,7 +113,7 @@ class UncertaintyJob(SharedJob[Scenario, UncertaintyResult]):
     def count_options(self) -> dict[str, Any]:
         return {"trials": self.trials, "seed": self.seed, "engine": self.engine, "digits": self.digits}
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         return {"scenario": str(self.scenario), **self.count_options()}
 
     def inputs(self) -> list[Path]:

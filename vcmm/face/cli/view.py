@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -12,6 +13,10 @@ from vcmm.face.cli.options import InputFile
 from vcmm.files.toml import read_toml
 from vcmm.show.console.files import output_folder
 from vcmm.show.console.terminal import say
+
+if TYPE_CHECKING:
+    from vcmm.core.machine import Machine
+    from vcmm.show.report.scene_items import Item
 
 
 def view_command(
@@ -47,7 +52,7 @@ def view_command(
     return 0
 
 
-def _items(file: Path, close: bool, look: str) -> tuple[Any, str]:
+def _items(file: Path, close: bool, look: str) -> tuple[Sequence[Item], str]:
     """Return the content of the window, and its title."""
     kind = str(read_toml(file).data.get("vcmm", "")).split("/")[0]
     if kind == "machine":
@@ -58,8 +63,12 @@ def _items(file: Path, close: bool, look: str) -> tuple[Any, str]:
         if close:
             raise UsageError("--close is for the part of a scenario; leave it out, or name a scenario")
         machine = load_machine(file)
-        made = {"grid": volume_scene, "slices": volume_slices, "hull": volume_hull}[look]
-        return made(machine), machine.name or file.stem
+        scenes: dict[str, Callable[[Machine], Sequence[Item]]] = {
+            "grid": volume_scene,
+            "slices": volume_slices,
+            "hull": volume_hull,
+        }
+        return scenes[look](machine), machine.name or file.stem
     if kind != "scenario":
         raise UsageError(f"{file}: a scenario/1 or machine/1 is shown, this is {kind or 'neither'}")
     if look != "grid":

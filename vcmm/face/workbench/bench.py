@@ -267,7 +267,7 @@ class Bench:
         return {"text": text, "share": share}
 
     def cancel(self, page: str = "") -> dict[str, Any]:
-        """Ends what a page has asked for: it answers GivenUp at its next step."""
+        """End the job that a page requested: the job raises GivenUp at its next step."""
         self._ask(page)
         return {"cancelled": True}
 

@@ -72,7 +72,7 @@ def places_of(knob: Knob, now: float) -> list[float]:
 
 
 def _lines(results: list[dict[str, Any] | None]) -> dict[str, tuple[str, list[float | None]]]:
-    """name -> (unit, U along the knob)."""
+    """Return the unit of every characteristic and its U along the knob, by name."""
     out: dict[str, tuple[str, list[float | None]]] = {}
     first = next((f for f in results if f is not None), None)
     for i, c in enumerate(first["characteristics"] if first else ()):

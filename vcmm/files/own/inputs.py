@@ -28,6 +28,7 @@ from vcmm.core.units import channel_unit, dimension_of, parse_unit, shorten, vec
 from vcmm.files.columns import REDRAW, check_channel
 from vcmm.files.own.effects import KeyProblems, check_matters, kind_of, may_be_left_out, noting
 from vcmm.files.problems import TableProblems, misspelt
+from vcmm.files.schema import is_number
 from vcmm.physics.structure.residual import CorrelatedField, ResidualField
 
 BOUNDED_LAWS = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
@@ -289,10 +290,6 @@ def _multivariate(table: dict[str, Any], unit: str) -> MultivariateNormal:
                 f"covariance must be a square of plain numbers in ({unit})^2, as in [[1.0, 0.2], [0.2, 1.0]]"
             )
         return MultivariateNormal(np.array(rows, dtype=float) * parse_unit(unit).factor ** 2)
-
-
-def is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _example(unit: str) -> str:

@@ -19,8 +19,9 @@ from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.units import channel_unit, parse_unit
 from vcmm.files.columns import REDRAW, check_channel
 from vcmm.files.own.effects import KeyProblems, build_effect, noting
-from vcmm.files.own.inputs import build_input, degrees_of_freedom, input_parameter, is_number, redraw_of
+from vcmm.files.own.inputs import build_input, degrees_of_freedom, input_parameter, redraw_of
 from vcmm.files.problems import Problems, TableProblems
+from vcmm.files.schema import is_number
 from vcmm.files.toml import Location
 
 CORRELATED_KEYS = ("names", "covariance", "nu", "redraw", "evidence")

@@ -16,7 +16,7 @@ from vcmm.core.units import quantity, shorten, vector
 from vcmm.files.own.knowledge import names_in
 from vcmm.files.own.point_file import read_points, row_of
 from vcmm.files.problems import Key, Problems, TableProblems, bad_name, misspelt
-from vcmm.files.schema import Direction, Distance, Point, Size, Speed, Spread, Table, checked_model
+from vcmm.files.schema import Direction, Distance, Point, Size, Speed, Spread, Table, checked_model, is_number
 from vcmm.files.toml import Document, Location
 from vcmm.part.alignment import Alignment
 from vcmm.part.part import Feature, Part
@@ -246,7 +246,7 @@ def _pattern_value(spec: DataField[Any], key: str, value: Any) -> Any:
     if kind.startswith("tuple[int"):
         return _counts(key, value, kind.count("int"))
     if kind.startswith("tuple[float"):
-        if not isinstance(value, list) or len(value) != 3 or not all(_is_number(v) for v in value):
+        if not isinstance(value, list) or len(value) != 3 or not all(is_number(v) for v in value):
             raise UsageError(
                 f"{key} = {shorten(value)} must be three plain numbers; write for example {key} = [0, 0, 1]"
             )
@@ -256,7 +256,7 @@ def _pattern_value(spec: DataField[Any], key: str, value: Any) -> Any:
             raise UsageError(f"{key} = {shorten(value)} must be true or false")
         return value
     if kind == "float":
-        if not _is_number(value):
+        if not is_number(value):
             raise UsageError(
                 f"{key} = {shorten(value)} must be a plain number; write for example {key} = 2.5"
             )
@@ -272,10 +272,6 @@ def _counts(key: str, value: Any, how_many: int) -> tuple[int, ...]:
         due = "a whole number" if how_many == 1 else f"{how_many} whole numbers"
         raise UsageError(f"{key} = {shorten(given)} must be {due}, 1 or more; write for example {example}")
     return tuple(value)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _from_file(document: Document, name: str, feature: Feature, part: Part) -> tuple[Array, Array]:

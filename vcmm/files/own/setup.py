@@ -19,6 +19,7 @@ from vcmm.files.schema import Deviation as Offset
 from vcmm.files.toml import check_version, read_toml
 from vcmm.program.dialects import names
 from vcmm.program.limits import control_from
+from vcmm.program.moves import plus
 from vcmm.program.setup import KIENZLE, LINEAR_EDGE, ZERO, Bar, Setup, TemperatureLog, Tool
 from vcmm.program.touching import Face, Round, Surface, box_faces
 from vcmm.task.response.logs import sensor_of
@@ -213,7 +214,7 @@ def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
             text = f"{surface.offset} is not in [offsets].{choose_from(surface.offset, [*model.offsets])}"
             problems.add(("surfaces", k, "offset"), text)
             continue
-        point = _move_point(surface.point, model.offsets.get(surface.offset, ZERO))
+        point = plus(surface.point, model.offsets.get(surface.offset, ZERO))
         if surface.diameter is not None:
             low = -math.inf if surface.height is None else point[2] - surface.height
             high = math.inf if surface.height is None else point[2]
@@ -224,14 +225,8 @@ def _surfaces(model: SetupFile, problems: Problems) -> tuple[Surface, ...]:
         x, y, z = model.stock.box
         corner = model.stock.corner or (-x / 2.0, -y / 2.0, -z)
         zero = model.offsets.get("G54", next(iter(model.offsets.values()), ZERO))
-        out += box_faces(_move_point(corner, zero), (x, y, z))
+        out += box_faces(plus(corner, zero), (x, y, z))
     return tuple(out)
-
-
-def _move_point(
-    point: tuple[float, float, float], by: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    return point[0] + by[0], point[1] + by[1], point[2] + by[2]
 
 
 def _log(table: LogTable, folder: Path) -> TemperatureLog:

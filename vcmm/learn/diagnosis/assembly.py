@@ -25,7 +25,13 @@ from vcmm.learn.diagnosis.answers import NamedTerms, answers
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, Option, applies, make_option, rebuild_option
 from vcmm.learn.diagnosis.confusion import Standing, lower_standing, rank_of, ranks, separability
 from vcmm.learn.diagnosis.constants import MISMATCH, NOTHING, RESOLUTION_DELTA
-from vcmm.learn.diagnosis.contradictions import add_contradictions, pulls_of, told_pulls, unexplained_pulls
+from vcmm.learn.diagnosis.contradictions import (
+    add_contradictions,
+    noise_after,
+    pulls_of,
+    told_pulls,
+    unexplained_pulls,
+)
 from vcmm.learn.diagnosis.delivery import DeliveredTerms, deliver_terms, left_over, rms_left, setting_for
 from vcmm.learn.diagnosis.evidence import Dictionary, dictionary, scorer
 from vcmm.learn.diagnosis.holdout import Fold, HeldOut, judge, says_something, worsened_folds
@@ -157,7 +163,7 @@ def _same_mistake(mistake: Mistake, whole: Problem) -> Mistake | None:
 def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem, seed: int) -> Diagnosis:
     """Return the diagnosis of the judgement in the rows that were searched, with numbers of all rows; these may be the same."""
     stage, mistake, used, rest = one.stage, one.mistake, one.problem, one.rest
-    sigma = _sigma(one.selection, stage)
+    sigma = noise_after(one.selection, stage)
     places = _with_other_rivals(one.places, used, stage, one.selection, one.tied)
     if one.field is not None:
         places = [lower_standing(p, share) for p, share in zip(places, one.field.shares, strict=True)]
@@ -186,7 +192,7 @@ def account(one: Judgement, known: Catalogue, searched: Problem, whole: Problem,
         for f in given.parts
         if says_something(f, given.selection)
     )
-    scatter = _sigma(named.selection, named.stage) * float(np.sqrt(np.mean(named.stage.u**2)))
+    scatter = noise_after(named.selection, named.stage) * float(np.sqrt(np.mean(named.stage.u**2)))
     left = rms_left(named.problem, named.selection)
     return Diagnosis(
         STATUS_NOT_MODELLED if unmodelled and is_named else verdict(is_named, against),
@@ -279,7 +285,7 @@ def _of_noise(
     """Return why the names are not the whole story: residuals, folds, the scatter, doubtful answers."""
     selection, stage = judgement.selection, judgement.stage
     over_stated = float(np.sqrt(np.mean(stage.u**2) / np.mean(searched.u**2)))
-    left = _sigma(selection, stage) * over_stated
+    left = noise_after(selection, stage) * over_stated
     is_named = any(not a.doubtful for a in every) or judgement.mistake is not None
     forgiven = 2.0 * mismatch(selection) * left**2 / stage.white.dof
     unstated = excess or beyond(stage.noise, left, forgiven)
@@ -290,13 +296,6 @@ def _of_noise(
 def _has_field(problem: Problem) -> bool:
     """Does a field without a name stand beside the calibration? It is known in the rows searched only."""
     return any(name == FIELD for name, _ in problem.stated)
-
-
-def _sigma(selection: Selection, stage: Stage) -> float:
-    """Return the noise over the stated one, after the terms."""
-    return (
-        selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
-    )
 
 
 def _with_other_rivals(

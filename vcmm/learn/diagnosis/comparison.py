@@ -47,11 +47,6 @@ class Misfit:
     depends_on: tuple[Place, ...] = ()
 
     @property
-    def rms(self) -> float:
-        """Rms of all rows as they are."""
-        return float(np.sqrt(np.mean(self.residual**2)))
-
-    @property
     def chi2(self) -> float:
         """Sum of (residual / u)^2."""
         return float(np.sum((self.residual / self.u) ** 2))

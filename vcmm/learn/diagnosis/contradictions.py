@@ -18,7 +18,7 @@ from vcmm.learn.diagnosis.statement_tests import Pull, calibration_pulls, contra
 def add_contradictions(named: NamedTerms) -> NamedTerms:
     """Return the terms with one more for every stated number that the rows contradict, where the catalogue has a name for it."""
     selection, stage = named.selection, named.stage
-    sigma = _sigma(selection, stage)
+    sigma = noise_after(selection, stage)
     pulls = calibration_pulls(
         named.problem, left_over(named.problem, selection), sigma, stage.u, stage.noise.rho
     )
@@ -69,7 +69,8 @@ def _place(whole: Selection, i: int, pull: Pull, count: int, named: NamedTerms) 
     )  # fmt: skip
 
 
-def _sigma(selection: Selection, stage: Stage) -> float:
+def noise_after(selection: Selection, stage: Stage) -> float:
+    """Return the noise over the stated one, after the terms."""
     return (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
@@ -79,7 +80,7 @@ def pulls_of(given: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
     """Return the pulls after the delivered terms: of a quantity that was set free, the estimate less the statement."""
     selection = given.selection
     rest = left_over(given.problem, selection)
-    inside = calibration_pulls(given.problem, rest, _sigma(selection, stage), stage.u, stage.noise.rho)
+    inside = calibration_pulls(given.problem, rest, noise_after(selection, stage), stage.u, stage.noise.rho)
     stated = {item.id: item for item in given.problem.machine.inputs}
     free = []
     for i, term in enumerate(selection.terms):

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.learn.calibration.result import rms
 from vcmm.learn.tracking.alarms import chance_of, level
 from vcmm.learn.tracking.changes import Jump, Update, jumps_of, update
 from vcmm.learn.tracking.compress import SeenRecording
@@ -81,11 +82,6 @@ class FollowedMachine:
         """Return the state on a day not before the last recording."""
         return self.motion.step(self.state, 0.0 if self.last is None else when - self.last)
 
-    def theta(self, state: GaussianState) -> tuple[Array, Array]:
-        """Return the departure (K,) of all numbers from the machine file, and a factor (K, c) of its covariance."""
-        ways = self.ways
-        return ways @ state.mean, ways @ state.factor
-
     @cached_property
     def ways(self) -> Array:
         """Matrix (K, n) from the state to all numbers."""
@@ -130,12 +126,8 @@ def _check(
     from_state = recording.value - columns @ state.mean
     return FollowedCheck(
         recording.name, date, recording.when, recording.rows, recording.rank, recording.noise, recording.outliers, test[0], test[1],
-        _rms(from_state), _rms(recording.value), test[2], new.probability, new.changed,
+        rms(from_state), rms(recording.value), test[2], new.probability, new.changed,
     )  # fmt: skip
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt((values**2).mean())) if len(values) else 0.0
 
 
 def again(followed: FollowedMachine, jumps: Sequence[Jump]) -> FollowedMachine:

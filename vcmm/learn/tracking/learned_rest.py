@@ -24,6 +24,7 @@ from vcmm.core.effect import Effect, typical
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+from vcmm.learn.calibration.result import rms
 from vcmm.learn.calibration.solve import nuisance_basis
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.physics import ALL
@@ -131,7 +132,7 @@ def _judge(best: tuple[float, float, Effect], rows: list[_Rows], half: int, name
     value, covariance = _posterior(effect, size, *whole)
     without = np.concatenate([r.y for r in rows[half:]])
     left = np.concatenate([r.y - r.columns(effect) @ early for r in rows[half:]])
-    noise = max(1.0, _rms(np.concatenate([r.y - r.columns(effect) @ value for r in rows])))
+    noise = max(1.0, rms(np.concatenate([r.y - r.columns(effect) @ value for r in rows])))
     nodes = np.asarray(vars(effect)["nodes"])
     length = 2.0 * np.ptp(nodes) / (len(nodes) - 1)
     words = f"squared exponential over {length:.4g} mm of {effect.link}, size {size * typical(effect, 'values') * 1e3:.3g} um or mrad"
@@ -147,16 +148,12 @@ def _judge(best: tuple[float, float, Effect], rows: list[_Rows], half: int, name
         noise**2 * covariance,
         gain,
         foretold,
-        _rms(without),
-        _rms(left),
+        rms(without),
+        rms(left),
         size,
         tuple(names[:half]),
         tuple(names[half:]),
     )
-
-
-def _rms(y: Array) -> float:
-    return float(np.sqrt((y**2).mean())) if len(y) else 0.0
 
 
 def _rows(recording: Recording, machine: Machine) -> _Rows:

@@ -14,7 +14,7 @@ from vcmm.program.heidenhain.orienting import by_spatial_angles, retracting, set
 from vcmm.program.heidenhain.technology import KlartextTechnology
 from vcmm.program.heidenhain.text import KlartextBlock, KlartextReader
 from vcmm.program.heidenhain.words import AXES, ROTARY, KlartextWords, read_words
-from vcmm.program.moves import PLANES, Move, Point
+from vcmm.program.moves import PLANES, Move, Point, point_of
 from vcmm.program.offsetting import planar
 from vcmm.program.recorder import Sides, radius_centre
 
@@ -35,7 +35,7 @@ class KlartextPaths(KlartextTechnology):
                 self.moved_axes.add(k)
             if relative is not None:
                 point[k] = self.r.p[k] + relative * self.r.unit
-        return _three(point)
+        return point_of(point)
 
     def turning(self, words: KlartextWords) -> Point | None:
         if not words.has(*ROTARY, *(f"I{a}" for a in ROTARY)):
@@ -53,7 +53,7 @@ class KlartextPaths(KlartextTechnology):
                 angles[k] = turn
             elif relative is not None:
                 angles[k] += math.radians(relative)
-        return _three(angles)
+        return point_of(angles)
 
     def polar(self, words: KlartextWords) -> tuple[Point, float]:
         """End point from PR and PA about the pole, and the angle travelled (IPA) in rad, 0 where PA is absolute."""
@@ -75,7 +75,7 @@ class KlartextPaths(KlartextTechnology):
         point = list(self.target(words))
         point[first] = self.pole[first] + radius * math.cos(angle)
         point[second] = self.pole[second] + radius * math.sin(angle)
-        return _three(point), swept
+        return point_of(point), swept
 
     # -- path functions --
     def straight(self, reader: KlartextReader) -> bool:
@@ -103,7 +103,7 @@ class KlartextPaths(KlartextTechnology):
         for k, value in line.axes:
             point[k] = value * r.unit
             self.moved_axes.add(k)
-        self.line(_three(point), line.rapid)
+        self.line(point_of(point), line.rapid)
         return True
 
     def line(self, end: Point, rapid: bool, turned: Point | None = None) -> None:
@@ -206,7 +206,7 @@ class KlartextPaths(KlartextTechnology):
         else:
             end, swept = (self.target(words), 0.0) if name == "C" else self.polar(words)
             self.need_pole()
-            centre = _three(self.pole)
+            centre = point_of(self.pole)
             turns = max(1, math.ceil(abs(swept) / (2 * math.pi) - 1e-9))
         self.round(end, centre, clockwise, turns)
         words.has_moved = True
@@ -251,7 +251,7 @@ class KlartextPaths(KlartextTechnology):
         centre = list(self.r.p)
         centre[first] += k * n[0]
         centre[second] += k * n[1]
-        return _three(centre), k < 0
+        return point_of(centre), k < 0
 
     def need_pole(self) -> None:
         """Require a pole: C and polar coordinates count from the last CC; where there is none the control stops."""
@@ -359,7 +359,7 @@ class KlartextPaths(KlartextTechnology):
         if abs(tip[normal] - low[normal]) > 1e-12:
             up = list(low)
             up[normal] = tip[normal]
-            r.emit("line", _three(up), feed=r.rate(1.0, r.spindle(low, low)))
+            r.emit("line", point_of(up), feed=r.rate(1.0, r.spindle(low, low)))
         r.refresh()
         self.tangent, self.last_rapid = None, False
         return self.after(words)
@@ -367,7 +367,3 @@ class KlartextPaths(KlartextTechnology):
     def finish(self, moves: list[Move], sides: Sides) -> tuple[list[Move], Sides]:
         """Insert the approaches, once the elements after them are known."""
         return resolve(moves, sides, self.approach_blocks, self.r.file)
-
-
-def _three(values: list[float]) -> Point:
-    return values[0], values[1], values[2]

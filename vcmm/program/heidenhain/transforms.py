@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from vcmm.program.frames import AffineMap, rotation, stretch, translation
 from vcmm.program.heidenhain.text import KlartextReader
-from vcmm.program.moves import PLANES, Point, Posture
+from vcmm.program.moves import PLANES, Posture, point_of
 from vcmm.program.recorder import Recorder
 
 AXES = "XYZ"
@@ -72,7 +72,7 @@ class KlartextFrames:
             new = shift[axis] + value if incremental else value
             self.after_others(name, new != shift[axis] and new != 0.0)
             shift[axis] = new
-        self.put(name, translation(_three(shift)), again=name == SHIFT and self.above(name))
+        self.put(name, translation(point_of(shift)), again=name == SHIFT and self.above(name))
 
     def coordinate(self, reader: KlartextReader, what: str) -> tuple[int | None, bool, float]:
         """Read X+10 or IX+10: axis (None for one that is passed over), incremental, mm."""
@@ -110,7 +110,7 @@ class KlartextFrames:
             raise reader.fault(f"a mirror image takes X, Y, Z, got {axes}")
         self.together(bool(axes), TURN)
         self.mirror_axes = frozenset(AXES.index(a) for a in axes)
-        self.put(MIRROR, stretch(_three([-1.0 if k in self.mirror_axes else 1.0 for k in range(3)])))
+        self.put(MIRROR, stretch(point_of([-1.0 if k in self.mirror_axes else 1.0 for k in range(3)])))
 
     def together(self, wanted: bool, other: str) -> None:
         """Mirror and rotation: the one programmed later lies inside the other."""
@@ -144,7 +144,7 @@ class KlartextFrames:
         if any(f <= 0 for f in factors):
             raise reader.fault("SCL must be above zero")
         self.scales = list(factors)
-        self.put(SCALE, stretch(_three(self.scales)))
+        self.put(SCALE, stretch(point_of(self.scales)))
 
     def stretch(self, reader: KlartextReader) -> None:
         """Execute cycle 26: factors of single axes, X0.99; CCX, CCY: the point that stays."""
@@ -160,8 +160,8 @@ class KlartextFrames:
             else:
                 raise reader.fault(f'cycle 26 takes X, Y, Z and CCX, CCY, found "{name}"')
         self.scale(reader, factors)
-        stays = _three([c * (1.0 - f) for c, f in zip(centre, factors)])
-        self.put(SCALE, translation(stays).then(stretch(_three(factors))))
+        stays = point_of([c * (1.0 - f) for c, f in zip(centre, factors)])
+        self.put(SCALE, translation(stays).then(stretch(point_of(factors))))
 
     # -- presets --
     def preset(self, number: int) -> None:
@@ -212,7 +212,3 @@ def turned_about(a: float, b: float, c: float) -> AffineMap:
     for axis, angle in ((2, c), (1, b), (0, a)):
         made = made.then(rotation(axis, math.radians(angle)))
     return made
-
-
-def _three(values: Sequence[float]) -> Point:
-    return values[0], values[1], values[2]

@@ -39,7 +39,7 @@ from vcmm.program.iso.tools import radius_compensation, tool_length
 from vcmm.program.iso.winding import wind
 from vcmm.program.leading import name_axes
 from vcmm.program.levels import pass_over
-from vcmm.program.moves import Point, Source
+from vcmm.program.moves import Point, Source, point_of
 
 
 def scaling(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
@@ -54,14 +54,14 @@ def scaling(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         return
     if c.language.codes == "mach3":
         factors = [w.take(axis) for axis in AXES]
-        c.scale = ((0.0, 0.0, 0.0), _point([1.0 if f is None else f for f in factors]))
+        c.scale = ((0.0, 0.0, 0.0), point_of([1.0 if f is None else f for f in factors]))
     else:
         centre = list(c.p)
         for i, axis in enumerate(AXES):
             number = w.take(axis)
             if number is not None:
                 centre[i] = length(c, w, axis, number)
-        c.scale = (_point(centre), _factors(c, w, code, column))
+        c.scale = (point_of(centre), _factors(c, w, code, column))
     if 0.0 in c.scale[1]:
         raise BlockFault(column, f"{code}: a scale of zero; correct its factor")
     c.rebuild()
@@ -76,16 +76,12 @@ def _factors(c: IsoControl, w: IsoWords, code: str, column: int) -> Point:
             f"{code} without P or I J K scales by a setting of the control ({setting}), which is not known; write the factor", column=column,
         )  # fmt: skip
         return 1.0, 1.0, 1.0
-    return _point([(1.0 if f is None else f) if common is None else common for f in by_axis])
+    return point_of([(1.0 if f is None else f) if common is None else common for f in by_axis])
 
 
 def _factor(w: IsoWords, letter: str) -> float | None:
     number = w.take(letter)
     return number if number is None or w.words[letter].has_point else number / 1000.0
-
-
-def _point(values: list[float]) -> Point:
-    return values[0], values[1], values[2]
 
 
 def mirror(c: IsoControl, w: IsoWords, code: str, column: int) -> None:

@@ -20,7 +20,7 @@ from vcmm.program.iso.misfits import ArcMisfit
 from vcmm.program.iso.polar import polar_ends, radial_ends
 from vcmm.program.iso.winding import flat, wound_arc, wound_line, wound_target
 from vcmm.program.levels import SetupEntry
-from vcmm.program.moves import PLANES, Point
+from vcmm.program.moves import PLANES, Point, point_of
 from vcmm.program.probing import leave, touch
 from vcmm.program.recorder import NO_TOOL
 
@@ -139,7 +139,7 @@ def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
     p, rotary = target(c, w)
     wound = c.winding is not None and c.winding.radius > 0
     if wound:
-        start, p, named = _point(flat(c, start, c.rotary)), _point(flat(c, p, rotary)), True
+        start, p, named = point_of(flat(c, start, c.rotary)), point_of(flat(c, p, rotary)), True
     ends = ArcEnds(start, p, clockwise, named or (c.winding is not None and w.has("C")))
     turns = _turns(c, w)
     radius = w.take("R")
@@ -169,10 +169,6 @@ def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
         return
     emit_arc(c, ends, (centre[0], centre[1], centre[2]), turns, rotary)
     corner_words(c, w)
-
-
-def _point(values: list[float]) -> Point:
-    return values[0], values[1], values[2]
 
 
 def emit_arc(c: IsoControl, ends: ArcEnds, centre: Point, turns: int, rotary: Point) -> None:

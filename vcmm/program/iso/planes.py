@@ -22,7 +22,7 @@ from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import AXES, IsoControl
 from vcmm.program.iso.lengths import length
 from vcmm.program.iso.motion import CENTRE_WORDS
-from vcmm.program.moves import Point, Posture
+from vcmm.program.moves import Point, Posture, cross, point_of
 
 DEFINES, SQUARES = ("G68.2", "G268"), ("G53.1", "G53.6", "G253")
 LATER = "describe the plane by Euler angles, G68.2 X Y Z I J K"
@@ -134,7 +134,7 @@ def _refuse(c: IsoControl, w: IsoWords, what: str, value: str, column: int) -> N
 
 
 def _origin(c: IsoControl, w: IsoWords) -> AffineMap:
-    return translation(_point([0.0 if (n := w.take(a)) is None else length(c, w, a, n) for a in AXES]))
+    return translation(point_of([0.0 if (n := w.take(a)) is None else length(c, w, a, n) for a in AXES]))
 
 
 def _angle(w: IsoWords, letter: str) -> float:
@@ -171,8 +171,8 @@ def _in_parts(c: IsoControl, w: IsoWords, kind: int, column: int) -> AffineMap |
     parts = c.plane_words
     if number == min(numbers) or (number == 1 and kind == 2 and 0 not in parts):
         parts.clear()
-    point = _point([0.0 if (n := w.take(a)) is None else length(c, w, a, n) for a in AXES])
-    way = _point([w.take(k) or 0.0 for k in CENTRE_WORDS])
+    point = point_of([0.0 if (n := w.take(a)) is None else length(c, w, a, n) for a in AXES])
+    way = point_of([w.take(k) or 0.0 for k in CENTRE_WORDS])
     parts[number] = (point, way, _angle(w, "R"))
     last = 3 if kind == 2 else 2
     if number != last:
@@ -182,7 +182,7 @@ def _in_parts(c: IsoControl, w: IsoWords, kind: int, column: int) -> AffineMap |
     origin = parts[1][0]
     if kind == 2:
         x, side = _way(origin, parts[2][0]), _way(origin, parts[3][0])
-        z = _cross(x, side)
+        z = cross(x, side)
     else:
         x, z = parts[1][1], parts[2][1]
     plane = with_axes(x, z)
@@ -197,11 +197,3 @@ def _in_parts(c: IsoControl, w: IsoWords, kind: int, column: int) -> AffineMap |
 
 def _way(start: Point, end: Point) -> Point:
     return end[0] - start[0], end[1] - start[1], end[2] - start[2]
-
-
-def _cross(u: Point, v: Point) -> Point:
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-
-
-def _point(values: list[float]) -> Point:
-    return values[0], values[1], values[2]

@@ -7,13 +7,13 @@ import math
 from vcmm.program.chords import arc_or_chords
 from vcmm.program.frames import in_plane
 from vcmm.program.leading import name_axes
-from vcmm.program.moves import ORIGIN, PLANES, Point
+from vcmm.program.moves import ORIGIN, PLANES, Point, point_of
 from vcmm.program.offsetting import left_normal, piece_of, planar, tangent
 from vcmm.program.probing import touch
 from vcmm.program.recorder import radius_centre
 from vcmm.program.sinumerik.blocks import Item
 from vcmm.program.sinumerik.flow import SinumerikRunner
-from vcmm.program.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikControl, SinumerikWords, point_of
+from vcmm.program.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikControl, SinumerikWords
 
 MORE = ("CR", "AR", "I1", "J1", "K1", "AP", "RP")  # words that move too
 MOVING = (*AXES, *ROTARY, "AP", "RP")

@@ -7,10 +7,10 @@ import math
 from vcmm.program.frames import UNITY, AffineMap, plane_of_axes, rotation, stretch, translation
 from vcmm.program.leading import name_axes
 from vcmm.program.levels import SetupEntry
-from vcmm.program.moves import ORIGIN, PLANES
+from vcmm.program.moves import ORIGIN, PLANES, point_of
 from vcmm.program.sinumerik.codes import LATER
 from vcmm.program.sinumerik.paths import SinumerikPaths
-from vcmm.program.sinumerik.state import AXES, ROTARY, SinumerikWords, point_of
+from vcmm.program.sinumerik.state import AXES, ROTARY, SinumerikWords
 
 FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "ROTS", "AROTS", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 

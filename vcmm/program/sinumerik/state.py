@@ -126,10 +126,6 @@ class SinumerikControl:
         self.r.refresh()
 
 
-def point_of(values: list[float]) -> Point:
-    return values[0], values[1], values[2]
-
-
 def written_word(words: SinumerikWords, item: Item) -> str:
     """Return the word of an item that is left over: K-2, CR=5; its name alone where it has no number."""
     if item.value is None:

@@ -57,7 +57,7 @@ def calibration_page(
             joined_record(
                 [calibration.machine.record, *(reading.recording.record for reading in calibration.readings)]
             ),
-            asked=OF_MACHINES,
+            expected_names=OF_MACHINES,
         ),
     )
 

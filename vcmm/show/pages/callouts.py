@@ -12,8 +12,8 @@ from vcmm.show import charts as draw
 from vcmm.show.charts import Callout
 from vcmm.show.pages.view import feature_mesh
 from vcmm.show.report.answers import SMALL, STATE, is_about_value, places_of, signed_value
+from vcmm.show.report.meshes import creases
 from vcmm.show.report.scene_items import mesh_arrays
-from vcmm.show.report.scene_mesh import creases
 
 if TYPE_CHECKING:
     from vcmm.answer.evaluation.result import CharacteristicResult

@@ -81,7 +81,6 @@ def picture(result: CutResult) -> str:
                 unit="µm",
                 symmetric=True,
                 edges=False,
-                cull=False,
             )
         )
     if not items:

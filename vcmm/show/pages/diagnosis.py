@@ -82,13 +82,13 @@ def sentences(d: Diagnosis) -> list[str]:
         )
     elif d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
-    out += [_answer_text(d, a) for a in d.found] + _of_unknown(d)
-    out += [_answer_text(d, a) for a in d.candidates if a.with_rivals >= LEAST_TOLD]
+    out += [_answer_text(a) for a in d.found] + _of_unknown(d)
+    out += [_answer_text(a) for a in d.candidates if a.with_rivals >= LEAST_TOLD]
     out += [f"Where, before any name was fitted: {p.text}." for p in d.location[:1]]
     return out
 
 
-def _answer_text(d: Diagnosis, a: Answer) -> str:
+def _answer_text(a: Answer) -> str:
     """Return one answer: the behaviour of the machine, its numbers, its alternatives."""
     opened = open_members(a)
     foreign = [n for n in a.cannot_be_told_from if n.split("[")[0] not in {m.effect for m in opened}]

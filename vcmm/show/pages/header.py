@@ -14,7 +14,7 @@ NAMES = {
     "part_serial": "part, serial number", "drawing": "drawing", "date": "date", "by": "operator", "order": "order", "laboratory": "laboratory",
     "machine_certificate": "certificate of the machine", "probe": "probe and styli",
 }  # fmt: skip
-ASKED = ("drawing", "date", "by", "order")  # said to be open where the record does not hold them
+EXPECTED = ("drawing", "date", "by", "order")  # said to be open where the record does not hold them
 OF_MACHINES = ("date", "by")  # the same of reports on a machine, without a part
 
 
@@ -24,9 +24,9 @@ def facts(
     record: Mapping[str, str] | None = None,
     seed: int | None = None,
     more: Iterable[tuple[str, str]] = (),
-    asked: Sequence[str] = ASKED,
+    expected_names: Sequence[str] = EXPECTED,
 ) -> list[tuple[str, str]]:
-    """Return the names and values. record: the table [record] of a scenario, machine or recording; None where the job has no such table. asked:
+    """Return the names and values. record: the table [record] of a scenario, machine or recording; None where the job has no such table. expected_names:
     names shown as open where the record does not hold them.
     """
     stated = record or {}
@@ -38,7 +38,7 @@ def facts(
     out += list(more)
     out.append(("software", f"vcmm {__version__}" + ("" if seed is None else f", seed {seed}")))
     if record is not None:
-        missing = [NAMES[key] for key in asked if not stated.get(key)]
+        missing = [NAMES[key] for key in expected_names if not stated.get(key)]
         missing += [] if serial else ["serial number of the machine"]
         if missing:
             out.append(

@@ -80,7 +80,7 @@ def round_to_uncertainty(value: float, expanded: float) -> tuple[str, str]:
 
 
 def in_drawing(unit: str) -> tuple[float, str]:
-    """Factor and word of a value as the drawing has it: mm, and angles in degrees."""
+    """Return the factor and the unit of a value as the drawing has it: mm, and angles in degrees."""
     return (math.degrees(1.0), "deg") if unit == "rad" else (1.0, "mm")
 
 

@@ -53,7 +53,7 @@ def thermal_page(model: ThermalModel, machine: Machine, rows: Sequence[TermRow])
         blocks,
         footer=f"vcmm {__version__}",
         answers=thermal_answers(model, len(rows)),
-        facts=facts("", machine.name, machine.record, asked=OF_MACHINES),
+        facts=facts("", machine.name, machine.record, expected_names=OF_MACHINES),
     )
 
 

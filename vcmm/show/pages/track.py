@@ -79,7 +79,7 @@ def track_page(
             name,
             {"date": track.at, **track.followed.tracked.machine.record},
             more=[("machine file valid on", track.at)],
-            asked=OF_MACHINES,
+            expected_names=OF_MACHINES,
         ),
     )
 

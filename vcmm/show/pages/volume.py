@@ -25,7 +25,7 @@ def volume_slices(machine: Machine) -> list[SceneMesh | SceneBox]:
     middle = NODES // 2
     sheets = [(np.take(places, middle, axis=i), np.take(errors, middle, axis=i)) for i in range(3)]
     vertices, faces, values = _join_sheets([(p, np.linalg.norm(e, axis=-1)) for p, e in sheets])
-    mesh = SceneMesh(vertices, faces, values=1e3 * values, unit=UNIT, edges=False, cull=False, name="slices")
+    mesh = SceneMesh(vertices, faces, values=1e3 * values, unit=UNIT, edges=False, name="slices")
     return [SceneBox(places[0, 0, 0], places[-1, -1, -1], "#7a8793", 0.0, name="travels"), mesh]
 
 
@@ -38,7 +38,7 @@ def volume_hull(machine: Machine) -> list[SceneMesh | Lines | SceneBox]:
     sides = [(np.take(bent, end, axis=i), np.take(size, end, axis=i)) for i in range(3) for end in (0, -1)]
     vertices, faces, values = _join_sheets(sides)
     name = f"bent, {factor:,.0f} ×"
-    mesh = SceneMesh(vertices, faces, values=1e3 * values, unit=UNIT, edges=False, cull=False, name=name)
+    mesh = SceneMesh(vertices, faces, values=1e3 * values, unit=UNIT, edges=False, name=name)
     return [SceneBox(places[0, 0, 0], places[-1, -1, -1], "#7a8793", 0.0, name="nominal"), mesh]
 
 

@@ -1,4 +1,4 @@
-"""Triangle meshes of simple solids for pictures: vertices (v, 3) in mm, faces (f, 3), counter-clockwise from outside.
+"""Triangle meshes of simple solids for pictures: vertices (v, 3) in mm, faces (f, 3), counter-clockwise from outside; their rims and creases.
 
 Pictures only: measuring uses the analytic features (a 48-sided bore is 2 um per mm of radius too small).
 """
@@ -130,3 +130,45 @@ def box_mesh(lo: npt.ArrayLike, hi: npt.ArrayLike) -> Solid:
     quads = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     return low + corner * (high - low), faces
+
+
+CREASE = float(np.cos(np.radians(30.0)))
+
+
+def weld(vertices: Array) -> Faces:
+    """Return for each vertex the first vertex at the same place (to 1e-7 of the size)."""
+    if not len(vertices):
+        return np.zeros(0, dtype=np.int64)
+    grain = 1e-7 * max(float(np.ptp(vertices, axis=0).max()), 1e-300)
+    _, first, inverse = np.unique(np.round(vertices / grain), axis=0, return_index=True, return_inverse=True)
+    return np.asarray(first[inverse.ravel()], dtype=np.int64)
+
+
+def edge_faces(faces: Faces) -> tuple[Faces, Faces]:
+    """Return the undirected edges (e, 2) and the two faces at each (e, 2); -1 where there is no second, or more than two."""
+    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    owner = np.tile(np.arange(len(faces)), 3)
+    edge, inverse, count = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
+    by_edge = owner[np.argsort(inverse.ravel(), kind="stable")]
+    start = np.cumsum(count) - count
+    second = np.where(count == 2, by_edge[np.minimum(start + 1, len(by_edge) - 1)], -1)
+    return edge, np.stack([by_edge[start], second], axis=1)
+
+
+def normals(vertices: Array, faces: Faces) -> Array:
+    """Return the unit normals (f, 3); zero for a face without area."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    n = np.cross(b - a, c - a)
+    length = np.linalg.norm(n, axis=1, keepdims=True)
+    return np.divide(n, length, out=np.zeros_like(n), where=length > 0)
+
+
+def creases(vertices: Array, faces: Faces) -> Array:
+    """Return the segments (n, 2, 3): borders, and edges between faces that turn by more than 30 degrees."""
+    if not len(faces):
+        return np.zeros((0, 2, 3))
+    welded = weld(vertices)[faces]
+    edge, pair = edge_faces(welded)
+    n = normals(vertices, welded)
+    turn = np.einsum("ij,ij->i", n[pair[:, 0]], n[pair[:, 1]])
+    return np.asarray(vertices[edge[(pair[:, 1] < 0) | (np.abs(turn) < CREASE)]])

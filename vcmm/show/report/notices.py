@@ -66,7 +66,7 @@ def _severity(text: str) -> Severity:
 
 
 def in_terminal(text: str) -> str:
-    """note: ..., as one line on stderr."""
+    """Return a sentence with its severity in front, as one line for stderr: "note: ..."."""
     return f"{notice(text).severity}: {text}"
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.show.report.colormap import NO_VALUE, Bands, bands, legend
-from vcmm.show.report.meshes import box_mesh
+from vcmm.show.report.meshes import box_mesh, normals
 from vcmm.show.report.palette import hex_of
 from vcmm.show.report.scene_items import (
     Array,
@@ -35,7 +35,6 @@ from vcmm.show.report.scene_items import (
     line_segments,
     mesh_arrays,
 )
-from vcmm.show.report.scene_mesh import normals
 from vcmm.show.report.scene_traces import arrow_ends, ellipsoid_arrays, reach, traces_of
 from vcmm.show.report.text import escape, number
 

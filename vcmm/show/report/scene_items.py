@@ -32,8 +32,8 @@ class SceneBox:
 class SceneMesh:
     """Triangles (f, 3) over vertices (v, 3). `values` (f,) or (v,) colour it in discrete bands of `unit`.
 
-    A closed opaque mesh hides its back faces; `cull` forces it (True: an open bore seen from outside shows its far
-    wall only). `edges` draws rims and creases sharper than 30 degrees.
+    Both sides of every face are drawn; `cull` has no effect and stands for programs that give it. `edges` draws rims and creases sharper
+    than 30 degrees.
     """
 
     vertices: npt.ArrayLike

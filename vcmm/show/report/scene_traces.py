@@ -12,7 +12,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.show.report.colormap import NO_VALUE, Bands
-from vcmm.show.report.meshes import box_mesh, sphere_mesh
+from vcmm.show.report.meshes import box_mesh, creases, sphere_mesh
 from vcmm.show.report.palette import LIGHT, hex_of, rgb_of
 from vcmm.show.report.scene_items import (
     Array,
@@ -29,7 +29,6 @@ from vcmm.show.report.scene_items import (
     line_segments,
     mesh_arrays,
 )
-from vcmm.show.report.scene_mesh import creases
 
 Trace = dict[str, Any]
 DIGITS = 7  # significant digits of a coordinate: 0.1 um at a metre, far below a pixel

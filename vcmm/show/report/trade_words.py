@@ -99,6 +99,6 @@ def _cause(line: Any) -> str:
 
 
 def _speak(place: str) -> str:
-    """scale x -> X scale."""
+    """Put the axis first, as people say it: scale x -> X scale."""
     word, _, axis = place.rpartition(" ")
     return f"{axis.upper()} {word}" if word and len(axis) == 1 else place

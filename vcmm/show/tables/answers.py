@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def place_answers(placed: PlacementResult) -> list[AnswerLine]:
-    """Move the part or leave it, by the gain that was confirmed; then every characteristic where it should lie."""
+    """Return the answer whether to move the part, by the gain that was confirmed; then every characteristic where it should lie."""
     sure, gain = placed.confirmation, placed.gain
     moving = worth_moving(placed)
     verdict, kind = ("move the part", "good") if moving else ("leave the part where it is", "muted")

@@ -225,7 +225,7 @@ def diagnosis_answers(d: Diagnosis) -> list[AnswerLine]:
     from vcmm.show.tables.diagnosis import micro_text  # a program that is rewritten loads no diagnosis
 
     ranked = sorted(d.found, key=lambda a: -a.share)
-    lines = [_fault_line(d, k, a) for k, a in enumerate(ranked, 1)]
+    lines = [_fault_line(k, a) for k, a in enumerate(ranked, 1)]
     if d.unknown is not None:
         lines.append(
             AnswerLine(
@@ -259,7 +259,7 @@ def _unit(name: str) -> str:
     return "" if name == "1" else f"µ{name[1:]}" if name[:2] in ("um", "ur") else name
 
 
-def _fault_line(d: Diagnosis, rank: int, a: Answer) -> AnswerLine:
+def _fault_line(rank: int, a: Answer) -> AnswerLine:
     """Return one answer; where its family is more probable than the name itself, the family first, and which members are open."""
     # a program that is rewritten loads no diagnosis
     from vcmm.learn.diagnosis.plain_words import cause_and_cure

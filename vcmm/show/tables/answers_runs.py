@@ -129,7 +129,7 @@ def _number_line(c: NumberOverTime, day: str) -> AnswerLine:
 
 
 def _next_line(track: Track, planned: Planned) -> AnswerLine:
-    """The first check of the plan; where no plan keeps the limits, why, and no check is advised."""
+    """Return the first check of the plan; where no plan keeps the limits, why, and that no check is advised."""
     from vcmm.show.tables.track import beyond_checks, why_not_kept
 
     limits, each, plan = planned

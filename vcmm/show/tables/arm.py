@@ -107,7 +107,7 @@ def link_rows(fit: ArmFit) -> list[LinkRow]:
 
 
 def _change(first: LinkNumber, second: LinkNumber) -> float:
-    """first - second; angles by the shorter way."""
+    """Return first - second, for angles by the shorter way."""
     difference = first.value - second.value
     return float(np.angle(np.exp(1j * difference))) if first.is_angle else difference
 

@@ -165,7 +165,7 @@ def folder(title: str, rows: Sequence[FolderRow]) -> ResultTable[FolderRow]:
 
 
 def outcome(row: FolderRow) -> str:
-    """read, read with assumptions, no motion, refused."""
+    """Return what became of a program: read, read with assumptions, no motion, refused."""
     if row.exit:
         return "refused"
     if not row.moves:

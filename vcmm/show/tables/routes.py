@@ -43,7 +43,7 @@ class ContributionRow:
     """One contribution to one route."""
 
     row: RouteRow
-    one: Contribution
+    contribution: Contribution
 
     @property
     def unit(self) -> str:
@@ -57,9 +57,9 @@ def _dof(dof: float) -> float | None:
 CONTRIBUTIONS: tuple[Column[ContributionRow], ...] = (
     Column("characteristic", lambda r: r.row.of.name, csv="characteristic"),
     Column("route", lambda r: r.row.route.route, WORDS, csv="route"),
-    Column("contribution", lambda r: r.one.name, WORDS, key="name", csv="contribution"),
-    Column("u", lambda r: r.one.u, SIZE, key="u_{unit}", csv="u_{unit}", page_head="u / {small}"),
-    Column("nu", lambda r: _dof(r.one.dof), fixed(0), key="dof", csv="dof"),
+    Column("contribution", lambda r: r.contribution.name, WORDS, key="name", csv="contribution"),
+    Column("u", lambda r: r.contribution.u, SIZE, key="u_{unit}", csv="u_{unit}", page_head="u / {small}"),
+    Column("nu", lambda r: _dof(r.contribution.dof), fixed(0), key="dof", csv="dof"),
 )
 
 ROUTES: tuple[Column[RouteRow], ...] = (

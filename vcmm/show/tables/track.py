@@ -168,7 +168,7 @@ def _beyond(limit: TaskLimit) -> str:
 
 
 def why_not_kept(planned: Planned) -> str:
-    """Why the plan does not keep every limit, of each limit that is to blame; "" where it keeps them."""
+    """Return why the plan does not keep every limit, for each limit that is to blame; "" where it keeps them."""
     limits, each, advised = planned
     if advised.kept:
         return ""
@@ -201,7 +201,7 @@ def plan(planned: Planned, track: Track) -> ResultTable[NextCheck]:
 
 
 def plan_document(planned: Planned, track: Track) -> dict[str, object]:
-    """next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
+    """Return the keys next_checks and plan of vcmm.track/1; U in mm, of angles in rad."""
     limits, each, schedule = planned
     beyond = beyond_checks(limits)
     return {

@@ -66,7 +66,7 @@ def decision_text(c: CharacteristicResult) -> str | None:
 
 
 def stated_with(results: Iterable[CharacteristicResult]) -> list[str]:
-    """Filter, cut-off and tip of every form that is stated with them."""
+    """Return the filter, cut-off and tip of every form that is stated with them."""
     return [f"{c.name} is stated with {c.filtered}" for c in results if c.filtered]
 
 

@@ -74,9 +74,6 @@ class Fixture:
             if given and both:
                 raise UsageError(f"{what} sets {', '.join(both)} already; remove {what} or {', '.join(both)}")
 
-    def freedom(self, name: str) -> Freedom | None:
-        return next((f for f in self.freedoms if f.name == name), None)
-
     def orientations(self, present: Array) -> list[tuple[str, Array]]:
         """Yield (label, six numbers) of every combination of the discrete choices; free ranges at the present value."""
         choices: list[tuple[str, Array]] = [("", np.array(present, dtype=float))]
