@@ -20,7 +20,6 @@ from vcmm.shop.machining.job import cut
 from vcmm.shop.machining.proof import CutProof
 from vcmm.shop.machining.recut import Recut
 from vcmm.shop.machining.result import CutResult
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.shop.machining.turned_blank import TurnedBlank, write_turned_stl
 from vcmm.show.console.complaints import about
 from vcmm.show.console.documents import sources
