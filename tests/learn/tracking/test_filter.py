@@ -141,7 +141,7 @@ def test_a_jump_by_pencil():
     weights = np.array([(1 - p) * density[0], p / 2 * density[1], p / 2 * density[2]])
     weights /= weights.sum()
     assert new.probability == pytest.approx(1 - weights[0])
-    assert new.changed == (("k", pytest.approx(weights[1] + weights[2])),)
+    assert new.suspects == (("k", pytest.approx(weights[1] + weights[2])),)
     means = np.array([0.0, 5 / 2, 5 * 16 / 17])  # shrunk by 1 / (1 + 1) and 16 / (16 + 1)
     mean = weights @ means
     spread = weights @ (np.array([0.0, 1 / 2, 16 / 17]) + (means - mean) ** 2)

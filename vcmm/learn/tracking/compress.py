@@ -92,7 +92,7 @@ def columns_of(tracked: TrackedMachine, problem: Problem) -> Array:
 
 def _root(tracked: TrackedMachine, problem: Problem) -> Array:
     """Return the root (m,) or lower (m, m) of the covariance of the noise and of the uncertainty of this recording alone."""
-    columns_of_stated = [columns for name, columns in problem.stated if name not in tracked.used]
+    columns_of_stated = [columns for name, columns in problem.stated if name not in tracked.input_ids]
     if not columns_of_stated:
         return problem.u
     stated = np.concatenate(columns_of_stated, axis=1)
@@ -131,6 +131,6 @@ def _noise(square: float, rest: int) -> float:
     return scale if scale > EXCESS and chance_beyond(rest, square) < CHANCE else 1.0
 
 
-def turn_columns(seen: SeenRecording, ways: Array) -> SeenRecording:
+def turn_columns(recording: SeenRecording, ways: Array) -> SeenRecording:
     """Return the same with columns @ ways: fewer numbers, where the others are not seen."""
-    return replace(seen, columns=seen.columns @ ways)
+    return replace(recording, columns=recording.columns @ ways)

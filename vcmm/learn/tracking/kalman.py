@@ -84,10 +84,10 @@ def innovation(state: GaussianState, columns: Array, value: Array) -> Innovation
     return Innovation(value - columns @ state.mean, spread, lower)
 
 
-def condition(state: GaussianState, seen: Innovation) -> GaussianState:
+def condition(state: GaussianState, innovation: Innovation) -> GaussianState:
     """Condition the state on the readings."""
-    gain = state.factor @ seen.spread.T
-    half = solve_lower(seen.lower, gain.T)  # L^-1 (S F')'
-    mean = state.mean + half.T @ seen.white
-    inner = solve_lower(seen.lower + np.eye(len(seen.value)), seen.spread)
+    gain = state.factor @ innovation.spread.T
+    half = solve_lower(innovation.lower, gain.T)  # L^-1 (S F')'
+    mean = state.mean + half.T @ innovation.white
+    inner = solve_lower(innovation.lower + np.eye(len(innovation.value)), innovation.spread)
     return GaussianState(mean, state.factor - half.T @ inner)

@@ -57,7 +57,7 @@ RESIDUALS: tuple[Column[Residuals], ...] = (
     entry("noise_ratio", lambda row: row.noise.scale),
     entry("dof", lambda row: row.noise.dof if row.noise.dof < 1e6 else None),
     Column("outliers", lambda row: row.outliers, COUNT_OR_NONE, key="outliers"),
-    entry("station_moved_mm", lambda row: dict(row.part.moved)),
+    entry("station_moved_mm", lambda row: dict(row.part.station_moves)),
 )
 LEAST_U_UM = 1e-6  # below it a u is what rounding leaves of nothing
 _WRITTEN_U = fixed(3, "um")
@@ -102,9 +102,9 @@ PROPOSALS: tuple[Column[Proposal], ...] = (
     entry("setups", lambda row: list(row.names)),
     entry("minutes", lambda row: row.minutes),
     entry("volume_um", lambda row: row.volume_um),
-    entry("identified", lambda row: list(row.identified.names)),
-    entry("not_identified", lambda row: row.identified.document()),
-    entry("condition", lambda row: row.identified.condition),
+    entry("identified", lambda row: list(row.identifiability.names)),
+    entry("not_identified", lambda row: row.identifiability.document()),
+    entry("condition", lambda row: row.identifiability.condition),
 )
 
 
@@ -179,7 +179,7 @@ def setups(choices: Sequence[tuple[str, Proposal]]) -> ResultTable[Sequence[str]
             what,
             f"{p.minutes:g} min",
             f"{p.volume_um:.2f} µm",
-            f"{len(p.identified.names)} errors",
+            f"{len(p.identifiability.names)} errors",
             ", ".join(p.names),
         )
         for what, p in choices

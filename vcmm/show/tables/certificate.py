@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from vcmm.learn.calibration.acceptance import Figure
 
 U_KNOWN: tuple[Column[CertifiedU], ...] = (
-    Column("known", lambda r: r.known, WORDS, key="known", csv="known"),
+    Column("known", lambda r: r.facts, WORDS, key="known", csv="known"),
     Column("characteristic", lambda r: r.characteristic, WORDS, key="characteristic", csv="characteristic"),
     Column("U", lambda r: r.expanded, SIZE, key="U_{unit}", csv="U_{unit}", page_head="U / {small}"),
 )
