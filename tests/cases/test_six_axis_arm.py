@@ -8,7 +8,7 @@ from vcmm_twins.six_axis_arm import recorded
 
 from vcmm.files.own.library import companions, example, folder
 from vcmm.files.own.machine import load_machine
-from vcmm.files.own.pose_recordings import load_poses
+from vcmm.files.own.recording_data import load_poses
 from vcmm.learn.calibration.arm import fit_arm
 from vcmm.learn.calibration.pose_tests import put_to_poses
 

@@ -13,8 +13,8 @@ from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.face.cli.calibrate_arm import remarks
 from vcmm.files.own.machine import load_machine
-from vcmm.files.own.pose_recordings import load_poses
 from vcmm.files.own.recording import load_recording
+from vcmm.files.own.recording_data import load_poses
 from vcmm.learn.calibration.arm import fit_arm
 from vcmm.learn.calibration.arm_geometry import link_numbers
 from vcmm.learn.calibration.arm_terms import load_patterns

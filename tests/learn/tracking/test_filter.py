@@ -8,10 +8,9 @@ import pytest
 import vcmm
 from tests.learn.tracking.small_folder import write_machine
 from vcmm.learn.tracking import alarms, changes, rates
-from vcmm.learn.tracking.chance import chance_beyond, square_at
 from vcmm.learn.tracking.compress import SeenRecording
 from vcmm.learn.tracking.evidence import log_likelihoods
-from vcmm.learn.tracking.kalman import GaussianState, advance, condition, innovation
+from vcmm.learn.tracking.kalman import GaussianState, advance, chance_beyond, condition, innovation, square_at
 from vcmm.learn.tracking.learn_rates import columns_for, is_due
 from vcmm.learn.tracking.quantities import tracked_machine
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from vcmm.core.inputs import Input, JointCovariance
 from vcmm.core.laws import MultivariateNormal
-from vcmm.files.foreign.isg import ErrorFile
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, isg_text
 from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.toml_edits import editable, move_names

@@ -18,8 +18,7 @@ from vcmm.core.kinematics import Axis
 from vcmm.core.laws import MultivariateNormal, Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.files.foreign.isg import ErrorFile, ErrorTable
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text
 from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.own.known_errors import read_error_file

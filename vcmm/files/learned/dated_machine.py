@@ -12,8 +12,7 @@ import numpy as np
 from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
-from vcmm.files.foreign.isg import ErrorFile, ErrorTable
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text
 from vcmm.files.learned.effect_text import effect_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.own.known_errors import effects_of, read_error_file, refine_tables

@@ -14,8 +14,7 @@ from vcmm.core.inputs import Input, JointCovariance
 from vcmm.core.kinematics import Chain
 from vcmm.core.laws import Law, MultivariateNormal, Normal
 from vcmm.core.run import Array
-from vcmm.files.foreign.isg import ErrorFile, ErrorTable
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text
 from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.learn.calibration.reversal import (

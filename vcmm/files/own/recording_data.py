@@ -1,4 +1,6 @@
-"""Read the data of a recording file in the format that it states, as a Recording: one reader for each format."""
+"""Read the data of a recording file in the format that it states, as a Recording: one reader for each format;
+poses of a tracker against joint angles, as written.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.errors import UsageError
-from vcmm.core.machine import Machine
+from vcmm.core.errors import DataError, ModelLimit, UsageError
+from vcmm.core.machine import MOVE_IT, Machine
 from vcmm.core.pose import Pose
 from vcmm.files.foreign.iso230 import read_iso230, recording_of_runs
 from vcmm.files.foreign.klipper import read_klipper, recording_of_homings
@@ -22,14 +24,52 @@ from vcmm.files.own.recording_tables import (
     RecordingFile,
     ScopeTable,
     StylusTable,
+    check_words,
     noise_law,
     other_positions,
 )
 from vcmm.files.own.scope import read_scope, recording_of_scope
 from vcmm.files.own.touch_tables import read_touches
 from vcmm.files.problems import Problems
+from vcmm.files.schema import checked_model
+from vcmm.files.toml import check_version, read_toml
 from vcmm.task.response.poses import PoseReadings, as_recording
 from vcmm.task.response.recording import Recording
+
+
+def is_poses(path: Path) -> bool:
+    """Return whether a file is a recording of poses; False for a file that cannot be read."""
+    try:
+        data = read_toml(path).data
+    except DataError:
+        return False
+    return str(data.get("vcmm", "")).startswith("recording/") and data.get("kind") == "pose"
+
+
+def load_poses(path: Path, machine: Machine) -> PoseReadings:
+    """Read a recording of poses of this arm. Raises DataError: every problem with its line; a joint outside its travel."""
+    document = read_toml(path)
+    check_version(document, "recording")
+    problems = Problems(document)
+    model = checked_model(RecordingFile, document.data, problems)
+    poses = None
+    if model is not None:
+        check_words(model, problems)
+        if not problems.found:
+            file = path.parent / model.data
+            poses = problems.attempt(("data",), lambda: poses_of(model, file, machine))
+    problems.raise_if_any()
+    assert poses is not None
+    assert model is not None
+    try:
+        machine.check_travels(poses.run)
+    except ModelLimit as error:
+        where = "" if error.row is None or poses.lines is None else f":{poses.lines[error.row]}"
+        reason = str(error).removesuffix(MOVE_IT)
+        raise DataError(
+            f"{path.parent / model.data}{where}: {reason}; check the order, the unit and the direction of the joint columns, and travel in the machine file"
+        ) from None
+    return poses
 
 
 def read_data(

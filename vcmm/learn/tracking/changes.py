@@ -18,10 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.run import Array
-from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.kalman import (
     GaussianState,
     Innovation,
+    chance_beyond,
     condition,
     innovation,
     solve_lower,

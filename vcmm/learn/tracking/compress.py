@@ -17,7 +17,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.learn.calibration.solve import CHANCE, EXCESS, nuisance_basis
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.learn.tracking.chance import chance_beyond
+from vcmm.learn.tracking.kalman import chance_beyond
 from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.task.response.observe import lacking
 from vcmm.task.response.recording import Recording

@@ -22,9 +22,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.run import Array
-from vcmm.learn.tracking.chance import square_at
 from vcmm.learn.tracking.changes import ASK, MATTERS, SIZES, Jump, prior_of_change
 from vcmm.learn.tracking.compress import SeenRecording
+from vcmm.learn.tracking.kalman import square_at
 from vcmm.learn.tracking.rates import BLOCKS, PASSES, YEAR, WanderingMotion
 
 Numbers = npt.NDArray[np.intp]
