@@ -1,4 +1,4 @@
-"""ISG volumetric CSV: tables of component errors in mm and rad, as controls read them.
+"""ISG volumetric CSV: tables of component errors in mm and rad, as controls read them, read and written.
 
 A header line names columns (`X EXX EYX EZX EAX EBX ECX`), position-independent errors have no argument column
 (`A0Z B0Z C0Y`), `#` starts the next table, `//` comments; several argument columns (`Z X EXX ...`) give a grid.

@@ -23,7 +23,7 @@ from vcmm.files.learned.track_state import (
 )
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
-from vcmm.files.own.recording_files import recordings_in
+from vcmm.files.own.recording_data import recordings_in
 from vcmm.files.toml import read_toml
 from vcmm.learn.diagnosis.plain_words import cause_and_cure
 from vcmm.learn.tracking.alarms import ALPHA
