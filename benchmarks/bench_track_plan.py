@@ -58,7 +58,7 @@ def expanded(followed: FollowedMachine, limit: TaskLimit, when: float) -> float:
 
 def days_at(followed: FollowedMachine, limit: TaskLimit, one: ShopCheck, interval: int) -> int:
     """Days with U below the limit where a check is done every so many days from START on."""
-    like = next(s for s in followed.seen if s.name == one.like)
+    like = next(s for s in followed.recordings if s.name == one.like)
     columns, state, kept = columns_for(like, followed.tracked.stated), followed.state, 0
     for day in range(START, END + 1):
         state = followed.motion.step(state, 1.0) if day > START else state

@@ -110,7 +110,7 @@ warm, _ = vcmm.load_recording(folder() / "traced_cmm" / "warm_up.toml")
 model = thermal_model([warm], machine)
 for term, amount, lag in zip(model.terms, model.amounts, model.lags):
     print(f"{term.where}: {amount * 1e3:.2f} um/K behind {lag:.0f} s")
-print(f"{model.before * 1e3:.2f} -> {model.after * 1e3:.2f} um; not used: {model.unused}")
+print(f"{model.before * 1e3:.2f} -> {model.after * 1e3:.2f} um; not used: {model.unused_sensors}")
 warm_file = Path("cmm_warm.toml")
 warm_file.write_text(thermal_text(model, machine, cmm, warm_file, ["warm_up.toml"]))
 

@@ -27,7 +27,7 @@ def main(machines: int) -> None:
         for held in compare_interpolations(readings, bare()):
             found = calibrate(readings, bare(), interpolation=held.name)
             inside, left = [], []
-            for curve in found.kept.curves:
+            for curve in found.kept_model.curves:
                 nodes, value, u = found.band(curve.component)
                 true = truth(machine, curve.component, nodes)
                 inside.append(float((np.abs(value - true) < 1.96 * u).mean()))

@@ -90,7 +90,7 @@ def main(machines: int, design: str) -> None:
             (0 * post.theta, raw),
         ):
             out.append(left_over(machine, model, theta, np.random.default_rng([number, 99])))
-        for curve in found.kept.curves:
+        for curve in found.kept_model.curves:
             nodes, value, u = found.band(curve.component)
             inside[curve.component].append(
                 float((np.abs(value - truth(machine, curve.component, nodes)) < 1.96 * u).mean())

@@ -98,7 +98,7 @@ def predicted(kept: Recording, asked: Recording, structure: str) -> tuple[Indepe
         target = Path(folder) / "machine.toml"
         for name, text in machine_texts(found, target, [kept.name]).items():
             (target.parent / name).write_text(text)
-        return put_to_test(asked, bare, load_machine(target), noise), " ".join(found.kept.names)
+        return put_to_test(asked, bare, load_machine(target), noise), " ".join(found.kept_model.names)
 
 
 def row(name: str, fitted: str, asked: str, said: Callable[[], tuple[IndependentTest, str]]) -> str:

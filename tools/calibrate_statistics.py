@@ -47,7 +47,7 @@ def turned(asked: tuple[str, str], seed: int) -> list[float]:
         rotary.recorded(machine, meant, rng), rotary.bare(structure), only=rotary.errors_of(axis)
     )
     inside = []
-    for curve in found.kept.curves:
+    for curve in found.kept_model.curves:
         nodes, value, u = found.band(curve.component)
         true = rotary.truth(machine, axis, nodes)[curve.component]
         inside.append(float((np.abs(value - true) < 1.96 * u).mean()))
@@ -147,7 +147,7 @@ def measured(design: str, seed: int) -> dict[str, float]:
     machine = draw(rng)
     found = calibrate(recorded(machine, DESIGNS[design](bare()), rng), bare())
     inside = {}
-    for curve in found.kept.curves:
+    for curve in found.kept_model.curves:
         nodes, value, u = found.band(curve.component)
         near = np.abs(value - truth(machine, curve.component, nodes)) < 1.96 * u
         inside[curve.component] = float(near.mean())

@@ -8,7 +8,7 @@ from vcmm_twins.six_axis_arm import recorded
 
 from vcmm.files.own.library import companions, example, folder
 from vcmm.files.own.machine import load_machine
-from vcmm.files.own.pose_recordings import load_poses
+from vcmm.files.own.recording_data import load_poses
 from vcmm.learn.calibration.arm import fit_arm
 from vcmm.learn.calibration.pose_tests import put_to_poses
 
@@ -44,5 +44,5 @@ def test_it_finds_what_was_concealed():
     others = load_poses(folder() / "six_axis_arm" / "others.toml", machine)
     test = put_to_poses(others, machine, fit.machine, fit.placements[0])
     assert test.before > 0.5
-    assert test.held is not None
-    assert test.held < 0.024  # 20 um of noise, and what 40 poses leave open
+    assert test.in_place is not None
+    assert test.in_place < 0.024  # 20 um of noise, and what 40 poses leave open

@@ -34,7 +34,7 @@ def test_its_curves_lie_within_their_bands():
     found = calibrate([recording], bare)
     assert len(found.identified.names) == 21
     inside = []
-    for curve in found.kept.curves:
+    for curve in found.kept_model.curves:
         nodes, value, u = found.band(curve.component)
         true = next(e for e in traced_cmm.truth().effects if e.where == curve.component)
         at = curve.projector @ np.interp(nodes, true.grids[0], true.values)
@@ -43,7 +43,7 @@ def test_its_curves_lie_within_their_bands():
         assert np.interp(nodes, q, fine) == pytest.approx(value, abs=1e-12)
     assert np.mean(inside) >= 0.85
     diagonal, _ = vcmm.load_recording(folder() / "traced_cmm" / "diagonal.toml")
-    after = bare.with_effect(*found.kept.effects(found.theta))
+    after = bare.with_effect(*found.kept_model.effects(found.theta))
     assert put_to_test(diagonal, bare, after).gain > 0.9
 
 

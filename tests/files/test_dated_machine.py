@@ -25,7 +25,7 @@ def test_a_squareness_of_the_table_is_that_of_the_day(tmp_path: Path):
         SimpleNamespace(effect=square, parameter="angle", id="s"),
     ]
     tracked = SimpleNamespace(rows={"t": slice(0, 3), "s": slice(3, 4)}, quantities=quantities)
-    dated = SimpleNamespace(departure=departure, followed=SimpleNamespace(tracked=tracked))
+    dated = SimpleNamespace(departure=departure, history=SimpleNamespace(tracked=tracked))
     files: dict[str, str] = {}
     done = _renew_table(
         dated, {"errors": {"table": "errors.csv"}}, tmp_path / "machine.toml", "of the day", files, "new.csv"

@@ -53,12 +53,12 @@ def test_no_class_is_called_look():
 
 # How many may be left, by room: figures of November 2026, which can only fall. Where a room has fewer, write the new figure here.
 PARTICIPLES = {
-    "core": 0, "physics": 0, "part": 0, "program": 0, "task": 0, "answer": 0, "shop": 0, "compensation": 0, "learn": 80,
+    "core": 0, "physics": 0, "part": 0, "program": 0, "task": 0, "answer": 0, "shop": 0, "compensation": 0, "learn": 41,
     "files": 0, "show": 0, "face": 0,
 }  # fmt: skip
 VARIABLES = {
-    "core": 0, "physics": 0, "part": 0, "program": 0, "task": 0, "answer": 0, "shop": 0, "compensation": 0, "learn": 82,
-    "files": 18, "show": 0, "face": 0,
+    "core": 0, "physics": 0, "part": 0, "program": 0, "task": 0, "answer": 0, "shop": 0, "compensation": 0, "learn": 45,
+    "files": 3, "show": 0, "face": 0,
 }  # fmt: skip
 
 

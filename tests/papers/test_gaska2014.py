@@ -98,7 +98,7 @@ def test_hysteresis_has_the_share_that_is_asked_for():
 def test_the_lasertracer_tells_d_and_what_of_it_is_its_own():
     """A machine without scatter: eq. 2 leaves u = 0.1 um of 1442 degrees of freedom, d is all the instrument's."""
     still = tracer.found_by(tracer.Approached(np.zeros((52, 3)), 0.0), 1)
-    assert still.located.left == 3640 - 3 * 728 - 4 * 5 + 6
+    assert still.multilateration.freedom == 3640 - 3 * 728 - 4 * 5 + 6
     assert still.u == pytest.approx(0.1e-3, rel=0.05)
     assert np.sqrt((still.d**2).mean()) == pytest.approx(np.sqrt((still.instrument**2).mean()), rel=0.05)
     whole = tracer.found_by(tracer.Approached(np.zeros((52, 3)), 0.0, "length"), 1)

@@ -20,7 +20,7 @@ def calibration_json(calibration: Calibration, out: Path | None) -> dict[str, An
     from vcmm.show.tables.calibration import FIGURES, RESIDUALS, residuals
     from vcmm.show.tables.table import records
 
-    pulls = zip(calibration.posterior.own_names, calibration.posterior.own)
+    pulls = zip(calibration.posterior.instrument_names, calibration.posterior.instrument_errors)
     return {
         "machine": None if out is None else str(out),
         "identified": calibration.figures(),
@@ -31,7 +31,7 @@ def calibration_json(calibration: Calibration, out: Path | None) -> dict[str, An
         "residuals": records(RESIDUALS, residuals(calibration).rows),
         "instruments": [{"input": name, "pull": float(v)} for name, v in pulls],
         "probe_radius": calibration.probe_radii(),
-        "nodes": {c.axis: len(c.nodes) for c in calibration.kept.curves},
+        "nodes": {c.axis: len(c.nodes) for c in calibration.kept_model.curves},
         "figures": records(FIGURES, volume_figures(load_machine(out))) if out is not None else [],
     }
 

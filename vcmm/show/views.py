@@ -95,7 +95,7 @@ def placement(placed: PlacementResult, ax: Sheet = None) -> Axes:
 def error_curve(result: Calibration, name: str, ax: Sheet = None) -> Axes:
     nodes, value, u = result.along(name) if len(result.band(name)[0]) > 1 else result.band(name)
     unit, scale = ("µrad", 1e6) if is_angle(name) else ("µm", 1e3)
-    turns = any(c.component == name and c.rotary for c in result.kept.curves)
+    turns = any(c.component == name and c.rotary for c in result.kept_model.curves)
     place, label = (np.degrees(nodes), "angle / deg") if turns else (nodes, "position / mm")
     return charts.band(place, value * scale, u * scale, unit=unit, title=name, label=label, ax=ax)
 

@@ -14,8 +14,7 @@ from vcmm.core.text import read_text
 from vcmm.files.foreign.convert import Beside, convert
 from vcmm.files.foreign.exported_values import handed_over
 from vcmm.files.foreign.isg import read_isg
-from vcmm.files.foreign.qif import read_qif
-from vcmm.files.foreign.qif_machine import read_qif_machine
+from vcmm.files.foreign.qif import read_qif, read_qif_machine
 from vcmm.files.foreign.qif_part import read_qif_part
 from vcmm.files.foreign.qif_points import read_qif_points
 from vcmm.files.foreign.qif_results import qif_text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vcmm.core.errors import DataError
-from vcmm.files.own.dated_parts import read_parts
+from vcmm.files.learned.track_questions import read_parts
 from vcmm.learn.tracking.doubtful import DatedPart
 
 

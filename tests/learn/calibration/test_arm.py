@@ -13,8 +13,8 @@ from vcmm.core.errors import DataError, UsageError
 from vcmm.face.cli import run
 from vcmm.face.cli.calibrate_arm import remarks
 from vcmm.files.own.machine import load_machine
-from vcmm.files.own.pose_recordings import load_poses
 from vcmm.files.own.recording import load_recording
+from vcmm.files.own.recording_data import load_poses
 from vcmm.learn.calibration.arm import fit_arm
 from vcmm.learn.calibration.arm_geometry import link_numbers
 from vcmm.learn.calibration.arm_terms import load_patterns
@@ -110,8 +110,8 @@ def test_other_poses_of_a_planar_arm_find_tracker_and_target(tmp_path: Path, see
     # 0.25 mm of 400: less than 0.25 / sqrt(3) = 0.14 mm per coordinate are left of the nominal arm, about the noise of 10 um of the calibrated one
     assert 0.05 < test.before < 0.14
     assert test.after < 0.012
-    assert test.held is not None
-    assert test.after <= test.held  # found anew is the least that any place leaves
+    assert test.in_place is not None
+    assert test.after <= test.in_place  # found anew is the least that any place leaves
     assert test.after_turn is None
 
 
@@ -194,8 +194,8 @@ def test_3600_poses_are_predicted_as_by_plain_least_squares(tmp_path: Path, seed
     start = placed(here, lines, np.array([970.0, 30.0, 1160.0]))
     x = fit(here, lines, True, start, np.array([970.0, 30.0, 1160.0]), np.array([0.02, 5e-5]))
     best = rms_left(x, there, lines, True, start) * 1e-3
-    assert test.held is not None
-    assert test.held < 1.05 * best
+    assert test.in_place is not None
+    assert test.in_place < 1.05 * best
     assert {t.name for t in found.terms if t.size == 2} >= {"elastic_joint[B2,B2]", "elastic_joint[B3,B2 B3]"}
 
 

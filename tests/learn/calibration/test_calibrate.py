@@ -42,7 +42,7 @@ TIP = np.array([0.0, 0.0, -100.0])
 def z_scores(found, machine) -> np.ndarray:
     """Departures of all identified curves from the drawn ones, in units of their u."""
     out = []
-    for curve in found.kept.curves:
+    for curve in found.kept_model.curves:
         nodes, value, u = found.band(curve.component)
         out.append((value - truth(machine, curve.component, nodes)) / u)
     return np.concatenate(out)
@@ -68,7 +68,7 @@ def _squareness_scores(found, machine) -> list[float]:
     Chain b Y X Z: Y carries X and Z, X carries Z. C0Y: the slope of EYX turns X by +a about z, that of EXY turns Y by -a;
     a constant turn of Y takes X along. Tip shifts of (-c y, 0, 0) are +c.
     """
-    nodes = {c.axis: c.nodes for c in found.kept.curves}
+    nodes = {c.axis: c.nodes for c in found.kept_model.curves}
     s = {n: slope(machine, n, nodes[n[2]]) for n in ("EYX", "EXY", "EZX", "EXZ", "EZY", "EYZ")}
     m = {n: mean(machine, n, nodes[n[2]]) for n in ("ECY", "EBY", "EBX", "EAY", "EAX")}
     drawn = {p: next(e for e in machine.effects if e.where == p).angle for p in ("C0Y", "B0Z", "A0Z")}
@@ -152,7 +152,7 @@ def test_one_laser_in_two_recordings_has_one_scale():
         return calibrate(lines, bare(), {r.name: m for r, m in zip(lines, made)}, only=("EXX",))
 
     one, two = found("L-2041", "L-2041"), found("L-2041", "L-2042")
-    assert one.posterior.own_names == ("laser linear scale of L-2041",)
+    assert one.posterior.instrument_names == ("laser linear scale of L-2041",)
     assert one.band("EXX")[2][-1] == pytest.approx(0.6e-3, rel=0.03)
     assert two.band("EXX")[2][-1] == pytest.approx(0.6e-3 / np.sqrt(2), rel=0.03)
     assert found("", "").band("EXX")[2][-1] == pytest.approx(0.6e-3 / np.sqrt(2), rel=0.03)
@@ -191,7 +191,7 @@ def test_stations_50_mm_off_are_found():
         for r in design
     ]
     far = calibrate(away, bare())
-    assert all(min(p.moved.values()) > 45 for p in far.readings)
+    assert all(min(p.station_moves.values()) > 45 for p in far.readings)
     for name in ("EXX", "EBY", "C0Y"):
         assert far.band(name)[1] == pytest.approx(
             near.band(name)[1], abs=0.05 * float(near.band(name)[2].mean())
@@ -262,7 +262,7 @@ def test_one_half_predicts_the_other():
     found = calibrate(halves[0], bare())
     inside = []
     for one in halves[1]:
-        part = readings(one, bare(), found.kept)
+        part = readings(one, bare(), found.kept_model)
         basis = nuisance_basis(part.nuisance)
         e = part.value - part.errors @ found.theta
         e -= basis @ (basis.T @ e)

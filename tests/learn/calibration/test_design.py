@@ -35,14 +35,14 @@ def plan():
 
 def test_what_a_plan_identifies(plan):
     everything = proposal(plan, range(len(plan.names)))
-    assert len(everything.identified.names) == 21
+    assert len(everything.identifiability.names) == 21
     without = [i for i, n in enumerate(plan.names) if n != "ECZ"]
-    assert "ECZ" not in proposal(plan, without).identified.names
+    assert "ECZ" not in proposal(plan, without).identifiability.names
     cheap = cheapest_complete(plan)
-    assert len(proposal(plan, cheap).identified.names) == 21
+    assert len(proposal(plan, cheap).identifiability.names) == 21
     assert plan.time(cheap) < everything.minutes
     for i in cheap:  # none of them can be left out
-        assert len(proposal(plan, [j for j in cheap if j != i]).identified.names) < 21
+        assert len(proposal(plan, [j for j in cheap if j != i]).identifiability.names) < 21
 
 
 def test_the_search_beats_random_designs_of_equal_time(plan):

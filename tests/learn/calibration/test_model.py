@@ -38,7 +38,7 @@ def test_what_is_taken_is_a_mean_or_a_line_of_the_curve_as_it_runs(component, ki
     """Against a sum over 20000 places, also where the nodes are not equally spaced and of a rotary axis that turns in part."""
     end = 2.0 if is_rotary(component[-1]) else 600.0
     curve = Curve(
-        component, end * np.array([0.0, 0.03, 0.2, 0.4, 0.7, 1.0]), centred=component == "EXC", kind=kind
+        component, end * np.array([0.0, 0.03, 0.2, 0.4, 0.7, 1.0]), is_centred=component == "EXC", kind=kind
     )
     values = np.array([3.0, -1.0, 4.0, 1.0, -5.0, 9.0])
     q = end * (np.arange(20000) + 0.5) / 20000
@@ -46,7 +46,7 @@ def test_what_is_taken_is_a_mean_or_a_line_of_the_curve_as_it_runs(component, ki
     columns = [
         np.ones(len(q)),
         *([q] if curve.straightness else []),
-        *([np.cos(q), np.sin(q)] if curve.centred else []),
+        *([np.cos(q), np.sin(q)] if curve.is_centred else []),
     ]
     assert np.abs([float(c @ left) / len(q) / np.abs(c).max() for c in columns]).max() < 1e-3
     assert curve.share @ curve.free == pytest.approx(0, abs=1e-12)

@@ -51,7 +51,7 @@ def test_without_noise_everything_is_found_though_stations_are_known_to_20_mm_on
 def test_degrees_of_freedom_and_a_covariance_by_hand():
     """27 points, 6 stations: 162 - 81 - 24 + 6 = 63. At the origin two beams run along each axis: the variance of each coordinate is 1/2."""
     found = locate_points(lengths(GRID, AROUND, GRID))
-    assert found.left == 63
+    assert found.freedom == 63
     middle = int(np.flatnonzero((GRID == 0).all(axis=1))[0])
     assert found.alone[middle] == pytest.approx(0.5 * np.eye(3), abs=1e-9)
 

@@ -98,7 +98,7 @@ def test_what_no_pose_tells_does_not_hide_what_the_choice_changes(tmp_path):
     plan = pose_plan([PlannedSetup(*one) for one in setups], machine)
     chosen, every = best_poses(plan, None), range(12)
     assert plan.volume(every) < 5e-3
-    here, all_of_them = plan.expected(chosen), plan.expected(every)
+    here, all_of_them = plan.uncertainties(chosen), plan.uncertainties(every)
     assert all_of_them["X0B"] > 0.5
     for name in ("EBB", "ECC", "A0B", "C0B", "A0C", "B0C"):
         assert here[name] < 1.3 * all_of_them[name]
@@ -118,7 +118,7 @@ def test_a_height_that_the_travel_lacks_is_told_with_what_it_is_for(tmp_path, ca
 
 def test_the_offset_of_the_probe_bounds_the_place_of_the_trunnion(plan):
     # one trunnion: place and offset are one, so u of X0C and Y0A is that of the offset, 1 um, and a little more
-    expected = plan.expected(range(40))
+    expected = plan.uncertainties(range(40))
     for name in ("X0C", "Y0A"):
         assert 1.0e-3 < expected[name] < 1.1e-3
     assert expected["Y0C"] < 0.15e-3

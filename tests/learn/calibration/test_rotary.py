@@ -132,7 +132,7 @@ def test_the_average_line_leaves_the_machine_as_it_is():
 def _smooth(curve, rng) -> np.ndarray:
     """A wave of 1 and 2 per turn by the convention of the curve."""
     size = 1e-3 if not curve.turns else 1e-5
-    waves = [f(k * curve.nodes) for k in ((2,) if curve.centred else (1, 2)) for f in (np.cos, np.sin)]
+    waves = [f(k * curve.nodes) for k in ((2,) if curve.is_centred else (1, 2)) for f in (np.cos, np.sin)]
     return size * np.stack(waves, axis=1) @ rng.standard_normal(len(waves))
 
 
@@ -270,8 +270,8 @@ def test_known_linear_errors_stay_and_their_uncertainty_counts(tmp_path):
     known = load_machine(tmp_path / "m.toml")
     stretched = machine.with_effect(ComponentPolynomial("EXX", np.array([0.0, 1e-2])))
     found = calibrate(recorded(stretched, set_ups(bare(TABLE), "C"), rng), known, only=errors_of("C"))
-    assert set(errors_of("C")) <= set(found.kept.names)
-    assert "EXX" in found.kept.names
+    assert set(errors_of("C")) <= set(found.kept_model.names)
+    assert "EXX" in found.kept_model.names
     for name in ("X0C", "Y0C", "EYC", "ECC"):
         at, value, u = found.band(name)
         assert np.abs((value - truth(machine, "C", at)[name]) / u).max() < 4.5

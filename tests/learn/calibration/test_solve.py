@@ -28,8 +28,8 @@ def test_evidence_is_the_density_of_the_readings():
     scale = got.noise[0].scale * part.u
     assert got.noise[0].dof == np.inf
     y, g = part.value / scale, part.errors @ prior / scale[:, None]
-    if part.own:
-        g = np.concatenate([g, *[c / scale[:, None] for _, c in part.own]], axis=1)
+    if part.instrument_errors:
+        g = np.concatenate([g, *[c / scale[:, None] for _, c in part.instrument_errors]], axis=1)
     basis = nuisance_basis(part.nuisance / scale[:, None])
     rest = np.linalg.svd(basis, full_matrices=True)[0][:, basis.shape[1] :]
     c = np.eye(rest.shape[1]) + rest.T @ g @ g.T @ rest

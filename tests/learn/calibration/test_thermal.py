@@ -69,7 +69,7 @@ def test_amount_and_lag_are_found_and_the_other_sensor_is_not_used(found):
     assert abs(model.lags[0] - 700.0) < 4 * u[1] < 4 * 20.0
     assert model.after == pytest.approx(0.5e-3, rel=0.25)
     assert model.outliers == 1
-    assert model.unused == {"air": "adds nothing to the others"}
+    assert model.unused_sensors == {"air": "adds nothing to the others"}
 
 
 def test_the_file_predicts_another_run_within_its_band(found):

@@ -14,8 +14,7 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.face.cli import run
-from vcmm.files.foreign.isg import ErrorFile, ErrorTable, read_isg
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text, read_isg
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.diagnosis.candidates import catalogue

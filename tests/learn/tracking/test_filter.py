@@ -8,10 +8,9 @@ import pytest
 import vcmm
 from tests.learn.tracking.small_folder import write_machine
 from vcmm.learn.tracking import alarms, changes, rates
-from vcmm.learn.tracking.chance import chance_beyond, square_at
 from vcmm.learn.tracking.compress import SeenRecording
 from vcmm.learn.tracking.evidence import log_likelihoods
-from vcmm.learn.tracking.kalman import GaussianState, advance, condition, innovation
+from vcmm.learn.tracking.kalman import GaussianState, advance, chance_beyond, condition, innovation, square_at
 from vcmm.learn.tracking.learn_rates import columns_for, is_due
 from vcmm.learn.tracking.quantities import tracked_machine
 
@@ -141,7 +140,7 @@ def test_a_jump_by_pencil():
     weights = np.array([(1 - p) * density[0], p / 2 * density[1], p / 2 * density[2]])
     weights /= weights.sum()
     assert new.probability == pytest.approx(1 - weights[0])
-    assert new.changed == (("k", pytest.approx(weights[1] + weights[2])),)
+    assert new.suspects == (("k", pytest.approx(weights[1] + weights[2])),)
     means = np.array([0.0, 5 / 2, 5 * 16 / 17])  # shrunk by 1 / (1 + 1) and 16 / (16 + 1)
     mean = weights @ means
     spread = weights @ (np.array([0.0, 1 / 2, 16 / 17]) + (means - mean) ** 2)

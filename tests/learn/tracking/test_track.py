@@ -274,7 +274,7 @@ def test_a_check_stands_beside_its_forecast(tmp_path):
     name = found.checks[1].name
     (part,) = check_parts(found, name)
     assert (part.axis, part.circle, part.unit) == ("X", False, "µm")
-    assert part.seen == pytest.approx([1.5, -1.5])
+    assert part.readings == pytest.approx([1.5, -1.5])
     assert part.forecast == pytest.approx([1.0, -1.0], rel=1e-3)
     # u^2 of a half of 0.5 m x k, with var k = 16 / 3 and what a day brings, and 1 um of a reading: (0.25^2 x 16 / 3 + 1) = 1.1547^2
     assert part.u == pytest.approx([1.1547, 1.1547], rel=0.02)

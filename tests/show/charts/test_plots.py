@@ -106,7 +106,7 @@ def test_a_band_holds_95_percent():
     found = SimpleNamespace(
         band=lambda name: (nodes, value, u),
         along=lambda name: (nodes, value, u),
-        kept=SimpleNamespace(curves=()),
+        kept_model=SimpleNamespace(curves=()),
     )
     ax = views.error_curve(found, "EXX")
     assert ax.get_lines()[0].get_ydata() == pytest.approx([0.0, 2.0, -1.0])

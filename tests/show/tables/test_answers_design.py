@@ -11,7 +11,7 @@ from vcmm.show.tables.answers_runs import design_answers
 def proposal(names: str, minutes: float, *left: str) -> Any:
     combinations = [SimpleNamespace(text=text) for text in left]
     return SimpleNamespace(
-        names=tuple(names), minutes=minutes, identified=SimpleNamespace(combinations=combinations)
+        names=tuple(names), minutes=minutes, identifiability=SimpleNamespace(combinations=combinations)
     )
 
 

@@ -18,7 +18,7 @@ from vcmm.face.cli.options import InputFile, InputName, Json, Seed
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.files.learned.calibrated_machine import machine_texts, residual_texts
 from vcmm.files.own.machine import load_machine
-from vcmm.files.own.pose_recordings import is_poses
+from vcmm.files.own.recording_data import is_poses
 from vcmm.learn.calibration.acceptance import predict_figures, without_rounding
 from vcmm.learn.calibration.cross_validation import PredictedPositions, compare_interpolations
 from vcmm.learn.calibration.interpolation import interpolation_of

@@ -13,7 +13,7 @@ from vcmm.face.cli.calibrate_given import CalibrationFiles
 from vcmm.face.job import Job, Progress, Record
 from vcmm.files.learned.arm_machine import arm_texts
 from vcmm.files.own.machine import load_machine
-from vcmm.files.own.pose_recordings import is_poses, load_poses
+from vcmm.files.own.recording_data import is_poses, load_poses
 from vcmm.learn.calibration.arm import ArmFit, fit_arm
 from vcmm.learn.calibration.pose_tests import PoseTest, put_to_poses
 from vcmm.physics.structure.elastic_joint import ElasticJoint

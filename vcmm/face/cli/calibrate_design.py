@@ -88,7 +88,7 @@ class DesignJob(Job[list[PlannedSetup], Proposals]):
         return {"design.json": content}
 
     def exit_code(self, loaded: list[PlannedSetup], result: Proposals) -> int:
-        return int(bool(result.everything.identified.combinations))
+        return int(bool(result.everything.identifiability.combinations))
 
     def show(self, loaded: list[PlannedSetup], result: Proposals) -> None:
         _, everything, best, cheapest = result
@@ -99,7 +99,7 @@ class DesignJob(Job[list[PlannedSetup], Proposals]):
         )
         show_answers(design_answers(everything, best, cheapest))
         show_table(setups([(what, proposal) for what, proposal in chosen if proposal is not None]))
-        for c in everything.identified.combinations:
+        for c in everything.identifiability.combinations:
             print(f"not identified, even by all: {c.text}")
 
 

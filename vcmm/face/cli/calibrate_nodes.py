@@ -74,11 +74,11 @@ class NodesJob(Job[CalibrationInput, Nodes]):
 
 def node_body(scatter: NodeScatter, fit: ProcessFit, out: Path | None) -> dict[str, object]:
     """Return the JSON document without its frame."""
-    located = scatter.located
+    located = scatter.multilateration
     return {
         "machine": None if out is None else str(out),
         "residual_um": scatter.u * 1e3,
-        "degrees_of_freedom": located.left,
+        "degrees_of_freedom": located.freedom,
         "condition": located.condition,
         "stations": [
             {"place_mm": s.tolist(), "dead_path_mm": float(p)}

@@ -58,7 +58,7 @@ class PosesJob(Job[list[PlannedSetup], ChosenPoses]):
             "cheapest_complete": _record(plan, chosen) if budget is None else None,
             "poses": [_pose(plan.candidates[i]) for i in in_order_of_angles(plan, chosen)],
             "expected": _expected_uncertainties(plan, chosen, everything),
-            "correlated": [{"errors": [a, b], "correlation": r} for a, b, r in plan.correlated(chosen)],
+            "correlated": [{"errors": [a, b], "correlation": r} for a, b, r in plan.correlated_pairs(chosen)],
         }
 
     def record(self, loaded: list[PlannedSetup], result: ChosenPoses) -> Record:
@@ -70,7 +70,7 @@ class PosesJob(Job[list[PlannedSetup], ChosenPoses]):
         return {"design.json": content}
 
     def exit_code(self, loaded: list[PlannedSetup], result: ChosenPoses) -> int:
-        return int(bool(result.plan.identified(result.everything).combinations))
+        return int(bool(result.plan.identifiability(result.everything).combinations))
 
     def show(self, loaded: list[PlannedSetup], result: ChosenPoses) -> None:
         _show(result.plan, result.numbers, result.everything, self.body(result))
@@ -82,7 +82,7 @@ def in_order_of_angles(plan: PosePlan, chosen: list[int]) -> list[int]:
 
 
 def _record(plan: PosePlan, chosen: list[int]) -> dict[str, Any]:
-    identified = plan.identified(chosen)
+    identified = plan.identifiability(chosen)
     return {
         "setups": list(dict.fromkeys(plan.candidates[i].setup for i in chosen)),
         "poses": len(chosen),
@@ -104,7 +104,7 @@ def _expected_uncertainties(
     plan: PosePlan, chosen: list[int], everything: list[int]
 ) -> list[dict[str, object]]:
     """Return the u of every error before any touch, after the chosen poses, and after all."""
-    before, here, best = plan.before(), plan.expected(chosen), plan.expected(everything)
+    before, here, best = plan.before(), plan.uncertainties(chosen), plan.uncertainties(everything)
     out = []
     for name, u in here.items():
         unit, scale = unit_of(name)
@@ -149,7 +149,7 @@ def _show(plan: PosePlan, chosen: list[int], everything: list[int], body: dict[s
             lines,
         )
     )
-    for c in plan.identified(everything).combinations:
+    for c in plan.identifiability(everything).combinations:
         print(f"not identified, even by all: {c.text}")
     for pair in body["correlated"]:
         print(f"{' and '.join(pair['errors'])} depend on one another: correlation {pair['correlation']:.2f}")

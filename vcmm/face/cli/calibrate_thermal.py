@@ -113,7 +113,7 @@ def _figures(model: ThermalModel) -> dict[str, object]:
         "held_out": {"rms_before_um": before * 1e3, "rms_after_um": after * 1e3},
         "outliers": model.outliers,
         "trained_degC": {s: list(r) for s, r in model.trained.items()},
-        "not_used": model.unused,
+        "not_used": model.unused_sensors,
     }
 
 
@@ -123,5 +123,5 @@ def _show(model: ThermalModel) -> None:
     print(f"blocks of time predicted from the others: {before * 1e3:.2f} -> {after * 1e3:.2f} µm rms")
     if model.outliers:
         print(f"{model.outliers} single readings stand out from their neighbours and were left out")
-    for sensor, why in model.unused.items():
+    for sensor, why in model.unused_sensors.items():
         print(f"not used: {sensor}: {why}")

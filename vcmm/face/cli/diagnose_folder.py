@@ -11,7 +11,7 @@ from vcmm.core.blocks import Sharing, key_of
 from vcmm.face.job import Progress, Record, SharedJob
 from vcmm.files.learned.fleet import Change, FolderJob, changes, diagnosed_folder, in_time
 from vcmm.files.learned.fleet import Record as DiagnosedRecording
-from vcmm.files.own.recording_files import recordings_in
+from vcmm.files.own.recording_data import recordings_in
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say, show_answers, show_table
 from vcmm.show.tables import fleet as tables

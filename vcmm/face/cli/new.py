@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from vcmm.core.errors import UsageError
 from vcmm.files.own.library import companions, cuts, example, follows, instrument_read, records, turns_over
-from vcmm.files.own.pose_recordings import is_poses
+from vcmm.files.own.recording_data import is_poses
 from vcmm.show.console.files import output_folder, write_files
 from vcmm.show.console.terminal import say
 

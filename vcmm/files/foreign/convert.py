@@ -77,8 +77,7 @@ def convert(path: str | Path, around: Beside = Beside()) -> ConvertedFiles:
 
 
 def _qif(path: str | Path, around: Beside) -> ConvertedFiles:
-    from vcmm.files.foreign.qif import read_qif
-    from vcmm.files.foreign.qif_machine import machine_files, read_qif_machine
+    from vcmm.files.foreign.qif import machine_files, read_qif, read_qif_machine
     from vcmm.files.foreign.qif_part import read_qif_part
 
     root = read_qif(path).root

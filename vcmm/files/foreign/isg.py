@@ -1,4 +1,4 @@
-"""ISG volumetric CSV: tables of component errors in mm and rad, as controls read them.
+"""ISG volumetric CSV: tables of component errors in mm and rad, as controls read them, read and written.
 
 A header line names columns (`X EXX EYX EZX EAX EBX ECX`), position-independent errors have no argument column
 (`A0Z B0Z C0Y`), `#` starts the next table, `//` comments; several argument columns (`Z X EXX ...`) give a grid.
@@ -8,6 +8,7 @@ are accepted; only the name is translated, signs and units are those of ISO 230-
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +20,41 @@ from vcmm.core.errors import DataError, UsageError
 from vcmm.core.run import Array
 from vcmm.core.text import lines_of, read_text
 from vcmm.files.sheets import Layout, numbers_of
+
+
+def isg_text(file: ErrorFile, comment: str = "") -> str:
+    """Return the text of a file; numbers with ten digits, mm and rad."""
+    parts = [_table_text(t) for t in file.tables]
+    if file.constants:
+        names = list(file.constants)
+        parts.append(" ".join(names) + "\n" + " ".join(f"{file.constants[n]:.10g}" for n in names) + "\n")
+    head = f"// {comment}\n" if comment else ""
+    return head + "#\n".join(parts)
+
+
+def _table_text(table: ErrorTable) -> str:
+    mesh = np.meshgrid(*table.grids, indexing="ij")
+    columns = [m.ravel() for m in mesh] + [np.ravel(v) for v in table.values.values()]
+    rows = [" ".join(f"{v:.10g}" for v in row) for row in np.stack(columns, axis=1)]
+    return "\n".join([" ".join([*table.arguments, *table.values]), *rows]) + "\n"
+
+
+def with_values(file: ErrorFile, values: Mapping[str, Array | float]) -> ErrorFile:
+    """Return the same tables with other numbers: component name -> values in the shape of its grids, or one number."""
+    tables = tuple(
+        ErrorTable(
+            t.arguments,
+            t.grids,
+            {
+                n: np.reshape(np.asarray(values.get(n, v), dtype=float), np.shape(v))
+                for n, v in t.values.items()
+            },
+            t.line,
+        )
+        for t in file.tables
+    )
+    return ErrorFile(tables, {n: float(values.get(n, v)) for n, v in file.constants.items()})
+
 
 LAYOUT = Layout(r"[\s,;]+", remark="//")
 NO_NUMBER = "not a number in {}; decimals are written with a point"

@@ -10,8 +10,7 @@ import numpy as np
 
 from vcmm.core.inputs import Input, JointCovariance
 from vcmm.core.laws import MultivariateNormal
-from vcmm.files.foreign.isg import ErrorFile
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, isg_text
 from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.toml_edits import editable, move_names
@@ -19,18 +18,18 @@ from vcmm.learn.calibration.arm import ArmFit
 from vcmm.physics.structure.squareness import RotaryLocation
 
 
-def arm_texts(found: ArmFit, prior: Path, target: Path, sources: Sequence[str]) -> dict[str, str]:
+def arm_texts(fit: ArmFit, prior: Path, target: Path, sources: Sequence[str]) -> dict[str, str]:
     """Return file name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv. prior: the machine file with the nominal arm.
 
     The joint covariance holds the geometry; further terms have an Input each, and what they share with the geometry is not written.
     """
     table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
     evidence = f"calibrated from {', '.join(sources)}"
-    geometry = [i for i, t in enumerate(found.terms) if isinstance(t.effect, RotaryLocation)]
-    starts = np.cumsum([0, *(t.size for t in found.terms)])
+    geometry = [i for i, t in enumerate(fit.terms) if isinstance(t.effect, RotaryLocation)]
+    starts = np.cumsum([0, *(t.size for t in fit.terms)])
     rows = starts[geometry]
-    names = [found.terms[i].name for i in geometry]
-    joint = JointCovariance(tuple(names), np.full(len(names), np.nan), found.covariance[np.ix_(rows, rows)])
+    names = [fit.terms[i].name for i in geometry]
+    joint = JointCovariance(tuple(names), np.full(len(names), np.nan), fit.covariance[np.ix_(rows, rows)])
     document = editable(prior)
     move_names(document, prior.parent, target.parent)
     document.pop("large_errors", None)
@@ -39,12 +38,12 @@ def arm_texts(found: ArmFit, prior: Path, target: Path, sources: Sequence[str]) 
         .rstrip()
         .replace('vcmm = "machine/1"\n', 'vcmm = "machine/1"\nlarge_errors = true\n', 1)
     )
-    remarks = "".join(f"# {r.text}\n" for r in found.redundant)
+    remarks = "".join(f"# {r.text}\n" for r in fit.redundant)
     errors = f'[errors]\ntable = "{table}"\nstate = "residual"\ncovariance = "{covariance}"\nevidence = "{evidence}"\n'
-    further = [_term(found, i, evidence) for i in range(len(found.terms)) if i not in geometry]
+    further = [_term(fit, i, evidence) for i in range(len(fit.terms)) if i not in geometry]
     return {
         f"{target.stem}.toml": "\n".join([head, "", remarks + errors, *further]),
-        table: isg_text(ErrorFile((), dict(zip(names, found.theta[rows].tolist()))), evidence),
+        table: isg_text(ErrorFile((), dict(zip(names, fit.theta[rows].tolist()))), evidence),
         covariance: covariance_text(joint),
     }
 

@@ -18,8 +18,7 @@ from vcmm.core.kinematics import Axis
 from vcmm.core.laws import MultivariateNormal, Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.files.foreign.isg import ErrorFile, ErrorTable
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text
 from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.own.known_errors import read_error_file
@@ -34,22 +33,22 @@ CHANCE = 0.01  # a lost motion that chance would make so often is none
 
 
 def residual_texts(
-    found: Calibration, target: Path, sources: Sequence[str], prior: Path | None, switched_on: str
+    calibration: Calibration, target: Path, sources: Sequence[str], prior: Path | None, switched_on: str
 ) -> dict[str, str]:
     """Return the machine with the compensated errors: tables of zeros with the covariance of the remainder, state "residual".
 
     switched_on: name of the compensation. A lost motion stays: no table of errors over a travel compensates it.
     """
-    names, _ = found.kept.labels
-    left = np.where([name[0] == "B" and len(name) == 2 for name in names], found.theta, 0.0)
+    names, _ = calibration.kept_model.labels
+    left = np.where([name[0] == "B" and len(name) == 2 for name in names], calibration.theta, 0.0)
     machine = replace(
-        found.machine, state="residual", compensation=(*found.machine.compensation, switched_on)
+        calibration.machine, state="residual", compensation=(*calibration.machine.compensation, switched_on)
     )
-    return machine_texts(replace(found, theta=left, machine=machine), target, sources, prior)
+    return machine_texts(replace(calibration, theta=left, machine=machine), target, sources, prior)
 
 
 def machine_texts(
-    found: Calibration, target: Path, sources: Sequence[str], prior: Path | None = None
+    calibration: Calibration, target: Path, sources: Sequence[str], prior: Path | None = None
 ) -> dict[str, str]:
     """Return file name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv beside it.
 
@@ -58,33 +57,35 @@ def machine_texts(
     """
     table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
     evidence = f"calibrated from {', '.join(sources)}"
-    names, nodes = found.kept.labels
+    names, nodes = calibration.kept_model.labels
     stored = np.array([not (n[0] == "B" and len(n) == 2) for n in names])
     joint = JointCovariance(
-        tuple(n for n, s in zip(names, stored) if s), nodes[stored], found.covariance[np.ix_(stored, stored)]
+        tuple(n for n, s in zip(names, stored) if s),
+        nodes[stored],
+        calibration.covariance[np.ix_(stored, stored)],
     )
-    errors = _errors(found, table, covariance, evidence)
+    errors = _errors(calibration, table, covariance, evidence)
     if prior is None:
-        text = bare_text(found.machine) + errors + _repeatability(found)
+        text = bare_text(calibration.machine) + errors + _repeatability(calibration)
     else:
-        text = f"{_without_errors(prior, target.parent, found.kept.names).rstrip()}\n\n{errors}"
-    reversals = "".join(_reversal(found, c) for c in found.kept.curves if c.reversal)
+        text = f"{_without_errors(prior, target.parent, calibration.kept_model.names).rstrip()}\n\n{errors}"
+    reversals = "".join(_reversal(calibration, c) for c in calibration.kept_model.curves if c.reversal)
     return {
         f"{target.stem}.toml": text + reversals,
-        table: isg_text(error_file(found), evidence),
+        table: isg_text(error_file(calibration), evidence),
         covariance: covariance_text(joint),
     }
 
 
-def error_file(found: Calibration) -> ErrorFile:
+def error_file(calibration: Calibration) -> ErrorFile:
     """Return one table per axis over its nodes, and the squareness."""
-    tables, model = [], found.kept
+    tables, model = [], calibration.kept_model
     curves = [c for c in model.curves if not c.reversal]
     for axis in dict.fromkeys(c.axis for c in curves):
         mine = [c for c in curves if c.axis == axis]
-        values: dict[str, Array] = {c.component: found.theta[model.slices[c.component]] for c in mine}
+        values: dict[str, Array] = {c.component: calibration.theta[model.slices[c.component]] for c in mine}
         tables.append(ErrorTable((axis,), (mine[0].nodes,), values, 0))
-    return ErrorFile(tuple(tables), {p: float(found.theta[model.slices[p]][0]) for p in model.pairs})
+    return ErrorFile(tuple(tables), {p: float(calibration.theta[model.slices[p]][0]) for p in model.pairs})
 
 
 def _errors(calibration: Calibration, table: str, covariance: str, evidence: str) -> str:
@@ -98,16 +99,16 @@ def _errors(calibration: Calibration, table: str, covariance: str, evidence: str
     )
 
 
-def between(found: Calibration) -> str:
+def between(calibration: Calibration) -> str:
     """Return the interpolation of the file between its nodes: that of the fit."""
-    return "linear" if any(c.kind == LINEAR for c in found.kept.curves) else "cubic"
+    return "linear" if any(c.kind == LINEAR for c in calibration.kept_model.curves) else "cubic"
 
 
 def _reversal(calibration: Calibration, curve: Curve) -> str:
     """Return a lost motion as an effect with its Input; nothing where it does not differ from zero by more than chance."""
     from scipy.special import chdtrc
 
-    part = calibration.kept.slices[curve.component]
+    part = calibration.kept_model.slices[curve.component]
     value, covariance = calibration.theta[part], calibration.covariance[part, part]
     if chdtrc(len(value), float(value @ np.linalg.pinv(covariance, rcond=1e-6) @ value)) > CHANCE:
         return f"# lost motion of {curve.axis}: none beyond chance\n"
@@ -172,7 +173,7 @@ def _repeatability(calibration: Calibration) -> str:
     if not touches:
         return ""
     left = sum(r.m for r in calibration.readings) / max(
-        sum(r.m for r in calibration.readings) - calibration.posterior.used, 1.0
+        sum(r.m for r in calibration.readings) - calibration.posterior.numbers_used, 1.0
     )
     u = rms(np.concatenate(touches)) * np.sqrt(left)
     return f'[repeatability]                # scatter of the touches of this calibration\nlaw = "normal"\nu = "{u * 1e3:.3g} um"\n'

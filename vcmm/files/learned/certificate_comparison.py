@@ -41,7 +41,7 @@ FACTS = (
 class CertifiedU:
     """U of one characteristic, mm or rad, under one prior or with the facts known so far."""
 
-    known: str
+    facts: str
     characteristic: str
     unit: str
     expanded: float

@@ -12,8 +12,7 @@ import numpy as np
 from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
-from vcmm.files.foreign.isg import ErrorFile, ErrorTable
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text
 from vcmm.files.learned.effect_text import effect_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.own.known_errors import effects_of, read_error_file, refine_tables
@@ -50,10 +49,10 @@ def machine_files(dated: DatedMachine, original: Path, target: Path, at: str, la
 
 def _departure_of(dated: DatedMachine, effect: Effect) -> dict[str, Array]:
     """Return parameter -> departure, in the shape of the parameter."""
-    rows = dated.followed.tracked.rows
+    rows = dated.history.tracked.rows
     return {
         q.parameter: np.reshape(dated.departure[rows[q.id]], np.shape(getattr(q.effect, q.parameter)))
-        for q in dated.followed.tracked.quantities
+        for q in dated.history.tracked.quantities
         if q.effect.id == effect.id
     }
 
@@ -116,7 +115,7 @@ def _same_grids(table: ErrorTable, other: ErrorTable) -> bool:
 def _departures(dated: DatedMachine, in_table: set[str], evidence: str) -> str:
     """Return [[effects]] of the differences from the original file; the reader adds effects of one name and place."""
     blocks = []
-    for effect in {q.effect.id: q.effect for q in dated.followed.tracked.quantities}.values():
+    for effect in {q.effect.id: q.effect for q in dated.history.tracked.quantities}.values():
         moved = {n: v for n, v in _departure_of(dated, effect).items() if np.any(v)}
         if effect.id in in_table or not moved:
             continue

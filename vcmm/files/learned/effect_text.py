@@ -91,24 +91,24 @@ def _plain(value: object) -> str:
     return f'"{value}"' if isinstance(value, str) else str(value)
 
 
-def input_toml(effect: Effect, one: Input, source: str) -> str:
+def input_toml(effect: Effect, quantity: Input, source: str) -> str:
     """One [[inputs]] table for a parameter of the effect: u for a number, a covariance for an array."""
-    spec = next(f for f in parameter_fields(effect) if f.name == one.parameter)
+    spec = next(f for f in parameter_fields(effect) if f.name == quantity.parameter)
     unit = unit_of(effect, spec.name)
     lines = ["[[inputs]]", f'effect = "{effect.name}"']
     for place in place_fields(effect):
         value = getattr(effect, place.name)
         if value != "" and not (place.metadata["quiet"] and value == place.default):
             lines.append(f"{place.name} = {_plain(value)}")
-    lines.append(f'parameter = "{one.parameter}"')
-    if isinstance(one.law, MultivariateNormal):
-        rows = one.law.covariance / _factor(unit) ** 2
+    lines.append(f'parameter = "{quantity.parameter}"')
+    if isinstance(quantity.law, MultivariateNormal):
+        rows = quantity.law.covariance / _factor(unit) ** 2
         lines += [
             'law = "multivariate"',
             "covariance = [" + ", ".join(f"[{', '.join(f'{v:.6g}' for v in row)}]" for row in rows) + "]",
         ]
     else:
-        spread = f"{float(np.ravel(one.law.u)[0]) / _factor(unit):.6g}"
+        spread = f"{float(np.ravel(quantity.law.u)[0]) / _factor(unit):.6g}"
         lines += ['law = "normal"', f'u = "{spread} {unit}"' if unit not in ("", "1") else f'u = "{spread}"']
     lines.append(f'evidence = "diagnosed from {source}"')
     return "\n".join(lines) + "\n"

@@ -84,28 +84,28 @@ class Change:
 
 
 def diagnosed_folder(
-    asked: FolderJob, files: Sequence[Path], key: str, sharing: Sharing, progress: Callable[[float], None]
+    job: FolderJob, files: Sequence[Path], key: str, sharing: Sharing, progress: Callable[[float], None]
 ) -> list[Record]:
     """Return a record of every file, in their order. Raises ShardDone where a share is wanted, DataError where a shard lacks some."""
-    return sharing.all_of(key, record_of, asked, [str(file) for file in files], progress)
+    return sharing.all_of(key, record_of, job, [str(file) for file in files], progress)
 
 
-def record_of(asked: FolderJob, file: str) -> Record:
+def record_of(job: FolderJob, file: str) -> Record:
     """Return one recording as plain values: the kept part of its diagnosis, or `problem`, why there is none."""
     path = Path(file)
-    record: Record = {"file": path.relative_to(asked.folder).as_posix(), "machine": "", "date": ""}
+    record: Record = {"file": path.relative_to(job.folder).as_posix(), "machine": "", "date": ""}
     try:
         record["date"] = str(read_toml(path).data.get("date", ""))
         recording, machine = load_recording(
-            path, load_machine(asked.machine) if asked.machine else None, gaps=True
+            path, load_machine(job.machine) if job.machine else None, gaps=True
         )
         record["machine"] = machine.name
-        diagnosed = diagnose(recording, machine, seed=asked.seed)
+        diagnosed = diagnose(recording, machine, seed=job.seed)
         as_json = diagnosis_json(diagnosed)
         for entry, a in zip(as_json["answer"], diagnosed.answer):
             entry["family_size"] = family_size(a, recording.run)
     except VcmmError as error:
-        return {**record, "problem": first_of(error).replace(str(asked.folder) + "/", ""), "ours": False}
+        return {**record, "problem": first_of(error).replace(str(job.folder) + "/", ""), "ours": False}
     except (
         Exception
     ) as error:  # an internal error in one of thousands is reported and does not end the others

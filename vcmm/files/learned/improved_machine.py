@@ -14,7 +14,7 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.knowledge import addable
 from vcmm.core.machine import Machine
-from vcmm.files.foreign.isg_writer import isg_text, with_values
+from vcmm.files.foreign.isg import isg_text, with_values
 from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.toml_edits import editable, move_names
 from vcmm.learn.diagnosis.acceptance import answers_to_write, notes

@@ -44,14 +44,14 @@ class CheckPart:
     unit: str
     place: Array
     up: Array
-    seen: Array
+    readings: Array
     forecast: Array
     u: Array
 
     @property
     def inside(self) -> float:
         """Share of the readings within 1.96 u of their forecast."""
-        return float((np.abs(self.seen - self.forecast) < 1.96 * self.u).mean())
+        return float((np.abs(self.readings - self.forecast) < 1.96 * self.u).mean())
 
 
 def check_parts(track: Track, name: str) -> tuple[CheckPart, ...]:
@@ -65,7 +65,7 @@ def check_parts(track: Track, name: str) -> tuple[CheckPart, ...]:
     recording, _ = load_recording(track.folder / file, followed.tracked.machine, gaps=True)
     problem = make_problem(recording, followed.tracked.machine)
     values_seen, forecast, u = _beside(
-        followed, track.states_before(number), problem, followed.seen[number].noise
+        followed, track.states_before(number), problem, followed.recordings[number].noise
     )
     scale, unit = (1e6, "µrad") if recording.kind == "angle" else (1e3, "µm")
     values = (values_seen * scale, forecast * scale, u * scale)
@@ -136,7 +136,7 @@ def _circles(
                 unit=unit,
                 place=angle[order],
                 up=flat,
-                seen=observed,
+                readings=observed,
                 forecast=forecast,
                 u=u,
             )
@@ -166,11 +166,22 @@ def _along(problem: Problem, words: tuple[str, str, str], values: tuple[Array, A
     if problem.recording.kind == "probe" or len(moved) != 1:
         number = np.arange(1.0, len(row) + 1)
         return CheckPart(
-            file, date, "", False, unit, number, up=np.zeros(len(row)), seen=observed, forecast=forecast, u=u
+            file,
+            date,
+            "",
+            False,
+            unit,
+            number,
+            up=np.zeros(len(row)),
+            readings=observed,
+            forecast=forecast,
+            u=u,
         )
     place = np.asarray(run.position[moved[0]][row], dtype=float)
     step = np.diff(place, prepend=2 * place[0] - place[min(1, len(place) - 1)])
     up = np.where(step == 0, np.nan, np.sign(step))
     for k in range(len(up)):  # a position that is read again keeps the sense in which it was reached
         up[k] = (up[k - 1] if k else 1.0) if np.isnan(up[k]) else up[k]
-    return CheckPart(file, date, moved[0], False, unit, place, up=up, seen=observed, forecast=forecast, u=u)
+    return CheckPart(
+        file, date, moved[0], False, unit, place, up=up, readings=observed, forecast=forecast, u=u
+    )

@@ -16,7 +16,7 @@ MACHINE = "machine_learned.toml"
 
 def learned_files(rest: LearnedRest, original: Path, folder: Path) -> dict[str, str]:
     """Return file name -> text of MACHINE and ROWS; none where the gate was not passed."""
-    if not rest.passed:
+    if not rest.has_passed:
         return {}
     document = editable(original)
     move_names(document, original.parent, folder)

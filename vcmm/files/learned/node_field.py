@@ -22,7 +22,7 @@ SHARES = (
 )  # d is a scatter of approaches, the mean deviation stays
 
 
-def check_nodes(found: NodeScatter, machine: Machine) -> str:
+def check_nodes(nodes: NodeScatter, machine: Machine) -> str:
     """Return the name of the effect that these nodes become.
 
     Raises UsageError where they span no volume, or where the machine states such a field already.
@@ -31,22 +31,22 @@ def check_nodes(found: NodeScatter, machine: Machine) -> str:
         raise UsageError(
             f"the machine file states {ResidualField.name} already; take it out of the file, so that no error is counted twice"
         )
-    if np.linalg.matrix_rank(found.place - found.place[0], tol=1e-6 * float(np.ptp(found.place))) < 3:
+    if np.linalg.matrix_rank(nodes.place - nodes.place[0], tol=1e-6 * float(np.ptp(nodes.place))) < 3:
         raise UsageError(
-            f"{len(found.place)} nodes lie in one plane; measure nodes at several heights, so that they span a volume"
+            f"{len(nodes.place)} nodes lie in one plane; measure nodes at several heights, so that they span a volume"
         )
     return ResidualField.name
 
 
-def approach_scale(found: NodeScatter) -> Array:
+def approach_scale(nodes: NodeScatter) -> Array:
     """Return the scale of the t-law of one approach about the mean of its node, as (K, 3) mm; that mean has its own u in the systematic share.
     Where `single` is below the scatter by the lengths alone, the latter replaces it: less cannot be seen.
     """
-    return np.maximum(found.single, found.instrument)
+    return np.maximum(nodes.single, nodes.instrument)
 
 
 def node_text(
-    found: NodeScatter,
+    nodes: NodeScatter,
     machine: Machine,
     original: Path | None,
     target: Path,
@@ -56,19 +56,19 @@ def node_text(
     """Return the text of the machine file with the field at its end. original: the file that it is added to; None: one of structure and travels."""
     from vcmm.files.learned.calibrated_machine import bare_text
 
-    name = check_nodes(found, machine)
-    fit = fit_process(found) if fit is None else fit
+    name = check_nodes(nodes, machine)
+    fit = fit_process(nodes) if fit is None else fit
     if original is None:
         start = bare_text(machine)
     else:
         document = editable(original)
         move_names(document, original.parent, target.parent)
         start = str(document.as_string())
-    source_text, dof = f"LaserTracer, {', '.join(sources)}", int(found.dof.min())
-    process = field_process(found, fit, approach_scale(found))
-    parts = [start.rstrip(), "", *_effect_lines(name, process, found, dof, source_text)]
+    source_text, dof = f"LaserTracer, {', '.join(sources)}", int(nodes.dof.min())
+    process = field_process(nodes, fit, approach_scale(nodes))
+    parts = [start.rstrip(), "", *_effect_lines(name, process, nodes, dof, source_text)]
     evidence = {
-        "systematic": f"{source_text}: mean of {dof + 1} approaches of each node, {len(found.place)} nodes",
+        "systematic": f"{source_text}: mean of {dof + 1} approaches of each node, {len(nodes.place)} nodes",
         "random": f"{source_text}: scatter of {dof + 1} approaches of each node",
     }
     for share, redraw in SHARES:

@@ -11,8 +11,7 @@ from vcmm.core.effect import own_nodes
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import JointCovariance
 from vcmm.core.machine import Machine
-from vcmm.files.foreign.isg import ErrorFile, ErrorTable
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.files.own.known_errors import read_error_file
 from vcmm.files.toml import read_toml

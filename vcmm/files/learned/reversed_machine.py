@@ -14,8 +14,7 @@ from vcmm.core.inputs import Input, JointCovariance
 from vcmm.core.kinematics import Chain
 from vcmm.core.laws import Law, MultivariateNormal, Normal
 from vcmm.core.run import Array
-from vcmm.files.foreign.isg import ErrorFile, ErrorTable
-from vcmm.files.foreign.isg_writer import isg_text
+from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text
 from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.own.joint_covariance import covariance_text
 from vcmm.learn.calibration.reversal import (
@@ -32,27 +31,27 @@ TURNS = 36000  # deg, to either side: a spindle's travel
 
 
 def reversed_texts(
-    found: Sequence[ReversalResult], chain: Chain, target: Path, sources: Sequence[str]
+    results: Sequence[ReversalResult], chain: Chain, target: Path, sources: Sequence[str]
 ) -> dict[str, str]:
     """Return file name -> text: STEM.toml as `target` says; STEM_errors.csv and STEM_covariance.csv where it holds a straightness.
 
     Raises UsageError for an axis that the structure lacks.
     """
-    for result in found:
+    for result in results:
         if result.file.axis not in chain.letters:
             raise UsageError(
                 f'{result.file.name} is about axis {result.file.axis}, which structure = "{chain.structure}" lacks'
             )
-    straight = [result for result in found if result.straight is not None]
+    straight = [result for result in results if result.straight is not None]
     out: dict[str, str] = {}
-    text = _head(found, chain)
+    text = _head(results, chain)
     if straight:
         table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
         evidence = f"reversal {', '.join(sources)}"
         text += f'[errors]\ntable = "{table}"\ncovariance = "{covariance}"\nevidence = "{evidence}"\n'
         out[table] = isg_text(_tables(straight), evidence)
         out[covariance] = covariance_text(_joint(straight))
-    for result in found:
+    for result in results:
         text += "".join(f"\n# not identified: {c.text}" for c in result.combinations) + "\n"
         text += _effects(result)
     return {f"{target.stem}.toml": text, **out}

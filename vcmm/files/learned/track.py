@@ -23,7 +23,7 @@ from vcmm.files.learned.track_state import (
 )
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
-from vcmm.files.own.recording_files import recordings_in
+from vcmm.files.own.recording_data import recordings_in
 from vcmm.files.toml import read_toml
 from vcmm.learn.diagnosis.plain_words import cause_and_cure
 from vcmm.learn.tracking.alarms import ALPHA
@@ -121,7 +121,7 @@ def track(
     _check_alpha(alpha)
     _take_state_folder(request)
     followed, files, added = _take_in(request, progress)
-    when = _day_of(at, followed.seen[-1].when, files[-1])
+    when = _day_of(at, followed.recordings[-1].when, files[-1])
     return Track(
         followed, machine_on(followed, when), at or files[-1].date, added, request.machine, request.folder
     )
@@ -138,7 +138,7 @@ def _take_in(request: TrackRequest, progress: Progress) -> tuple[FollowedMachine
         progress(file.name, i / len(new))
         followed = _follow_file(request, machine, followed, file)
         files = (*files, file)
-    if not followed.seen:
+    if not followed.recordings:
         raise UsageError(f"{request.folder} holds no recording")
     if request.state is not None and (new or not is_kept):
         write_state(request.state, followed, of_machine, files)

@@ -6,14 +6,38 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from vcmm.core.errors import DataError, UsageError
 from vcmm.files.own.check_list import load_checks
-from vcmm.files.own.dated_parts import read_parts
 from vcmm.files.own.scenario import load_scenario
-from vcmm.learn.tracking.doubtful import DoubtfulParts, doubtful_parts
+from vcmm.files.sheets import SheetColumn, read_csv
+from vcmm.learn.tracking.dates import moment
+from vcmm.learn.tracking.doubtful import DatedPart, DoubtfulParts, doubtful_parts
 from vcmm.learn.tracking.follow import FollowedMachine
 from vcmm.learn.tracking.machine_at import DatedMachine
 from vcmm.learn.tracking.next_check import CheckPlan, NextCheck, plan_checks
 from vcmm.learn.tracking.task_limits import TaskLimit, gains_of, limits_of
+
+ADVICE = "; expected the columns part,date, such as part,date and below it 17,2026-08-19"
+COLUMNS = (SheetColumn("part", advice=ADVICE), SheetColumn("date", advice=ADVICE))
+
+
+def read_parts(path: Path) -> tuple[DatedPart, ...]:
+    """Read parts and the days on which they were made or measured (columns part,date), one row per part. Raises DataError naming file and line: no name, no date."""
+    sheet = read_csv(path)
+    problems = sheet.missing(COLUMNS)
+    if problems:
+        raise DataError(problems)
+    parts = tuple(map(DatedPart, sheet.words("part"), sheet.words("date")))
+    for row, part in enumerate(parts):
+        try:
+            moment(part.date)
+        except UsageError as error:
+            problems.append(f"{sheet.at(row)}: {error}")
+        if not part.name:
+            problems.append(f"{sheet.at(row)}: the part has no name")
+    if problems:
+        raise DataError(problems)
+    return parts
 
 
 class CheckAdvice(NamedTuple):

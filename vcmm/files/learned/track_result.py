@@ -179,7 +179,7 @@ class Track:
         """Return mean and factor of the state on the day of a recording, before it was processed."""
         now = self.checks[number].when
         if not number:
-            start = self.followed.started
+            start = self.followed.start
             return start.mean, start.factor
         earlier = self.followed.motion.step(self._states[number - 1], now - self.checks[number - 1].when)
         return earlier.mean, earlier.factor
@@ -294,8 +294,8 @@ def _document(c: NumberOverTime, checks: tuple[FollowedCheck, ...]) -> dict[str,
 def _check_document(c: FollowedCheck) -> dict[str, Any]:
     return {
         "recording": c.name, "date": c.date, "rows": c.rows, "combinations_seen": c.rank, "noise_scale": c.noise,
-        "outliers": c.outliers, "chance": c.chance, "level": c.level, "alarm": c.alarm, "rms_predicted": c.predicted,
-        "rms_unchanged": c.unchanged, "innovation_over_u": c.spread, "probability_of_change": c.change,
+        "outliers": c.outliers, "chance": c.chance, "level": c.level, "alarm": c.alarm, "rms_predicted": c.rms_predicted,
+        "rms_unchanged": c.rms_unchanged, "innovation_over_u": c.spread, "probability_of_change": c.change,
         "changed": [{"name": n, "probability": p} for n, p in c.suspects],
     }  # fmt: skip
 

@@ -71,7 +71,7 @@ def write_state(folder: Path, followed: FollowedMachine, machine: str, files: tu
     """Write both files, each whole: the text names the hash of the numbers. machine: hash of the machine file."""
     folder.mkdir(parents=True, exist_ok=True)
     arrays = {"mean": followed.state.mean, "factor": followed.state.factor}
-    for i, recording in enumerate(followed.seen):
+    for i, recording in enumerate(followed.recordings):
         arrays |= {f"columns_{i}": recording.columns, f"value_{i}": recording.value}
     stream = io.BytesIO()
     np.savez(stream, **arrays)  # type: ignore[arg-type]
@@ -99,7 +99,7 @@ def _text(followed: FollowedMachine, machine: str, files: tuple[KnownFile, ...],
             f"group = {json.dumps(name)}",
         ]
         lines += [f"{k} = {v}" for k, v in asdict(rate).items()]
-    for file, recording, check in zip(files, followed.seen, followed.checks):
+    for file, recording, check in zip(files, followed.recordings, followed.checks):
         lines += ["", "[[recordings]]", f"file = {json.dumps(file.name)}", f'date = "{file.date}"']
         lines += [f'sha256 = "{file.sha256}"', f"alarm = {'true' if check.alarm else 'false'}"]
         lines += [f"seen = {_table({k: getattr(recording, k) for k in PLAIN})}"]

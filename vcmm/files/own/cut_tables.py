@@ -9,8 +9,8 @@ from pydantic import BeforeValidator, Field
 from vcmm.files.own.environment import (
     Temperatures,
 )
+from vcmm.files.own.machine_tables import RecordTable
 from vcmm.files.own.placement import PlacementTable
-from vcmm.files.own.record import RecordTable
 from vcmm.files.own.scenario import (
     PoseTable,
 )

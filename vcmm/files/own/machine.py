@@ -1,27 +1,47 @@
-"""Read machine files: machine/1 TOML to a Machine with its Inputs."""
+"""Read machine files: machine/1 TOML to a Machine with its Inputs.
+
+[tracked] of a machine file: its numbers were followed in time, and are known together as they were at a date.
+
+    [tracked]
+    at = "2026-12-01"                       # the date for which the file is valid
+    last_check = "2026-11-20"               # the last recording that it knows
+    covariance = "machine_state.csv"        # what the recordings leave
+    since = "machine_since.csv"             # what may have changed from the last check until then
+
+Both files are joint covariances (see vcmm.files.own.joint_covariance) whose rows are parameters of effects: their name as of Inputs and
+the number of the element, "component_table[EXX].values" and 3, "backlash[X].gap" without one. Each becomes one Input of all of them; the second is
+the line "time since calibration" of every budget.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vcmm.core.axes import AXIS_NAMES, is_axis, is_rotary, unit_vector
-from vcmm.core.errors import UsageError
+from vcmm.core.effect import Effect
+from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.expansions import unusual_expansion
+from vcmm.core.inputs import SINCE, STATE, Input
 from vcmm.core.kinematics import Axis, Chain, parse_structure
 from vcmm.core.knowledge import add_knowledge, merge_effects
+from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.core.units import quantity
 from vcmm.files.own.certificate import certificate_from
 from vcmm.files.own.certificate_keys import certificate_remarks
 from vcmm.files.own.effects import build_effect
+from vcmm.files.own.joint_covariance import read_joint_covariance
 from vcmm.files.own.knowledge import further_effects, further_inputs, names_in, tables_in
 from vcmm.files.own.known_errors import known_errors
-from vcmm.files.own.machine_tables import AxisTable, MachineFile, found_machine
-from vcmm.files.own.tracked import tracked_inputs
+from vcmm.files.own.machine_tables import AxisTable, MachineFile, Tracked, found_machine
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
@@ -29,6 +49,52 @@ from vcmm.physics.structure.residual import ResidualField
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.certification.certificate import MachineCertificate
 from vcmm.task.certification.knowledge import CertifiedKnowledge, certified_knowledge, passing_machines
+
+
+def tracked_inputs(table: Tracked, folder: Path, effects: Sequence[Effect]) -> list[Input]:
+    """Return the Inputs of [tracked]. Raises DataError and UsageError for files and names that do not fit the effects."""
+    label = f"followed until {table.last_check}"
+    out = [_joint_input(folder / table.covariance, effects, "", label)]
+    if table.since is not None:
+        later = f"from the last check, {table.last_check}, until {table.at}"
+        out.append(_joint_input(folder / table.since, effects, SINCE, later))
+    return out
+
+
+def _joint_input(path: Path, effects: Sequence[Effect], cause: str, label: str) -> Input:
+    joint = read_joint_covariance(path)
+    members, widths, at = [], [], 0
+    for name, rows in groupby(joint.errors):
+        count = len(list(rows))
+        member = _member(path, name, joint.position[at : at + count], effects)
+        members.append(Input(member.name, member.where, name.rpartition(".")[2], Normal(1.0), cause=cause))
+        widths.append(count)
+        at += count
+    law = MultivariateNormal(
+        joint.factor @ joint.factor.T
+    )  # what the digits of the file leave below zero is rounding
+    return Input(
+        "", "", STATE, law, "machine", label, members=tuple(members), cause=cause, widths=tuple(widths)
+    )
+
+
+def _member(path: Path, name: str, element: Array, effects: Sequence[Effect]) -> Effect:
+    """Return the effect of a row. Raises UsageError where there is none, and DataError where its elements are others."""
+    place, _, parameter = name.rpartition(".")
+    hit = next((e for e in effects if e.id == place), None)
+    if hit is None or not hasattr(hit, parameter):
+        names = [f"{e.id}.{e.about.table_parameter}" if e.about.table_parameter else e.id for e in effects]
+        raise UsageError(
+            f'{path}: "{name}" is no parameter of an effect of the machine.{choose_from(name, names)}'
+        )
+    size = int(np.size(getattr(hit, parameter)))
+    due = np.full(1, np.nan) if np.ndim(getattr(hit, parameter)) == 0 else np.arange(float(size))
+    if len(element) != len(due) or not np.array_equal(element, due, equal_nan=True):
+        raise DataError(
+            f"{path}: {name} has {size} numbers, but the file has {len(element)} rows of it or another order"
+        )
+    return hit
+
 
 MOST_SCATTER = (
     0.05  # mm: hand-held arms have 20 to 50 um; probes of machines, on CMMs and machine tools, 0.1 to 10 um

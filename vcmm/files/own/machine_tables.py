@@ -1,4 +1,4 @@
-"""The tables of a machine file (machine/1) as pydantic models: keys, units, defaults."""
+"""The tables of a machine file (machine/1) as pydantic models, and [record], which scenarios and recordings have too: keys, units, defaults."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from vcmm.core.errors import DataError
 from vcmm.files.own.certificate_keys import OLDER_KEYS
-from vcmm.files.own.record import RecordTable
 from vcmm.files.schema import (
     AngleSpread,
     AxisAcceleration,
@@ -29,6 +28,27 @@ from vcmm.files.schema import (
     pair_of,
 )
 from vcmm.files.toml import Document, Location, check_version, read_toml
+
+
+class RecordTable(Table):
+    by: str = Field(default="", examples=['"A. Person"'])
+    date: str = Field(default="", examples=['"2026-11-22"'])
+    laboratory: str = ""
+    machine_serial: str = ""
+    machine_certificate: str = ""
+    probe: str = ""
+    reference_sphere: str = Field(default="", examples=['"25 mm, SN 7; certificate 2026-118"'])
+    standards: str = Field(default="", examples=['"step gauge SN 3; certificate 2026-031"'])
+    thermometers: str = Field(default="", examples=['"part sensor SN 9; certificate 2026-204"'])
+    part_serial: str = ""
+    drawing: str = Field(default="", examples=['"D-1234 rev. B"'])
+    order: str = ""
+    remarks: str = ""
+
+    @property
+    def entries(self) -> dict[str, str]:
+        """Entries that are not empty."""
+        return {k: v for k, v in self.model_dump().items() if v}
 
 
 def _travel(value: object) -> list[str]:

@@ -13,8 +13,8 @@ from pydantic import Field
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.run import Array
 from vcmm.core.units import quantity, shorten, vector
+from vcmm.files.own.features import read_points, row_of
 from vcmm.files.own.knowledge import names_in
-from vcmm.files.own.point_file import read_points, row_of
 from vcmm.files.problems import Key, Problems, TableProblems, bad_name, misspelt
 from vcmm.files.schema import Direction, Distance, Point, Size, Speed, Spread, Table, checked_model, is_number
 from vcmm.files.toml import Document, Location

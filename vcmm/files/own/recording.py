@@ -129,7 +129,7 @@ def _check_document(
         ),
         ("series", partial(_with_logs, logs=logs)),
         ("data", partial(_complete, gaps=gaps)),
-        ("history", partial(_with_past, memory=model.memory, told=gaps)),
+        ("history", partial(_with_past, memory=model.memory, has_order=gaps)),
         ("nuisance", _with_labels),
         ("nuisance", partial(settle_index, machine=machine)),
         ("down", partial(_with_down, machine=machine, down=model.down)),
@@ -268,13 +268,13 @@ def _with_labels(recording: Recording) -> Recording:
     return recording
 
 
-def _with_past(recording: Recording, memory: str, told: bool) -> Recording:
+def _with_past(recording: Recording, memory: str, has_order: bool) -> Recording:
     """Return the recording with the history of its axes. A table that was sorted otherwise than by its clock, or not at all, is followed in the
-    order of time where that is known (`told`); else `_with_history` raises an error with advice.
+    order of time where that is known (`has_order`); else `_with_history` raises an error with advice.
     """
     run = recording.run
     two = int((recording.other >= 0).sum())
-    if not told or memory == "none" or two or not _is_shuffled(run):
+    if not has_order or memory == "none" or two or not _is_shuffled(run):
         return replace(recording, run=_with_history(recording, memory))
     rows = np.argsort(run.column("time_s"), kind="stable")
     back = np.argsort(rows)

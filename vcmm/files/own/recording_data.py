@@ -1,14 +1,17 @@
-"""Read the data of a recording file in the format that it states, as a Recording: one reader for each format."""
+"""Read the data of a recording file in the format that it states, as a Recording: one reader for each format;
+poses of a tracker against joint angles, as written; and the recordings of a folder.
+"""
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.errors import UsageError
-from vcmm.core.machine import Machine
+from vcmm.core.errors import DataError, ModelLimit, UsageError
+from vcmm.core.machine import MOVE_IT, Machine
 from vcmm.core.pose import Pose
 from vcmm.files.foreign.iso230 import read_iso230, recording_of_runs
 from vcmm.files.foreign.klipper import read_klipper, recording_of_homings
@@ -22,14 +25,80 @@ from vcmm.files.own.recording_tables import (
     RecordingFile,
     ScopeTable,
     StylusTable,
+    check_words,
     noise_law,
     other_positions,
 )
 from vcmm.files.own.scope import read_scope, recording_of_scope
 from vcmm.files.own.touch_tables import read_touches
 from vcmm.files.problems import Problems
+from vcmm.files.schema import checked_model
+from vcmm.files.toml import check_version, read_toml
 from vcmm.task.response.poses import PoseReadings, as_recording
 from vcmm.task.response.recording import Recording
+
+ALIKE = 0.8  # of the letters, from which "recordings" or "recoding" is a recording mistyped
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """Return recording files in a folder and below it: TOML files that state so, those that cannot be read and may be some, and those
+    whose first line is
+    mistyped or missing: reading them refuses them, where passing them over would leave a recording out in silence.
+
+    Raises UsageError where there is none.
+    """
+    files = [p for p in sorted(folder.rglob("*.toml")) if p.is_file() and _may_be_recording(p)]
+    if not files:
+        raise UsageError(
+            f'{folder} holds no recording: no .toml file there says vcmm = "recording/1"; name another folder, or the file itself'
+        )
+    return files
+
+
+def _may_be_recording(path: Path) -> bool:
+    try:
+        data = read_toml(path).data
+    except DataError:
+        return b"recording/" in path.read_bytes()[:100_000]
+    tag = str(data.get("vcmm", ""))
+    if not tag:
+        return {"data", "kind", "machine"} <= data.keys()
+    return bool(get_close_matches(tag.partition("/")[0].lower(), ["recording"], cutoff=ALIKE))
+
+
+def is_poses(path: Path) -> bool:
+    """Return whether a file is a recording of poses; False for a file that cannot be read."""
+    try:
+        data = read_toml(path).data
+    except DataError:
+        return False
+    return str(data.get("vcmm", "")).startswith("recording/") and data.get("kind") == "pose"
+
+
+def load_poses(path: Path, machine: Machine) -> PoseReadings:
+    """Read a recording of poses of this arm. Raises DataError: every problem with its line; a joint outside its travel."""
+    document = read_toml(path)
+    check_version(document, "recording")
+    problems = Problems(document)
+    model = checked_model(RecordingFile, document.data, problems)
+    poses = None
+    if model is not None:
+        check_words(model, problems)
+        if not problems.found:
+            file = path.parent / model.data
+            poses = problems.attempt(("data",), lambda: poses_of(model, file, machine))
+    problems.raise_if_any()
+    assert poses is not None
+    assert model is not None
+    try:
+        machine.check_travels(poses.run)
+    except ModelLimit as error:
+        where = "" if error.row is None or poses.lines is None else f":{poses.lines[error.row]}"
+        reason = str(error).removesuffix(MOVE_IT)
+        raise DataError(
+            f"{path.parent / model.data}{where}: {reason}; check the order, the unit and the direction of the joint columns, and travel in the machine file"
+        ) from None
+    return poses
 
 
 def read_data(

@@ -12,8 +12,8 @@ from vcmm.core.laws import Law, Normal, StudentT
 from vcmm.core.text import LARGEST
 from vcmm.core.units import quantity, usual
 from vcmm.files.columns import LABELS
+from vcmm.files.own.machine_tables import RecordTable
 from vcmm.files.own.pose_tables import PosesTable
-from vcmm.files.own.record import RecordTable
 from vcmm.files.own.scenario import PoseTable
 from vcmm.files.own.touch_tables import TouchesTable
 from vcmm.files.problems import Problems, TableProblems

@@ -27,12 +27,11 @@ from vcmm.files.own.environment import (
 )
 from vcmm.files.own.knowledge import further_effects, further_inputs, note_second, tables_in
 from vcmm.files.own.machine import machine_from
-from vcmm.files.own.machine_tables import found_machine
+from vcmm.files.own.machine_tables import RecordTable, found_machine
 from vcmm.files.own.obstacles import SurroundingsTable, surroundings_of
 from vcmm.files.own.part import PartData, part_from
 from vcmm.files.own.placement import PlacementTable, ProcessTable, placement_from, process_of
 from vcmm.files.own.plan import plan_from
-from vcmm.files.own.record import RecordTable
 from vcmm.files.own.room import room_changes
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Gradient, Point, Table, Turn, checked_model, read_model

@@ -103,7 +103,7 @@ def fit_arm(recordings: Sequence[PoseReadings], nominal: Machine) -> ArmFit:
         if not worth:
             break
         redundant = best.redundant
-        trial = fit_terms(recordings, nominal, [*_asked(best), worth[0]], best)
+        trial = fit_terms(recordings, nominal, [*_all_terms(best), worth[0]], best)
         left.remove(worth[0])
         if trial.log_evidence > best.log_evidence + STRONG and trial.press < best.press:
             best = replace(
@@ -160,7 +160,7 @@ def _screen(fit: ArmFit, terms: Sequence[Term]) -> tuple[dict[str, float], list[
     return gains, same
 
 
-def _asked(fit: ArmFit) -> list[Term]:
+def _all_terms(fit: ArmFit) -> list[Term]:
     """Return all geometry, and the further terms that a fit has."""
     geometry = geometry_terms(fit.nominal)
     names = {t.name for t in geometry}
@@ -296,7 +296,7 @@ class _Problem:
             rest = np.concatenate([stack_rows(p, o, u) for p, o in self.rest(theta, placing)])
             change, moves = self._step(free, of_terms, rest, theta)
             theta = theta + change
-            placing = self._moved(placing, moves)
+            placing = self._step_placements(placing, moves)
             if max(np.abs(change).max(initial=0.0), np.abs(moves).max(initial=0.0)) < STILL:
                 break
         return theta, placing
@@ -311,7 +311,7 @@ class _Problem:
         step = np.linalg.lstsq(a / size, b, rcond=1e-10)[0] / size
         return step[free.shape[1] :], step[: free.shape[1]]
 
-    def _moved(self, placing: Sequence[TrackerPlacement], moves: Array) -> list[TrackerPlacement]:
+    def _step_placements(self, placing: Sequence[TrackerPlacement], moves: Array) -> list[TrackerPlacement]:
         out, k = [], 0
         for poses, place in zip(self.recordings, placing):
             size = 9 if poses.orientation is None else 12

@@ -175,13 +175,15 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
             )
 
 
-def log_likelihood(one: WhitenedReadings, mean: Array, factor: Array, times: float) -> tuple[float, float]:
+def log_likelihood(
+    whitened: WhitenedReadings, mean: Array, factor: Array, times: float
+) -> tuple[float, float]:
     """Return (ln likelihood, chi-squared) of whitened readings that should be `times` theirs; mean, factor @ factor.T: of theta.
 
     Their covariance is times^2 1 + (x factor)(x factor)'.
     """
-    away = times * one.y - one.predict(mean)
-    conditioned = condition(one.gram, one.back_project(away), factor / times)
+    away = times * whitened.y - whitened.predict(mean)
+    conditioned = condition(whitened.gram, whitened.back_project(away), factor / times)
     misfit = float(away @ away - conditioned.gain) / times**2
     return (
         -misfit / 2 - conditioned.log_det / 2,

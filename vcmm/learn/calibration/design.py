@@ -96,7 +96,7 @@ class Proposal:
     names: tuple[str, ...]
     minutes: float
     volume_um: float
-    identified: Identifiability
+    identifiability: Identifiability
 
 
 def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:

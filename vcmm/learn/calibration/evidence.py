@@ -82,15 +82,15 @@ def append_identity(factor: Array, size: int) -> Array:
     return out
 
 
-def smoothness(told: NormalEquations, start: Smoothness | None = None) -> Smoothness:
+def smoothness(information: NormalEquations, start: Smoothness | None = None) -> Smoothness:
     """Find the most probable size and correlation length of every curve, and the sites; curve after curve until nothing gains."""
-    model = told.model
+    model = information.model
     lengths = dict(start.lengths) if start else {c.component: SPAN * c.travel for c in model.curves}
     sizes = np.array(start.sizes if start else usual(model))
     for _ in range(ROUNDS):
         gain = 0.0
         joint = JointPosterior(
-            told, [_plain(c, lengths[c.component], s) for c, s in zip(model.curves, sizes)]
+            information, [_plain(c, lengths[c.component], s) for c, s in zip(model.curves, sizes)]
         )
         for number, curve in enumerate(model.curves):
             local = OneCurve(curve, *joint.without(number))
@@ -102,8 +102,8 @@ def smoothness(told: NormalEquations, start: Smoothness | None = None) -> Smooth
                 gain += value - before
         if gain < ENOUGH:
             break
-    best = log_evidence(told, lengths, sizes)
-    return Smoothness(lengths, sizes, _sites(told, lengths, sizes), best)
+    best = log_evidence(information, lengths, sizes)
+    return Smoothness(lengths, sizes, _sites(information, lengths, sizes), best)
 
 
 def _sites(equations: NormalEquations, lengths: Mapping[str, float], sizes: Array) -> tuple[PriorSite, ...]:
@@ -116,18 +116,18 @@ def _sites(equations: NormalEquations, lengths: Mapping[str, float], sizes: Arra
     return tuple(joint.sites)
 
 
-def log_evidence(told: NormalEquations, lengths: Mapping[str, float], sizes: Array) -> float:
+def log_evidence(information: NormalEquations, lengths: Mapping[str, float], sizes: Array) -> float:
     """Return ln evidence in nats of sizes and lengths, without the part that all priors share."""
-    factors = [_factor(c, lengths[c.component], s) for c, s in zip(told.model.curves, sizes)]
+    factors = [_factor(c, lengths[c.component], s) for c, s in zip(information.model.curves, sizes)]
     spans = np.cumsum([0, *(f.shape[1] for f in factors)])
-    size = len(told.b)
-    factor = np.zeros((size, int(spans[-1]) + size - told.model.size + len(told.model.pairs)))
-    for curve, factor_of_curve, (low, high) in zip(told.model.curves, factors, pairwise(spans)):
-        factor[told.model.slices[curve.component], low:high] = curve.free @ factor_of_curve
+    size = len(information.b)
+    factor = np.zeros((size, int(spans[-1]) + size - information.model.size + len(information.model.pairs)))
+    for curve, factor_of_curve, (low, high) in zip(information.model.curves, factors, pairwise(spans)):
+        factor[information.model.slices[curve.component], low:high] = curve.free @ factor_of_curve
     rest = np.arange(size - (factor.shape[1] - spans[-1]), size)
-    ones = np.ones(size - told.model.size)
-    factor[rest, np.arange(spans[-1], factor.shape[1])] = [*widest_pairs(told.model), *ones]
-    return _evidence(factor.T @ told.a @ factor, factor.T @ told.b)[0]
+    ones = np.ones(size - information.model.size)
+    factor[rest, np.arange(spans[-1], factor.shape[1])] = [*widest_pairs(information.model), *ones]
+    return _evidence(factor.T @ information.a @ factor, factor.T @ information.b)[0]
 
 
 def _factor(curve: Curve, length: float, size: float) -> Array:
@@ -147,17 +147,17 @@ class JointPosterior:
     eigenvalue below 1, however small a curve is. A precision of a small smooth curve with a free line spans 20 decades.
     """
 
-    def __init__(self, told: NormalEquations, sites: Sequence[PriorSite]) -> None:
-        model = told.model
+    def __init__(self, information: NormalEquations, sites: Sequence[PriorSite]) -> None:
+        model = information.model
         spans = np.cumsum([0, *(c.free.shape[1] for c in model.curves)])
         self.sites, self.parts = list(sites), [slice(a, b) for a, b in pairwise(spans)]
-        others = len(told.b) - sum(len(c.nodes) for c in model.curves)
-        self.whole = np.zeros((len(told.b), int(spans[-1]) + others))
+        others = len(information.b) - sum(len(c.nodes) for c in model.curves)
+        self.whole = np.zeros((len(information.b), int(spans[-1]) + others))
         for curve, part in zip(model.curves, self.parts):
             self.whole[model.slices[curve.component], part] = curve.free
-        self.whole[len(told.b) - others :, int(spans[-1]) :] = np.eye(others)
-        self.b = self.whole.T @ told.b
-        self.a = self.whole.T @ told.a @ self.whole
+        self.whole[len(information.b) - others :, int(spans[-1]) :] = np.eye(others)
+        self.b = self.whole.T @ information.b
+        self.a = self.whole.T @ information.a @ self.whole
         self.far = np.ones(others)
         self.far[: len(model.pairs)] = widest_pairs(model)
 

@@ -107,7 +107,7 @@ def _spiral(scan: FaceScan, rise: KnownRise) -> FaceMap:
     nodes = _rings(scan, sides)
     a, cut = _columns(scan, sides, nodes)
     fit, noise, memory = _least_squares(a, height)
-    theta, k = fit.found, len(nodes)
+    theta, k = fit.estimate, len(nodes)
     alone = (fit.weights * rise.alone) @ fit.weights.T
     covariance, moved = fit.covariance + alone, fit.weights @ rise.joint
     halves = np.zeros((len(sides), k, len(theta)))
@@ -174,9 +174,9 @@ def _columns(scan: FaceScan, sides: list[float], nodes: Array) -> tuple[Array, d
 
 @dataclass(frozen=True, eq=False)
 class LinearFit:
-    """found (p,) = weights (p, n) @ readings, covariance (p, p) by noise alone."""
+    """estimate (p,) = weights (p, n) @ readings, covariance (p, p) by noise alone."""
 
-    found: Array
+    estimate: Array
     weights: Array
     covariance: Array
 

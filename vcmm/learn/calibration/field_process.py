@@ -24,7 +24,7 @@ FINE = 0.8  # lengths between nodes that are filled in: half way between them ni
 class ProcessFit:
     """lengths, amplitude (3,) mm, their central 95 % (2, 3); correlation (3, 3) of X, Y, Z of one approach, its u (3, 3).
 
-    tried (2,) mm: shortest and longest length of the grid; an end of a range that lies there is a bound of the trial and no observation.
+    trial_range (2,) mm: shortest and longest length of the grid; an end of a range that lies there is a bound of the trial and no observation.
     """
 
     lengths: Array
@@ -33,32 +33,32 @@ class ProcessFit:
     amplitude_range: Array
     correlation: Array
     correlation_u: Array
-    tried: tuple[float, float]
+    trial_range: tuple[float, float]
 
 
-def fit_process(found: NodeScatter) -> ProcessFit:
+def fit_process(scatter: NodeScatter) -> ProcessFit:
     """Fit the process to the nodes."""
-    extent = np.ptp(found.place, axis=0)
-    apart = np.linalg.norm(found.place[:, None] - found.place, axis=2)
+    extent = np.ptp(scatter.place, axis=0)
+    apart = np.linalg.norm(scatter.place[:, None] - scatter.place, axis=2)
     np.fill_diagonal(apart, np.inf)
     near = float(np.median(apart.min(axis=1)))
     tried = near / 2, 2 * float(extent.max())
     sizes = [
         np.geomspace(0.1 * np.sqrt((u**2).mean()), 3 * max(np.sqrt((y**2).mean()), np.sqrt((u**2).mean())), AMPLITUDES)
-        for y, u in zip(found.deviation.T, found.deviation_u.T)
+        for y, u in zip(scatter.deviation.T, scatter.deviation_u.T)
     ]  # fmt: skip
     low, high = np.log(tried)
     grids = [np.linspace(low, high, COARSE)] * 3
-    weights = _length_weights(found, grids, sizes)
+    weights = _length_weights(scatter, grids, sizes)
     grids = [_around(g, w, np.log(tried)) for g, w in zip(grids, weights)]
-    weights = _length_weights(found, grids, sizes)
+    weights = _length_weights(scatter, grids, sizes)
     lengths = np.exp([w @ g for g, w in zip(grids, weights)])
     ends = np.exp(np.array([_ends(g, w) for g, w in zip(grids, weights)]).T)
-    here = np.exp((logs := np.array(_likelihood(found, lengths, sizes))) - logs.max(axis=1, keepdims=True))
+    here = np.exp((logs := np.array(_likelihood(scatter, lengths, sizes))) - logs.max(axis=1, keepdims=True))
     here /= here.sum(axis=1, keepdims=True)
     amplitude = np.array([np.sqrt(w @ s**2) for w, s in zip(here, sizes)])
     spread = np.exp(np.array([_ends(np.log(s), w) for w, s in zip(here, sizes)]).T)
-    return ProcessFit(lengths, ends, amplitude, spread, *_correlation(found), tried)
+    return ProcessFit(lengths, ends, amplitude, spread, *_correlation(scatter), tried)
 
 
 def _likelihood(scatter: NodeScatter, lengths: Array, sizes: list[Array]) -> Array:
@@ -133,7 +133,7 @@ def support(place: Array, lengths: Array) -> Array:
         share *= 1.1
 
 
-def field_process(found: NodeScatter, fit: ProcessFit, scatter: Array) -> FieldProcess:
+def field_process(nodes_read: NodeScatter, fit: ProcessFit, scatter: Array) -> FieldProcess:
     """Return the process with its nodes, for the file. scatter (K, 3) mm: s of one approach at the nodes that were read."""
-    nodes = support(found.place, fit.lengths)
-    return FieldProcess(nodes, scatter, found.deviation_u, fit.lengths, fit.amplitude, fit.correlation)
+    nodes = support(nodes_read.place, fit.lengths)
+    return FieldProcess(nodes, scatter, nodes_read.deviation_u, fit.lengths, fit.amplitude, fit.correlation)

@@ -49,7 +49,7 @@ def growth_factor(model: ErrorModel, names: Sequence[str], growth: float) -> Arr
 
 
 def growth_remarks(
-    growth: float, parts: Sequence[Readings], model: ErrorModel, known: PriorKnowledge
+    growth: float, parts: Sequence[Readings], model: ErrorModel, prior: PriorKnowledge
 ) -> list[str]:
     """Return remarks on the assumptions, and on readings that are further from the machine file than its uncertainty and the growth allow."""
     from scipy.special import chdtrc
@@ -58,9 +58,9 @@ def growth_remarks(
         f"every error of the machine file may have changed by u = {growth * 1e3:.3g} um ({growth / METRE * 1e6:.3g} urad) since; errors that no "
         "reading tells keep their value with that much more uncertainty"
     ]
-    factor = np.concatenate([known.factor, growth_factor(model, known.names, growth)], axis=1)
+    factor = np.concatenate([prior.factor, growth_factor(model, prior.names, growth)], axis=1)
     for part in parts:
-        own_columns = [c for _, c in part.own]
+        own_columns = [c for _, c in part.instrument_errors]
         white = project(part, np.concatenate([part.errors, *own_columns], axis=1), 1.0 / part.u**2)
         whole = append_identity(factor, white.columns.shape[1])
         _, misfit = log_likelihood(white, np.zeros(len(whole)), whole, 1.0)

@@ -127,7 +127,7 @@ def net_posterior(
     theta, away = lifted.mean(axis=0), lifted - lifted.mean(axis=0)
     covariance = away.T @ away / (MEMBERS - 1) + _net_misfit(theta, table, carrier.model)
     columns, _ = columns_of(parts, Before.nothing(carrier.model))
-    whole = np.concatenate([theta, carrier.own])
+    whole = np.concatenate([theta, carrier.instrument_errors])
     left = [
         project(p, c, 1 / (n.scale * p.u) ** 2).residual(whole)
         for p, c, n in zip(parts, columns, carrier.noise)

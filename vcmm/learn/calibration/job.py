@@ -135,7 +135,7 @@ def calibrate(
     )
     return Calibration(
         machine=_with_travels(machine, spans | ranges),
-        kept=kept,
+        kept_model=kept,
         theta=theta,
         covariance=covariance,
         posterior=post,
@@ -212,7 +212,7 @@ class _Job:
     certificates: Mapping[str, InstrumentCertificate]
     ranges: Mapping[str, tuple[float, float]]
     only: tuple[str, ...]
-    correlated: Mapping[str, Array]
+    noise_covariances: Mapping[str, Array]
     progress: Progress
     growth: float
     lines: bool = False  # errors of linear axes are straight lines over the travel
@@ -255,14 +255,16 @@ class _Job:
             model = error_model(self.ranges, nodes, (*self.only, *known_too), both, names)
         moved = ranges_of(spans_of(self.recordings), self.machine)
         kept = {a: q for a, q in turns.items() if a not in moved or len(q) > 2 * nodes - 1}
-        curves = [replace(c, nodes=kept[c.axis], kept=True) if c.axis in kept else c for c in model.curves]
+        curves = [
+            replace(c, nodes=kept[c.axis], has_file_nodes=True) if c.axis in kept else c for c in model.curves
+        ]
         curves = [as_line(c) if self.lines and not stated else c for c in curves]
         return ErrorModel(tuple(curves), model.pairs)
 
     def read(self, model: ErrorModel) -> list[Readings]:
         """Return the recordings read by a model."""
         parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
-        return read_jointly(parts, self.correlated)
+        return read_jointly(parts, self.noise_covariances)
 
     def fit_nodes(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, PriorKnowledge]:
         """Return the fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
@@ -285,11 +287,11 @@ class _Job:
             best = solve_posterior(parts, model, self.since(prior, model, identify(best.information)))
         return parts, best, prior
 
-    def may_be(self, coarse: ErrorModel, lift: Array, known: PriorKnowledge, best: ErrorPosterior) -> bool:
+    def may_be(self, coarse: ErrorModel, lift: Array, prior: PriorKnowledge, best: ErrorPosterior) -> bool:
         """Return whether fewer nodes are as good: by their misfit between them and by the evidence, or, where a file is known, no
         fewer than it has (9 at least).
         """
-        if known.names:
+        if prior.names:
             due = max(known_nodes(self.machine), LEAST)
             turns = {axis: len(nodes) for axis, nodes in known_turns(self.machine).items()}
             return all(len(c.nodes) >= (turns.get(c.axis, LEAST) if c.rotary else due) for c in coarse.curves)
@@ -298,24 +300,28 @@ class _Job:
         fewer = smoothness(best.information.project_onto(coarse, lift))
         return fewer.log_evidence > best.smooth.log_evidence - BETTER
 
-    def since(self, known: PriorKnowledge, model: ErrorModel, found: Identifiability | None) -> Before:
+    def since(
+        self, prior: PriorKnowledge, model: ErrorModel, identifiability: Identifiability | None
+    ) -> Before:
         """Return the errors that may have changed since the file: those that the readings determine, and those that `only` names; with a
         stated growth
         they have changed by that, whether or not a reading shows it.
         """
         changed = np.ones(model.size)
         if self.growth:
-            for name in known.names:
+            for name in prior.names:
                 changed[model.slices[name]] = 0.0
             return Before(
-                np.concatenate([known.factor, growth_factor(model, known.names, self.growth)], axis=1),
+                np.concatenate([prior.factor, growth_factor(model, prior.names, self.growth)], axis=1),
                 changed,
             )
-        for name in model.names if known.names else ():
-            is_identified = found is None or name in found.names or name not in known.names
+        for name in model.names if prior.names else ():
+            is_identified = (
+                identifiability is None or name in identifiability.names or name not in prior.names
+            )
             if not is_identified or (self.only and name not in self.only):
                 changed[model.slices[name]] = 0.0
-        return Before(known.factor, changed)
+        return Before(prior.factor, changed)
 
 
 def solve_posterior(parts: Sequence[Readings], model: ErrorModel, before: Before) -> ErrorPosterior:

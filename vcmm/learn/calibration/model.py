@@ -46,16 +46,16 @@ SPANS = ((0.0, 0.0, 0.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 100.0
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One error over its axis: component such as EYX, nodes (k,) mm or rad. centred: its once-per-turn part is location.
+    """One error over its axis: component such as EYX, nodes (k,) mm or rad. is_centred: its once-per-turn part is location.
 
-    kind: what runs between the nodes (vcmm.learn.calibration.prior). kept: its nodes are those of the machine file, and stay.
+    kind: what runs between the nodes (vcmm.learn.calibration.prior). has_file_nodes: its nodes are those of the machine file, and stay.
     """
 
     component: str
     nodes: Array
-    centred: bool = False
+    is_centred: bool = False
     kind: str = "spline"
-    kept: bool = False
+    has_file_nodes: bool = False
 
     @property
     def axis(self) -> str:
@@ -105,7 +105,7 @@ class Curve:
         if self.reversal:
             return np.zeros((len(ones), 0))
         if self.rotary:
-            return np.stack([ones, *([np.cos(q), np.sin(q)] if self.centred else [])], axis=1)
+            return np.stack([ones, *([np.cos(q), np.sin(q)] if self.is_centred else [])], axis=1)
         return np.stack([ones, q - self.nodes[[0, -1]].mean()] if self.straightness else [ones], axis=1)
 
     @cached_property
@@ -188,7 +188,7 @@ class ErrorModel:
 
     def coarser(self, step: int) -> tuple[ErrorModel, Array]:
         """Return the model with every step-th node only, and the matrix (size, fewer) from its numbers to these: both describe one spline."""
-        fewer = (c if c.kept else replace(c, nodes=c.nodes[::step]) for c in self.curves)
+        fewer = (c if c.has_file_nodes else replace(c, nodes=c.nodes[::step]) for c in self.curves)
         model = ErrorModel(tuple(fewer), self.pairs)
         lift = np.zeros((self.size, model.size))
         for new, old in zip(model.curves, self.curves):
@@ -249,7 +249,7 @@ def error_model(
                 f'--errors names "{name}", no error of the axes that moved.{choose_from(name, names)}'
             )
     wanted = set(only or names)
-    kept = [replace(c, centred=_is_centred(c, wanted)) for c in curves if c.component in wanted]
+    kept = [replace(c, is_centred=_is_centred(c, wanted)) for c in curves if c.component in wanted]
     return ErrorModel(tuple(kept), tuple(p for p in pairs if p in wanted))
 
 

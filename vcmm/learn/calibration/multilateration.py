@@ -40,7 +40,7 @@ class Lengths:
 
 @dataclass(frozen=True, eq=False)
 class MultilaterationResult:
-    """points (I, 3), stations (J, 3), dead paths (J,) mm; residual (m,) w of eq. 2; left: degrees of freedom.
+    """points (I, 3), stations (J, 3), dead paths (J,) mm; residual (m,) w of eq. 2; freedom: degrees of freedom.
 
     u: of a length, mm, from the residuals.   alone (I, 3, 3): covariance of a point for u = 1 with the stations known.
     common (I, 3, 3): what the stations add to it, for u = 1, the whole nearest to the nominal points.   condition: of the stations' normal equations without the six.
@@ -50,14 +50,14 @@ class MultilaterationResult:
     stations: Array
     dead_paths: Array
     residual: Array
-    left: int
+    freedom: int
     alone: Array
     common: Array
     condition: float
 
     @property
     def u(self) -> float:
-        return float(np.sqrt((self.residual**2).sum() / max(self.left, 1)))
+        return float(np.sqrt((self.residual**2).sum() / max(self.freedom, 1)))
 
 
 def locate_points(data: Lengths) -> MultilaterationResult:
@@ -90,7 +90,7 @@ def locate_points(data: Lengths) -> MultilaterationResult:
     alone, common, station = system.covariances(points)
     result = MultilaterationResult(
         points=points @ turn.T + shift, stations=stations @ turn.T + shift, dead_paths=dead, residual=system.residual,
-        left=len(data.length) - 3 * len(points) - 4 * len(stations) + 6,
+        freedom=len(data.length) - 3 * len(points) - 4 * len(stations) + 6,
         alone=turn @ alone @ turn.T, common=turn @ common @ turn.T, condition=condition,
     )  # fmt: skip
     _check_known(data, result.u * np.sqrt(station))

@@ -49,12 +49,12 @@ class NodeScatter:
     dof: Ints
     test: Array
     at: Array
-    located: MultilaterationResult
+    multilateration: MultilaterationResult
 
     @property
     def u(self) -> float:
         """rms of the residuals of eq. 2 for its degrees of freedom, mm."""
-        return self.located.u
+        return self.multilateration.u
 
     def rejection_share(self, level: float = 0.05) -> float:
         """Return the share of the tests below a level; under the law it is about the level."""
@@ -96,7 +96,7 @@ def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:
     common = np.array([np.einsum("pii->pi", result.common[g]).mean(axis=0) for g in groups]) * result.u**2
     return NodeScatter(
         place=place, deviation=mean - place, deviation_u=np.sqrt(d**2 / count[:, None] + common), d=d, instrument=instrument, changing=np.sqrt(changing),
-        single=np.sqrt(single), dof=count - 1, test=t_tests(at, count), at=at, located=result,
+        single=np.sqrt(single), dof=count - 1, test=t_tests(at, count), at=at, multilateration=result,
     )  # fmt: skip
 
 
@@ -174,7 +174,7 @@ def _changing(data: Lengths, result: MultilaterationResult, node: Ints, nodes: i
     square, count = np.zeros(nodes), np.zeros(nodes)
     np.add.at(square, node[data.point], result.residual**2)
     np.add.at(count, node[data.point], 1.0)
-    return np.asarray(square / (count * result.left / len(data.length)))
+    return np.asarray(square / (count * result.freedom / len(data.length)))
 
 
 def t_tests(at: Array, count: Ints) -> Array:

@@ -57,7 +57,7 @@ class PosePlan:
     model: ErrorModel
     candidates: tuple[PoseCandidate, ...]
     grams: Array
-    own: int
+    instrument_size: int
     factor: Array
     field: Array
 
@@ -93,7 +93,7 @@ class PosePlan:
         """Return the covariance (r, r) of the numbers behind the prior, after the poses."""
         r = self.factor.shape[1]
         precision = np.full(self.behind.shape[1], 1.0 / FREE**2)
-        precision[: r + self.own] = 1.0
+        precision[: r + self.instrument_size] = 1.0
         full = np.diag(precision) + self.behind[list(chosen)].sum(axis=0)
         return np.asarray(np.linalg.inv(full)[:r, :r])
 
@@ -108,7 +108,7 @@ class PosePlan:
         """Return the covariance (size, size) of the errors, mm and rad."""
         return np.asarray(self.factor @ self.covariance(chosen) @ self.factor.T)
 
-    def expected(self, chosen: Sequence[int]) -> dict[str, float]:
+    def uncertainties(self, chosen: Sequence[int]) -> dict[str, float]:
         """Name -> standard uncertainty, mm or rad; of a curve the rms over its travel."""
         return self._by_name(np.diag(self.expected_covariance(chosen)))
 
@@ -119,7 +119,7 @@ class PosePlan:
     def _by_name(self, variance: Array) -> dict[str, float]:
         return {name: float(np.sqrt(variance[self.model.slices[name]].mean())) for name in self.model.names}
 
-    def correlated(self, chosen: Sequence[int], above: float = 0.9) -> list[tuple[str, str, float]]:
+    def correlated_pairs(self, chosen: Sequence[int], above: float = 0.9) -> list[tuple[str, str, float]]:
         """Return the pairs of location errors whose correlation is larger, largest first."""
         names = self.model.pairs
         rows = [self.model.slices[n].start for n in names]
@@ -133,13 +133,13 @@ class PosePlan:
         ]
         return sorted((p for p in pairs if abs(p[2]) > above), key=lambda p: -abs(p[2]))
 
-    def identified(self, chosen: Sequence[int]) -> Identifiability:
+    def identifiability(self, chosen: Sequence[int]) -> Identifiability:
         """Return the errors that the poses identify, judged against next to no earlier knowledge; own errors have their u."""
         return identify(NormalEquations(self._information(chosen), np.zeros(self.model.size), self.model))
 
     def _information(self, chosen: Sequence[int]) -> Array:
         """Return the information of the poses on the errors, places and sizes of the spheres free, as (size, size)."""
-        size, own_size = self.model.size, self.own
+        size, own_size = self.model.size, self.instrument_size
         full = self.grams[list(chosen)].sum(axis=0)
         inner = full[size:, size:].copy()
         inner[:own_size, :own_size] += np.eye(own_size)

@@ -27,7 +27,7 @@ MOVED = 100.0  # times what placing anew leaves: then the tracker or the target 
 class PoseTest:
     """Residuals of poses under a machine that was not made from them: rms per coordinate, mm (and rad) before with the nominal machine
     and after, tracker
-    and target found from these poses; `held`: both as in the calibration, None where the tracker is clearly elsewhere. Turns are None
+    and target found from these poses; `in_place`: both as in the calibration, None where the tracker is clearly elsewhere. Turns are None
     where no orientations were read.
     """
 
@@ -35,18 +35,20 @@ class PoseTest:
     n: int
     before: float
     after: float
-    held: float | None
+    in_place: float | None
     before_turn: float | None
     after_turn: float | None
 
 
-def put_to_poses(test: PoseReadings, nominal: Machine, machine: Machine, known: TrackerPlacement) -> PoseTest:
+def put_to_poses(
+    test: PoseReadings, nominal: Machine, machine: Machine, calibrated: TrackerPlacement
+) -> PoseTest:
     """Test the machine file, read back, on poses."""
     before, after = (
-        _left(test, frames, _anew(test, frames, known))
+        _residual_rms(test, frames, _anew(test, frames, calibrated))
         for frames in (tool_frames(m, test.run) for m in (nominal, machine))
     )
-    residuals = _left(test, tool_frames(machine, test.run), known)[0]
+    residuals = _residual_rms(test, tool_frames(machine, test.run), calibrated)[0]
     return PoseTest(
         test.name,
         test.n,
@@ -66,6 +68,6 @@ def _anew(test: PoseReadings, frames: Frame, calibrated: TrackerPlacement) -> Tr
     return min(places, key=lambda place: float(np.sum(stack_rows(*departures(test, frames, place), u) ** 2)))
 
 
-def _left(test: PoseReadings, frames: Frame, place: TrackerPlacement) -> tuple[float, float | None]:
+def _residual_rms(test: PoseReadings, frames: Frame, place: TrackerPlacement) -> tuple[float, float | None]:
     position, turn = departures(test, frames, place)
     return rms(position), None if turn is None else rms(turn)

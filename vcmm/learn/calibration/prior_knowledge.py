@@ -168,9 +168,9 @@ def _factor(item: Input, k: int) -> Array:
 WRONG_UNIT = {"angle": "arcsec taken for urad are 4.848 times too small"}  # of lengths: mm taken for um
 
 
-def as_before(found: Identifiability, known: PriorKnowledge) -> list[str]:
+def as_before(identifiability: Identifiability, prior: PriorKnowledge) -> list[str]:
     """Return the errors that are taken over from the machine file unchanged."""
-    kept = [n for n in known.names if n not in found.names]
+    kept = [n for n in prior.names if n not in identifiability.names]
     if not kept:
         return []
     return [
@@ -182,7 +182,7 @@ def assumption_remarks(
     parts: Sequence[Readings], post: ErrorPosterior, only: Sequence[str], stated: bool
 ) -> list[str]:
     """Return sentences about assumptions and contradicted statements."""
-    out = [a for p in parts for a in p.assumed]
+    out = [a for p in parts for a in p.assumptions]
     if only:
         rest = "stays as the machine file has it" if stated else "was taken as zero"
         out.append(f"only {', '.join(only)} were looked for; every other error {rest}")
@@ -207,7 +207,7 @@ def assumption_remarks(
             out.append(
                 f"{name}: {int(noise.outliers.sum())} outliers carry little weight: {part.recording.places(noise.outliers)}"
             )
-    for name, value in zip(post.own_names, post.own):
+    for name, value in zip(post.instrument_names, post.instrument_errors):
         if abs(value) > 3:
             out.append(
                 f"{name}: the readings pull it by {value:+.1f} times its stated u; check its certificate"

@@ -41,15 +41,15 @@ class Readings:
 
     recording: Recording
     errors: Array
-    own: tuple[tuple[str, Array], ...]
+    instrument_errors: tuple[tuple[str, Array], ...]
     nuisance: Array
     names: tuple[str, ...]
     value: Array
     u: Array
     stated: bool
     dof: float | None
-    assumed: tuple[str, ...]
-    moved: Mapping[str, float]
+    assumptions: tuple[str, ...]
+    station_moves: Mapping[str, float]
 
     @property
     def m(self) -> int:
@@ -78,15 +78,15 @@ def readings(
     return Readings(
         recording=recording,
         errors=error_columns(observer, model),
-        own=tuple(unknowns),
+        instrument_errors=tuple(unknowns),
         nuisance=np.concatenate([nuisance, turns, probe], axis=1),
         names=names,
         value=recording.value - observer.baseline(),
         u=u,
         stated=stated,
         dof=dof,
-        assumed=(*assumed, *remarks),
-        moved=way,
+        assumptions=(*assumed, *remarks),
+        station_moves=way,
     )
 
 

@@ -82,7 +82,7 @@ def radial_of(test: RecordedTest, value: Array) -> tuple[Circle, Array]:
 
 def _is_about_own_centre(test: RecordedTest, circle: Circle) -> bool:
     """Return whether the centre is found from the readings: of full circles, and where [nuisance] frees it."""
-    swept = min(_swept(circle.angle[circle.way == w]) for w in np.unique(circle.way))
+    swept = min(_swept_angle(circle.angle[circle.way == w]) for w in np.unique(circle.way))
     return swept >= FULL or "centre" in test.recording.nuisance or "rigid" in test.recording.nuisance
 
 
@@ -103,7 +103,7 @@ def _figures(test: RecordedTest, circle: Circle, limits: Limits) -> tuple[list[F
                 f"{recording.name}: {len(which)} readings were taken {word} (seen from + onto {circle.plane}); ISO 230-4 takes both "
                 "senses of rotation, in one file, in the order made"
             )
-    swept = min(_swept(circle.angle[w]) for w in (ahead, back))
+    swept = min(_swept_angle(circle.angle[w]) for w in (ahead, back))
     free = _is_about_own_centre(test, circle)
     radius_free = "radius" in recording.nuisance
     notes = []
@@ -193,7 +193,7 @@ def _ways(recording: Recording, rows: Ints, angle: Array, plane: str) -> Array:
     return np.asarray(way)
 
 
-def _swept(angle: Array) -> float:
+def _swept_angle(angle: Array) -> float:
     """Return the swept angle in rad: all round less the widest gap between neighbours, that gap counted as one step of the others."""
     order = np.sort(angle % TURN)
     gaps = np.array([b - a for a, b in pairwise([*order, order[0] + TURN])])

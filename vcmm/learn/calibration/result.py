@@ -38,13 +38,13 @@ FINE = 121  # positions of a picture
 
 @dataclass(frozen=True, eq=False)
 class Calibration(Readable):
-    """machine: earlier knowledge (structure, axes, prior errors). kept: the errors that are identified, as a model.
+    """machine: earlier knowledge (structure, axes, prior errors). kept_model: the errors that are identified, as a model.
 
-    theta (kept.size,), covariance: of the kept errors, mm and rad. assumed, warnings: sentences. interpolation: its name.
+    theta (kept_model.size,), covariance: of the kept errors, mm and rad. assumed, warnings: sentences. interpolation: its name.
     """
 
     machine: Machine
-    kept: ErrorModel
+    kept_model: ErrorModel
     theta: Array
     covariance: Array
     posterior: ErrorPosterior
@@ -55,7 +55,7 @@ class Calibration(Readable):
     reading: Reading | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
-        names, left = list(self.kept.names), 1e3 * rms(self.residual)
+        names, left = list(self.kept_model.names), 1e3 * rms(self.residual)
         shown = ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
         return (
             f"<Calibration: {shown}; residuals {left:.3g} µm rms, condition {self.identified.condition:.3g}>"
@@ -69,13 +69,16 @@ class Calibration(Readable):
 
     def band(self, name: str) -> tuple[Array, Array, Array]:
         """Return (nodes, value, u) of one identified error, mm or rad; a squareness has one node, nan."""
-        part = self.kept.slices[name]
-        nodes = self.kept.labels[1][part]
+        part = self.kept_model.slices[name]
+        nodes = self.kept_model.labels[1][part]
         return nodes, self.theta[part], np.sqrt(np.diag(self.covariance)[part])
 
     def along(self, name: str) -> tuple[Array, Array, Array]:
         """Return (positions, value, u) of one identified curve between its nodes too, as the machine file interpolates; mm or rad."""
-        part, curve = self.kept.slices[name], next(c for c in self.kept.curves if c.component == name)
+        part, curve = (
+            self.kept_model.slices[name],
+            next(c for c in self.kept_model.curves if c.component == name),
+        )
         q = np.unique(np.concatenate([np.linspace(curve.nodes[0], curve.nodes[-1], FINE), curve.nodes]))
         weights = curve.weights(q)
         u = np.sqrt(np.einsum("ij,jk,ik->i", weights, self.covariance[part, part], weights))
@@ -94,7 +97,7 @@ class Calibration(Readable):
     def figures(self) -> list[Mapping[str, object]]:
         """Return one row per identified error: size and uncertainty, um or urad."""
         out: list[Mapping[str, object]] = []
-        for name in self.kept.names:
+        for name in self.kept_model.names:
             _, value, u = self.band(name)
             turns = is_angle(name)
             scale = 1e6 if turns else 1e3
@@ -104,9 +107,9 @@ class Calibration(Readable):
             else:
                 row |= {"value": float(value[0] * scale)}
             row["u"] = float(np.sqrt((u**2).mean()) * scale)
-            curve = next((c for c in self.kept.curves if c.component == name), None)
+            curve = next((c for c in self.kept_model.curves if c.component == name), None)
             if curve is not None and curve.periodic:
-                part = self.kept.slices[name]
+                part = self.kept_model.slices[name]
                 waves = harmonics(curve, value, self.covariance[part, part])
                 row["harmonics"] = [
                     {"order": int(h["order"]), "amplitude": h["amplitude"] * scale, "u": h["u"] * scale}

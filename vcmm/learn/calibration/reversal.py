@@ -270,10 +270,10 @@ def _slope(place: Array) -> Array:
     return np.asarray(way / float((way**2).sum()))
 
 
-def check_apart(found: Sequence[ReversalResult]) -> None:
+def check_apart(results: Sequence[ReversalResult]) -> None:
     """Raises UsageError where two files find the same error."""
     first: dict[str, str] = {}
-    for result in found:
+    for result in results:
         for name in result.errors:
             if name in first:
                 raise UsageError(
@@ -282,32 +282,32 @@ def check_apart(found: Sequence[ReversalResult]) -> None:
             first[name] = result.file.name
 
 
-def turning_input(found: SeparationResult, name: str) -> tuple[Array, Array]:
+def turning_input(separation: SeparationResult, name: str) -> tuple[Array, Array]:
     """Return ((2 K,) cosine and sine of each order in turn, (2 K, 2 K) covariance): the coefficients of a rotary_cyclic effect.
 
     Raises UsageError for an error of which nothing is identified.
     """
-    i = found.names.index(name)
-    if not found.is_identified[i].any():
+    i = separation.names.index(name)
+    if not separation.is_identified[i].any():
         raise UsageError(f"of {name} no order is identified")
-    value = np.stack([found.value[i].real, -found.value[i].imag], axis=1).ravel()
-    return value, np.diag(np.repeat(found.covariance[:, i, i], 2))
+    value = np.stack([separation.value[i].real, -separation.value[i].imag], axis=1).ravel()
+    return value, np.diag(np.repeat(separation.covariance[:, i, i], 2))
 
 
-def spans(found: Sequence[ReversalResult]) -> dict[str, tuple[float, float]]:
+def spans(results: Sequence[ReversalResult]) -> dict[str, tuple[float, float]]:
     """Return linear axis -> its known part, mm: the length of its straightness, else the scan of a half turn."""
     out: dict[str, tuple[float, float]] = {}
-    for result in sorted(found, key=lambda r: r.straight is None):
+    for result in sorted(results, key=lambda r: r.straight is None):
         places = [s.place for s in result.file.scans] if result.straight is None else [result.straight.nodes]
         if places and result.file.axis not in out:
             out[result.file.axis] = (min(float(p.min()) for p in places), max(float(p.max()) for p in places))
     return out
 
 
-def turning_axes(found: Sequence[ReversalResult]) -> set[str]:
+def turning_axes(results: Sequence[ReversalResult]) -> set[str]:
     """Return the axes whose error motions were seen in fixed directions."""
     return {
-        result.file.axis for result in found if result.turning is not None and is_rotary(result.file.axis)
+        result.file.axis for result in results if result.turning is not None and is_rotary(result.file.axis)
     }
 
 

@@ -54,9 +54,13 @@ def whiten_readings(part: Readings, covariance: Array) -> Readings:
     )  # the lines are free: any variance serves
     size, ways = np.linalg.eigh(full / part.u[0] ** 2)
     half = ways / np.sqrt(np.maximum(size, 1e-6 * size[-1])) @ ways.T
-    unknowns = tuple((name, half @ columns) for name, columns in part.own)
+    unknowns = tuple((name, half @ columns) for name, columns in part.instrument_errors)
     return replace(
-        part, errors=half @ part.errors, own=unknowns, nuisance=half @ part.nuisance, value=half @ part.value
+        part,
+        errors=half @ part.errors,
+        instrument_errors=unknowns,
+        nuisance=half @ part.nuisance,
+        value=half @ part.value,
     )
 
 

@@ -33,7 +33,7 @@ def average_line(model: ErrorModel, machine: Machine) -> Array:
     """
     out = np.eye(model.size)
     curves = {c.component: c for c in model.curves}
-    for first in (c for c in model.curves if c.centred and c.periodic):
+    for first in (c for c in model.curves if c.is_centred and c.periodic):
         axis = first.axis
         pair = LOCATIONS[axis[0]][2:] if first.turns else LOCATIONS[axis[0]][:2]
         second = curves.get(f"E{pair[1][0]}{axis}")

@@ -57,22 +57,22 @@ class ReadingNoise:
 
 @dataclass(frozen=True, eq=False)
 class ErrorPosterior:
-    """theta (size,), covariance (size, size) of the errors; own (c,) errors of instruments in units of their u.
+    """theta (size,), covariance (size, size) of the errors; instrument_errors (c,) of instruments in units of their u.
 
     residual: per recording (m,) mm or rad, after everything; noise per recording; information: Reduced with the weights of
-    the covariance; used: numbers that the readings determine, together.
+    the covariance; numbers_used: numbers that the readings determine, together.
     """
 
     model: ErrorModel
     smooth: Smoothness
     theta: Array
     covariance: Array
-    own: Array
-    own_names: tuple[str, ...]
+    instrument_errors: Array
+    instrument_names: tuple[str, ...]
     residual: tuple[Array, ...]
     noise: tuple[ReadingNoise, ...]
     information: NormalEquations
-    used: float
+    numbers_used: float
     log_evidence: float
 
 
@@ -115,10 +115,10 @@ class WhitenedReadings:
 
 @dataclass(frozen=True, eq=False)
 class Before:
-    """Knowledge of theta before: factor (size, r) of its covariance; changed (size,): 1 where it may have changed since."""
+    """Knowledge of theta before: factor (size, r) of its covariance; may_change (size,): 1 where it may have changed since."""
 
     factor: Array
-    changed: Array
+    may_change: Array
 
     @staticmethod
     def nothing(model: ErrorModel) -> Before:
@@ -126,9 +126,9 @@ class Before:
 
     def lift(self, size: int) -> Array:
         """Return (theta, all numbers): theta = change + earlier knowledge; `size` numbers in all."""
-        out = np.zeros((len(self.changed), size))
-        out[:, : len(self.changed)] = np.diag(self.changed)
-        out[:, len(self.changed) : len(self.changed) + self.factor.shape[1]] = self.factor
+        out = np.zeros((len(self.may_change), size))
+        out[:, : len(self.may_change)] = np.diag(self.may_change)
+        out[:, len(self.may_change) : len(self.may_change) + self.factor.shape[1]] = self.factor
         return out
 
 
@@ -137,16 +137,16 @@ def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], 
 
     Recordings that have an own error of the same name share it.
     """
-    width = {name: c.shape[1] for p in parts for name, c in p.own}
+    width = {name: c.shape[1] for p in parts for name, c in p.instrument_errors}
     start = dict(zip(width, np.cumsum([0, *width.values()])))
     out = []
-    plain = not width and not before.factor.shape[1] and bool((before.changed == 1).all())
+    plain = not width and not before.factor.shape[1] and bool((before.may_change == 1).all())
     for part in parts if not plain else ():
         unknowns = np.zeros((part.m, sum(width.values())))
-        for name, columns in part.own:
+        for name, columns in part.instrument_errors:
             unknowns[:, start[name] : start[name] + width[name]] = columns
         out.append(
-            np.concatenate([part.errors * before.changed, part.errors @ before.factor, unknowns], axis=1)
+            np.concatenate([part.errors * before.may_change, part.errors @ before.factor, unknowns], axis=1)
         )
     names = (f"{n} {k + 1}" if count > 1 else n for n, count in width.items() for k in range(count))
     return ([p.errors for p in parts] if plain else out), tuple(names)
@@ -177,10 +177,10 @@ def normal_equations(whitened: Sequence[WhitenedReadings], model: ErrorModel) ->
     return NormalEquations(a, np.sum([w.back_project(w.y) for w in whitened], axis=0), model)
 
 
-def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = None) -> ErrorPosterior:
+def solve(parts: Sequence[Readings], model: ErrorModel, earlier: Before | None = None) -> ErrorPosterior:
     """Compute the joint posterior. The parts' columns belong to this model; theta is the departure from the numbers known before."""
-    known = known or Before.nothing(model)
-    columns, names = columns_of(parts, known)
+    earlier = earlier or Before.nothing(model)
+    columns, names = columns_of(parts, earlier)
     noise = [ReadingNoise(1.0, np.inf if p.dof is None else p.dof, np.zeros(p.m, dtype=bool)) for p in parts]
     weights = [1.0 / p.u**2 for p in parts]
     smooth: Smoothness | None = None
@@ -204,7 +204,7 @@ def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = N
     fisher = [project(p, c, _information(p, n)) for p, c, n in zip(parts, columns, noise)]
     equations = replace(normal_equations(fisher, model), b=equations.b)
     _, covariance = posterior(equations, smooth)
-    lift, size = known.lift(len(mean)), model.size + known.factor.shape[1]
+    lift, size = earlier.lift(len(mean)), model.size + earlier.factor.shape[1]
     used = float((equations.a * covariance).sum())
     shared = sum(float(np.log(w.root).sum()) - float(w.y @ w.y) / 2 for w in white)
     return ErrorPosterior(
@@ -212,30 +212,30 @@ def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = N
         smooth=smooth,
         theta=lift @ mean,
         covariance=lift @ covariance @ lift.T,
-        own=mean[size:],
-        own_names=names,
+        instrument_errors=mean[size:],
+        instrument_names=names,
         residual=tuple(residual),
         noise=tuple(noise),
         information=equations,
-        used=used,
+        numbers_used=used,
         log_evidence=smooth.log_evidence + shared,
     )
 
 
-def posterior(told: NormalEquations, smooth: Smoothness) -> tuple[Array, Array]:
+def posterior(information: NormalEquations, smooth: Smoothness) -> tuple[Array, Array]:
     """Return mean and covariance of theta and the numbers behind it."""
-    return JointPosterior(told, smooth.sites).posterior()
+    return JointPosterior(information, smooth.sites).posterior()
 
 
-def condition_on_prior(told: NormalEquations, factor: Array) -> tuple[Array, Array]:
+def condition_on_prior(information: NormalEquations, factor: Array) -> tuple[Array, Array]:
     """Return mean and covariance under the prior factor @ factor.T."""
-    mean, half = conditioned_factor(told, factor)
+    mean, half = conditioned_factor(information, factor)
     return mean, half @ half.T
 
 
-def conditioned_factor(told: NormalEquations, factor: Array) -> tuple[Array, Array]:
+def conditioned_factor(information: NormalEquations, factor: Array) -> tuple[Array, Array]:
     """Return the mean, and a factor (p, r) of the covariance, under the prior factor @ factor.T."""
-    conditioned = condition(told.a, told.b, factor)
+    conditioned = condition(information.a, information.b, factor)
     return conditioned.mean, conditioned.half
 
 

@@ -44,21 +44,21 @@ COORDINATE_NAMES = {
 
 
 def recorded_spindle(
-    found: ReversalResult, limits: Mapping[str, Limit] | None = None, seed: int = 0, trials: int = TRIALS
+    result: ReversalResult, limits: Mapping[str, Limit] | None = None, seed: int = 0, trials: int = TRIALS
 ) -> list[Figure]:
     """Return the values of every error motion of one separated test, um or urad; u from the scatter of the turns.
 
     The asynchronous and total values are extremes of the turns that were recorded and have no u. Raises UsageError for a test
     along a line.
     """
-    if found.turning is None:
+    if result.turning is None:
         raise UsageError(
-            f'{found.file.name} is a test of kind "{found.file.kind}"; ISO 230-7 takes one of a turning axis'
+            f'{result.file.name} is a test of kind "{result.file.kind}"; ISO 230-7 takes one of a turning axis'
         )
     rng, out = np.random.default_rng(seed), []
-    drawn = found.turning.draw(rng, trials)
-    for i, name in enumerate(found.errors):
-        values = _values(found.turning, name, _first_setup(found, name))
+    drawn = result.turning.draw(rng, trials)
+    for i, name in enumerate(result.errors):
+        values = _values(result.turning, name, _first_setup(result, name))
         moved = {
             "synchronous": _ranges(drawn[:, i]),
             "fundamental": 2.0 * np.abs(drawn[:, i, 0]),

@@ -33,7 +33,7 @@ class ThermalModel:
     """terms with amount and tau (s); covariance (2 t, 2 t) of amounts and lags (a lag that does not count has zeros).
 
     before, after: rms of all readings with nuisance, mm; held_out: rms of blocks of time predicted from the others, before and
-    after; trained: sensor -> (low, high) degC; unused: sensor -> why; repeats: number of readings with the same information; outliers:
+    after; trained: sensor -> (low, high) degC; unused_sensors: sensor -> why; repeats: number of readings with the same information; outliers:
     outlying readings, which no figure includes.
     """
 
@@ -45,7 +45,7 @@ class ThermalModel:
     after: float
     held_out: tuple[float, float]
     trained: dict[str, tuple[float, float]]
-    unused: dict[str, str]
+    unused_sensors: dict[str, str]
     repeats: float
     outliers: int
     fit: ThermalFit  # the readings, and the terms with the lags at which the search ended
@@ -104,7 +104,7 @@ def _model(fit: ThermalFit, trained: dict[str, tuple[float, float]], unused: dic
         after=after,
         held_out=(rms(np.concatenate(plain.held_out())), before),
         trained=trained,
-        unused=unused,
+        unused_sensors=unused,
         repeats=repeating(kept),
         outliers=int(sum((w == 0).sum() for w in weight)),
         fit=fit,

@@ -36,7 +36,7 @@ class ThermalFit:
         """Number of amounts and lags."""
         return sum(1 + t.lag for t in self.terms)
 
-    def left(self) -> float:
+    def mean_square(self) -> float:
         """Return the residual mean square of the terms, mm^2."""
         left, weight = self.solve(self.lags, self.weights())[1], self.weights()
         return sum(float(w @ e**2) for w, e in zip(weight, left)) / sum(float(w.sum()) for w in weight)
@@ -89,7 +89,7 @@ class ThermalFit:
             return self
         weight = self.weights()
 
-        def left(logs: Array) -> Array:
+        def residual(logs: Array) -> Array:
             lags = self.lags.copy()
             lags[free] = np.exp(logs)
             x, y = _project_nuisance(self.parts, self.columns(lags), weight)
@@ -97,7 +97,7 @@ class ThermalFit:
 
         start = np.log(np.clip(self.lags[free], 2 * SHORTEST, self.longest / 1.1))
         optimum = least_squares(
-            left,
+            residual,
             start,
             bounds=(np.log(SHORTEST), np.log(self.longest)),
             diff_step=np.full(len(free), STEP),
@@ -157,7 +157,7 @@ def select_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
     weight = fit.weights()
     least = min(repeating(ordinary(f, f.solve(f.lags, weight)[1])) for f in fits)
     n = sum(float(w.sum()) for w in weight) / least
-    return min(fits, key=lambda f: n * np.log(f.left() + 1e-300) + f.numbers * np.log(n))
+    return min(fits, key=lambda f: n * np.log(f.mean_square() + 1e-300) + f.numbers * np.log(n))
 
 
 def _path(fit: ThermalFit, every: Sequence[Term]) -> list[ThermalFit]:
@@ -170,7 +170,7 @@ def _path(fit: ThermalFit, every: Sequence[Term]) -> list[ThermalFit]:
         ]
         if not tried:
             break
-        fit = _exchange_terms(min(tried, key=ThermalFit.left).refine_lags(), every)
+        fit = _exchange_terms(min(tried, key=ThermalFit.mean_square).refine_lags(), every)
         path.append(fit)
     return path
 
@@ -194,8 +194,8 @@ def _exchange_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
             replace(rest, terms=(*rest.terms, t), lags=np.append(rest.lags, tau))
             for t, tau in _candidate_terms(every, rest)
         ]
-        new = min(tried, key=ThermalFit.left).refine_lags()
-        if new.left() < fit.left():
+        new = min(tried, key=ThermalFit.mean_square).refine_lags()
+        if new.mean_square() < fit.mean_square():
             fit = new
     return fit
 

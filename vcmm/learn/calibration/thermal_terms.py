@@ -119,21 +119,21 @@ def candidates(parts: Sequence[WarmReadings], sensors: Sequence[str]) -> list[Te
 
 
 def _drift(direction: str, sensor: str) -> Term:
-    def made(amount: float, tau: float) -> Effect:
+    def make(amount: float, tau: float) -> Effect:
         return ThermalDrift(direction, sensor, amount, tau)
 
-    return Term((direction, sensor), made, "k", True, sensor)
+    return Term((direction, sensor), make, "k", True, sensor)
 
 
 def _scale(axis: str) -> Term:
-    def made(amount: float, tau: float) -> Effect:
+    def make(amount: float, tau: float) -> Effect:
         return ScaleExpansion(axis, amount)
 
-    return Term((axis,), made, "alpha", False, f"scale_{axis.lower()}")
+    return Term((axis,), make, "alpha", False, f"scale_{axis.lower()}")
 
 
 def _spindle() -> Term:
-    def made(amount: float, tau: float) -> Effect:
+    def make(amount: float, tau: float) -> Effect:
         return SpindleGrowth("Z", amount, max(tau, SHORTEST))
 
-    return Term(("Z",), made, "amplitude", True, "")
+    return Term(("Z",), make, "amplitude", True, "")

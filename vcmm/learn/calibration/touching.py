@@ -49,9 +49,9 @@ def touched_errors(ranges: Mapping[str, tuple[float, float]]) -> tuple[str, ...]
 
 def as_line(curve: Curve) -> Curve:
     """Return an error of a linear axis as a straight line over the travel that was read: a scale. Those of rotary axes stay."""
-    if curve.rotary or curve.kept:
+    if curve.rotary or curve.has_file_nodes:
         return curve
-    return replace(curve, nodes=curve.nodes[[0, -1]], kind=LINEAR, kept=True)
+    return replace(curve, nodes=curve.nodes[[0, -1]], kind=LINEAR, has_file_nodes=True)
 
 
 def free_probe_errors(

@@ -17,9 +17,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.changes import Jump
-from vcmm.learn.tracking.kalman import GaussianState, innovation, solve_lower
+from vcmm.learn.tracking.kalman import GaussianState, chance_beyond, innovation, solve_lower
 
 ALPHA = 0.05
 SUM = 2.109742801  # of 1 / (n ln^2 n), n = 2, 3 ...

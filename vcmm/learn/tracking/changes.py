@@ -18,10 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.run import Array
-from vcmm.learn.tracking.chance import chance_beyond
 from vcmm.learn.tracking.kalman import (
     GaussianState,
     Innovation,
+    chance_beyond,
     condition,
     innovation,
     solve_lower,
@@ -53,7 +53,7 @@ class Update:
     state: GaussianState
     log_likelihood: float
     probability: float
-    changed: tuple[tuple[str, float], ...]
+    suspects: tuple[tuple[str, float], ...]
 
 
 @lru_cache(maxsize=4)
@@ -107,12 +107,12 @@ def update(state: GaussianState, columns: Array, value: Array, jumps: Sequence[J
     return Update(joined, total, float(1.0 - weights[0]), _by_name(weights, jumps))
 
 
-def log_of_jumps(seen: Innovation, columns: Array, jumps: Sequence[Jump], prior: float) -> list[float]:
+def log_of_jumps(innovation: Innovation, columns: Array, jumps: Sequence[Jump], prior: float) -> list[float]:
     """Return ln (prior x likelihood) of every jump and size: the covariance grows by columns that are few (matrix determinant lemma)."""
-    white, base, out = seen.white, seen.log_likelihood, []
+    white, base, out = innovation.white, innovation.log_likelihood, []
     for jump in jumps:
         shown = jump.columns[: columns.shape[1]]
-        moved = solve_lower(seen.lower, columns @ shown)
+        moved = solve_lower(innovation.lower, columns @ shown)
         left, size, _ = np.linalg.svd(moved, full_matrices=False)
         along = (left.T @ white) ** 2
         for s in SIZES:

@@ -17,7 +17,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.learn.calibration.solve import CHANCE, EXCESS, nuisance_basis
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.learn.tracking.chance import chance_beyond
+from vcmm.learn.tracking.kalman import chance_beyond
 from vcmm.learn.tracking.quantities import TrackedMachine
 from vcmm.task.response.observe import lacking
 from vcmm.task.response.recording import Recording
@@ -92,7 +92,7 @@ def columns_of(tracked: TrackedMachine, problem: Problem) -> Array:
 
 def _root(tracked: TrackedMachine, problem: Problem) -> Array:
     """Return the root (m,) or lower (m, m) of the covariance of the noise and of the uncertainty of this recording alone."""
-    columns_of_stated = [columns for name, columns in problem.stated if name not in tracked.used]
+    columns_of_stated = [columns for name, columns in problem.stated if name not in tracked.input_ids]
     if not columns_of_stated:
         return problem.u
     stated = np.concatenate(columns_of_stated, axis=1)
@@ -131,6 +131,6 @@ def _noise(square: float, rest: int) -> float:
     return scale if scale > EXCESS and chance_beyond(rest, square) < CHANCE else 1.0
 
 
-def turn_columns(seen: SeenRecording, ways: Array) -> SeenRecording:
+def turn_columns(recording: SeenRecording, ways: Array) -> SeenRecording:
     """Return the same with columns @ ways: fewer numbers, where the others are not seen."""
-    return replace(seen, columns=seen.columns @ ways)
+    return replace(recording, columns=recording.columns @ ways)

@@ -72,8 +72,8 @@ def doubtful_parts(
             for p in parts
             if (since is None or moment(p.date) > since.when) and np.floor(moment(p.date)) <= check.when
         ]
-        start = followed.started if good is None else states[good]
-        day = check.when - (followed.seen[0].when if since is None else since.when)
+        start = followed.start if good is None else states[good]
+        day = check.when - (followed.recordings[0].when if since is None else since.when)
         before, after = followed.motion.step(start, day), states[i]
         shifts = []
         for g in gains:

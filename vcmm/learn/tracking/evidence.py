@@ -22,9 +22,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.run import Array
-from vcmm.learn.tracking.chance import square_at
 from vcmm.learn.tracking.changes import ASK, MATTERS, SIZES, Jump, prior_of_change
 from vcmm.learn.tracking.compress import SeenRecording
+from vcmm.learn.tracking.kalman import square_at
 from vcmm.learn.tracking.rates import BLOCKS, PASSES, YEAR, WanderingMotion
 
 Numbers = npt.NDArray[np.intp]
@@ -70,13 +70,13 @@ class _Layout:
     def swings(self) -> bool:
         return bool(self.swing2.any())
 
-    def columns(self, one: SeenRecording, days: float) -> Array:
+    def columns(self, recording: SeenRecording, days: float) -> Array:
         """Return the columns (r, n) of readings of a day on the whole state."""
-        grown, turn = one.columns[:, self.stated :], 2.0 * np.pi * days / YEAR
+        grown, turn = recording.columns[:, self.stated :], 2.0 * np.pi * days / YEAR
         season, swing = grown[:, self.season], grown if self.swings else grown[:, :0]
         return np.concatenate(
             [
-                one.columns, season * (np.cos(turn) - 1.0), season * np.sin(turn), grown[:, self.trend] * (days / YEAR), swing, grown
+                recording.columns, season * (np.cos(turn) - 1.0), season * np.sin(turn), grown[:, self.trend] * (days / YEAR), swing, grown
             ],
             axis=1,
         )  # fmt: skip

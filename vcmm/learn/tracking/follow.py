@@ -27,7 +27,7 @@ from vcmm.learn.tracking.rates import GroupRates, WanderingMotion, first_rates, 
 class FollowedCheck:
     """Result of a recording when it came. chance, level: of the innovation test; alarm: chance < level.
 
-    predicted, unchanged: rms of its differences from the prediction and from the machine file at the start, both in
+    rms_predicted, rms_unchanged: rms of its differences from the prediction and from the machine file at the start, both in
     units of the noise. spread: rms of the innovation over its standard uncertainty (near 1 where bands are honest). change:
     probability that something jumped before it; suspects: by name. answer: what `diagnose` said of an alarm.
     """
@@ -41,8 +41,8 @@ class FollowedCheck:
     outliers: int
     chance: float
     level: float
-    predicted: float
-    unchanged: float
+    rms_predicted: float
+    rms_unchanged: float
     spread: float
     change: float
     suspects: tuple[tuple[str, float], ...]
@@ -61,7 +61,7 @@ class FollowedMachine:
     alpha: float
     rates: tuple[GroupRates, ...]
     state: GaussianState
-    seen: tuple[SeenRecording, ...] = ()
+    recordings: tuple[SeenRecording, ...] = ()
     checks: tuple[FollowedCheck, ...] = ()
 
     @cached_property
@@ -69,14 +69,14 @@ class FollowedMachine:
         return motion_of(self.tracked.group_of_mode, self.tracked.stated, self.rates)
 
     @property
-    def started(self) -> GaussianState:
+    def start(self) -> GaussianState:
         """The state at the date of the machine file, before any recording."""
         return first_state(self.motion)
 
     @property
     def last(self) -> float | None:
         """Day of the last recording."""
-        return self.seen[-1].when if self.seen else None
+        return self.recordings[-1].when if self.recordings else None
 
     def at(self, when: float) -> GaussianState:
         """Return the state on a day not before the last recording."""
@@ -98,20 +98,22 @@ def start_following(tracked: TrackedMachine, alpha: float) -> FollowedMachine:
     return FollowedMachine(tracked, alpha, rates, first_state(motion))
 
 
-def follow_one(before: FollowedMachine, seen: SeenRecording, date: str) -> FollowedMachine:
+def follow_one(before: FollowedMachine, recording: SeenRecording, date: str) -> FollowedMachine:
     """Return the state after one more recording; its FollowedCheck is the last of `checks`."""
     jumps = jumps_of(before.tracked)
-    columns = columns_for(seen, before.tracked.stated)
-    state = before.at(seen.when)
-    number = len(before.seen) + 1
-    chance, spread = chance_of(state, columns, seen.value, jumps)
-    days = 0.0 if before.last is None else seen.when - before.last
-    new = update(state, columns, seen.value, jumps, days)
-    check = _check(seen, date, (chance, level(number, before.alpha), spread), state, columns, new)
-    out = replace(before, state=new.state, seen=(*before.seen, seen), checks=(*before.checks, check))
+    columns = columns_for(recording, before.tracked.stated)
+    state = before.at(recording.when)
+    number = len(before.recordings) + 1
+    chance, spread = chance_of(state, columns, recording.value, jumps)
+    days = 0.0 if before.last is None else recording.when - before.last
+    new = update(state, columns, recording.value, jumps, days)
+    check = _check(recording, date, (chance, level(number, before.alpha), spread), state, columns, new)
+    out = replace(
+        before, state=new.state, recordings=(*before.recordings, recording), checks=(*before.checks, check)
+    )
     if not is_due(number):
         return out
-    rates = learn_rates(out.tracked, out.seen, jumps, out.rates)
+    rates = learn_rates(out.tracked, out.recordings, jumps, out.rates)
     return again(replace(out, rates=rates), jumps)
 
 
@@ -126,7 +128,7 @@ def _check(
     from_state = recording.value - columns @ state.mean
     return FollowedCheck(
         recording.name, date, recording.when, recording.rows, recording.rank, recording.noise, recording.outliers, test[0], test[1],
-        rms(from_state), rms(recording.value), test[2], new.probability, new.changed,
+        rms(from_state), rms(recording.value), test[2], new.probability, new.suspects,
     )  # fmt: skip
 
 
@@ -134,7 +136,7 @@ def again(followed: FollowedMachine, jumps: Sequence[Jump]) -> FollowedMachine:
     """The state worked out from the start with the present rates; what the checks said when they came stays."""
     motion, stated = followed.motion, followed.tracked.stated
     state, before = first_state(motion), None
-    for recording in followed.seen:
+    for recording in followed.recordings:
         days = 0.0 if before is None else recording.when - before
         new = update(motion.step(state, days), columns_for(recording, stated), recording.value, jumps, days)
         state, before = new.state, recording.when
@@ -145,7 +147,7 @@ def course(followed: FollowedMachine) -> list[GaussianState]:
     """The state after every recording, with the present rates."""
     out, motion, stated, before = [], followed.motion, followed.tracked.stated, None
     state, jumps = first_state(motion), jumps_of(followed.tracked)
-    for recording in followed.seen:
+    for recording in followed.recordings:
         days = 0.0 if before is None else recording.when - before
         state = update(
             motion.step(state, days), columns_for(recording, stated), recording.value, jumps, days

@@ -53,9 +53,9 @@ def is_due(count: int) -> bool:
     return count in (FIRST, 4)
 
 
-def columns_for(seen: SeenRecording, stated: int) -> Array:
+def columns_for(recording: SeenRecording, stated: int) -> Array:
     """Return the columns (r, n) of a recording that was seen."""
-    return of_whole_state(seen.columns, stated)
+    return of_whole_state(recording.columns, stated)
 
 
 def of_whole_state(columns: Array, stated: int) -> Array:
@@ -106,16 +106,16 @@ def _seen_ways(gram: Array) -> Array:
 class Evidence:
     """ln of the likelihood of all recordings, each given those before, and of the prior of the swings; known ones are not asked again."""
 
-    def __init__(self, seen: SeenNumbers) -> None:
-        self.seen = seen
+    def __init__(self, numbers: SeenNumbers) -> None:
+        self.numbers = numbers
         self.known: dict[Rates, float] = {}
 
     def of(self, many: Sequence[Rates]) -> list[float]:
         """Of each of many rates."""
         new = [r for r in dict.fromkeys(many) if r not in self.known]
         if new:
-            motions = [motion_of(self.seen.groups, self.seen.stated, r) for r in new]
-            logs = log_likelihoods(self.seen.recordings, motions, self.seen.jumps)
+            motions = [motion_of(self.numbers.groups, self.numbers.stated, r) for r in new]
+            logs = log_likelihoods(self.numbers.recordings, motions, self.numbers.jumps)
             for rates, log in zip(new, logs.tolist()):
                 self.known[rates] = log + sum(r.log_prior for r in rates)
         return [self.known[r] for r in many]

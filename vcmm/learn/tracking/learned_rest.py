@@ -43,13 +43,13 @@ class LearnedRest:
 
     before, after: rms over the noise of the residuals of the later recordings, without the term and predicted by the earlier ones. rows
     (k,): information on each value, rows of
-    one standard noise. passed: whether it may be written.
+    one standard noise. has_passed: whether it may be written.
     """
 
     effect: Effect
     covariance: Array
     gain: float
-    foretold: float
+    later_gain: float
     before: float
     after: float
     size: float
@@ -61,15 +61,15 @@ class LearnedRest:
     )
 
     @property
-    def passed(self) -> bool:
-        return self.foretold > float(np.log(GATE)) and self.after < self.before
+    def has_passed(self) -> bool:
+        return self.later_gain > float(np.log(GATE)) and self.after < self.before
 
     @property
     def sentence(self) -> str:
         """The result in words, with the figures of the gate."""
-        odds = f"e^{self.foretold:.0f} times as probable with it"
+        odds = f"e^{self.later_gain:.0f} times as probable with it"
         text = f"{len(self.later)} later recordings are {odds}; rms over their noise {self.before:.2f} without it, {self.after:.2f} predicted from the earlier {len(self.earlier)}"
-        if self.passed:
+        if self.has_passed:
             return f"{self.effect.id}: {text}"
         return f"nothing that predicts later recordings was found (best: {self.effect.id}: {text}; expected at least {GATE:g} times as probable), so nothing is written"
 
@@ -77,8 +77,8 @@ class LearnedRest:
         """Return the document as in vcmm.track/1: canonical units (mm or rad)."""
         effect = vars(self.effect)
         return {
-            "passed": self.passed, "said": self.sentence, "input": f"{self.effect.id}.values", "component": effect["component"],
-            "column": effect["column"] or None, "kernel": effect["kernel"], "gain": self.gain, "foretold": self.foretold,
+            "passed": self.has_passed, "said": self.sentence, "input": f"{self.effect.id}.values", "component": effect["component"],
+            "column": effect["column"] or None, "kernel": effect["kernel"], "gain": self.gain, "foretold": self.later_gain,
             "rms_before": self.before, "rms_after": self.after, "earlier": list(self.earlier), "later": list(self.later),
             "nodes": np.asarray(effect["nodes"]).tolist(), "levels": effect["levels"] or None,
             "values": np.asarray(effect["values"]).tolist(), "u": np.sqrt(np.diag(self.covariance)).tolist(),

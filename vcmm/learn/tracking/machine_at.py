@@ -31,7 +31,7 @@ KNOWN = 1e-6  # of the largest: errors below it at the last check say nothing of
 class DatedMachine:
     """departure (K,) of all numbers from the machine file on a day; state, since (K, c): factors of the two covariances."""
 
-    followed: FollowedMachine
+    history: FollowedMachine
     when: float
     departure: Array
     state: Array
@@ -45,12 +45,12 @@ class DatedMachine:
     @property
     def uncertain(self) -> tuple[TrackedQuantity, ...]:
         """Quantities that are not exactly known."""
-        rows, u = self.followed.tracked.rows, self.u
-        return tuple(q for q in self.followed.tracked.quantities if (u[rows[q.id]] > 0).any())
+        rows, u = self.history.tracked.rows, self.u
+        return tuple(q for q in self.history.tracked.quantities if (u[rows[q.id]] > 0).any())
 
     def joint(self, factor: Array) -> JointCovariance:
         """Return the covariance factor @ factor.T of the uncertain quantities as a file has it."""
-        rows = self.followed.tracked.rows
+        rows = self.history.tracked.rows
         numbers = np.concatenate([np.arange(rows[q.id].start, rows[q.id].stop) for q in self.uncertain])
         names = tuple(q.id for q in self.uncertain for _ in range(q.size))
         position = [np.full(1, np.nan) if is_single(q) else np.arange(float(q.size)) for q in self.uncertain]
@@ -85,23 +85,23 @@ def _row_space(factor: Array) -> Array:
 
 def effects_on(dated: DatedMachine) -> tuple[Effect, ...]:
     """Return the machine's effects with their numbers of the day, without the modes of an earlier covariance."""
-    rows = dated.followed.tracked.rows
+    rows = dated.history.tracked.rows
     new: dict[str, Effect] = {}
-    for q in dated.followed.tracked.quantities:
+    for q in dated.history.tracked.quantities:
         old = np.asarray(getattr(q.effect, q.parameter), dtype=float)
         value = old + np.reshape(dated.departure[rows[q.id]], old.shape)
         effect = new.get(q.effect.id, q.effect)
         new[q.effect.id] = with_parameter(effect, q.parameter, float(value) if value.ndim == 0 else value)
-    effects = dated.followed.tracked.machine.effects
+    effects = dated.history.tracked.machine.effects
     return tuple(new.get(e.id, e) for e in effects if not isinstance(e, CalibrationModes))
 
 
 def as_machine(dated: DatedMachine) -> Machine:
     """Return the result of `load_machine` on the files, to rounding; before any recording the machine file itself."""
-    tracked = dated.followed.tracked
-    if not dated.followed.seen:
+    tracked = dated.history.tracked
+    if not dated.history.recordings:
         return tracked.machine
-    kept = [i for i in tracked.machine.inputs if i.id not in tracked.used]
+    kept = [i for i in tracked.machine.inputs if i.id not in tracked.input_ids]
     inputs = [_joint(dated.uncertain, dated.joint(dated.state).matrix, "")] if dated.uncertain else []
     if dated.uncertain and dated.since.any():
         inputs.append(_joint(dated.uncertain, dated.joint(dated.since).matrix, SINCE))

@@ -82,7 +82,7 @@ class _Plans:
         """Return the covariance so many days later."""
         return self.motion.later(covariance, days)
 
-    def checked(self, covariance: Array, name: str) -> Array:
+    def after_check(self, covariance: Array, name: str) -> Array:
         """Return the covariance after a check, in Joseph's form."""
         h = self.columns[name]
         gain = np.linalg.solve(h @ covariance @ h.T + np.eye(len(h)), h @ covariance).T
@@ -122,18 +122,18 @@ def plan_checks(
 
 
 def _columns(followed: FollowedMachine, check: ShopCheck) -> Array:
-    names = [s.name for s in followed.seen]
+    names = [s.name for s in followed.recordings]
     if check.like not in names:
         raise UsageError(
             f'check "{check.name}": like = "{check.like}" is no recording that was followed.{choose_from(check.like, names)}'
         )
-    return columns_for(followed.seen[names.index(check.like)], followed.tracked.stated)
+    return columns_for(followed.recordings[names.index(check.like)], followed.tracked.stated)
 
 
 def _each(plans: _Plans, covariance: Array, day: int, checks: Sequence[ShopCheck]) -> tuple[NextCheck, ...]:
     """Return each check on the last day that still holds; those that hold longest for their cost first."""
     then = plans.after(covariance, day)
-    checks_done = [_do_check(plans, plans.checked(then, c.name), c, day) for c in checks]
+    checks_done = [_do_check(plans, plans.after_check(then, c.name), c, day) for c in checks]
     return tuple(sorted(checks_done, key=lambda n: n.check.cost / max(_days(n), 1e-9)))
 
 
@@ -152,7 +152,7 @@ class _Way:
     day: int
     covariance: Array
     cost: float
-    done: tuple[NextCheck, ...]
+    checks: tuple[NextCheck, ...]
 
 
 def _search(plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days: int) -> CheckPlan:
@@ -171,11 +171,11 @@ def _search(plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days:
             day = way.day + max(free, 0)
             then = plans.after(way.covariance, max(free, 0))
             for check in checks:
-                after = plans.checked(then, check.name)
+                after = plans.after_check(then, check.name)
                 gained = plans.holds(after)
                 if gained > max(free, 0) - (day - way.day) and (gained > 0 or day == way.day):
                     check_done = _do_check(plans, after, check, day)
-                    following.append(_Way(day, after, way.cost + check.cost, (*way.done, check_done)))
+                    following.append(_Way(day, after, way.cost + check.cost, (*way.checks, check_done)))
         ways = sorted(following, key=lambda w: w.cost / (w.day + max(plans.holds(w.covariance), 0) + 1.0))[
             :WIDE
         ]
@@ -183,8 +183,8 @@ def _search(plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days:
             break
     fixed = _cheapest_fixed_interval(plans, covariance, checks, days)
     if best is None:
-        return CheckPlan(last.done if last else (), last.cost if last else 0.0, days, False, fixed)
-    return CheckPlan(best.done, best.cost, days, True, fixed)
+        return CheckPlan(last.checks if last else (), last.cost if last else 0.0, days, False, fixed)
+    return CheckPlan(best.checks, best.cost, days, True, fixed)
 
 
 def _cheapest_fixed_interval(
@@ -194,11 +194,11 @@ def _cheapest_fixed_interval(
     intervals = []
     for check in checks:
         for interval in range(min(days, LONGEST), 0, -1):
-            state, day, good = plans.checked(covariance, check.name), 0, True
+            state, day, good = plans.after_check(covariance, check.name), 0, True
             while good and day < days:
                 good = plans.holds(state) >= min(interval, days - day)
                 day += interval
-                state = plans.checked(plans.after(state, interval), check.name)
+                state = plans.after_check(plans.after(state, interval), check.name)
             if good:
                 intervals.append((check.name, interval, check.cost * (1 + (days - 1) // interval)))
                 break

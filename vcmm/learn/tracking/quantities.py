@@ -75,7 +75,7 @@ class TrackedMachine:
     machine: Machine
     quantities: tuple[TrackedQuantity, ...]
     factor: Array
-    used: tuple[str, ...]
+    input_ids: tuple[str, ...]
     apart: tuple[str, ...]
 
     @cached_property

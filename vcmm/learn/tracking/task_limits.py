@@ -98,7 +98,7 @@ def limits_of(texts: Sequence[str], scenario: Scenario, dated: DatedMachine) -> 
 
 def _in_task(scenario: Scenario, dated: DatedMachine) -> Machine:
     """Return the machine of the day with the effects of part and room of the scenario. Raises UsageError where the task is for another machine."""
-    machine, given, now = dated.followed.tracked.machine, scenario.machine, as_machine(dated)
+    machine, given, now = dated.history.tracked.machine, scenario.machine, as_machine(dated)
     if machine.chain.structure != given.chain.structure or machine.axes.keys() != given.axes.keys():
         raise UsageError(
             f'the task is one of the machine "{given.name}" ({given.chain.structure}), and "{machine.name}" ({machine.chain.structure}) is followed; '
@@ -116,14 +116,14 @@ def _in_task(scenario: Scenario, dated: DatedMachine) -> Machine:
 
 def _gain(model: LinearModel, gradient: Array, dated: DatedMachine) -> Array:
     """Return the change of the characteristics per number of the state, as (C, n)."""
-    whole = np.zeros((len(gradient), dated.followed.tracked.factor.shape[0]))
+    whole = np.zeros((len(gradient), dated.history.tracked.factor.shape[0]))
     influence = next((f for f in model.influences if f.input.id.startswith(STATE)), None)
     if influence is None:
-        return whole @ dated.followed.ways
-    rows = dated.followed.tracked.rows
+        return whole @ dated.history.ways
+    rows = dated.history.tracked.rows
     numbers = np.concatenate([np.arange(rows[q.id].start, rows[q.id].stop) for q in dated.uncertain])
     whole[:, numbers] = gradient @ model.operator @ model.along_normal(influence)
-    return whole @ dated.followed.ways
+    return whole @ dated.history.ways
 
 
 def _rest(model: LinearModel, gradient: Array) -> Array:

@@ -34,7 +34,7 @@ def calibration_page(
     if figures:
         blocks += [r.heading("Positioning (ISO 230-2)"), html(positioning(figures))]
     blocks += [r.heading("Errors over the travel, 95 % bands")]
-    pictures = [draw.on_page(calibration.plot, c.component) for c in calibration.kept.curves]
+    pictures = [draw.on_page(calibration.plot, c.component) for c in calibration.kept_model.curves]
     blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)]
     blocks += titled_html(residuals(calibration))
     left = sorted(

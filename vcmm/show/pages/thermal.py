@@ -46,7 +46,7 @@ def thermal_page(model: ThermalModel, machine: Machine, rows: Sequence[TermRow])
             f"{model.outliers} single readings stand out from their neighbours; they are drawn and were not fitted."
         )
     )
-    unused = [f"{sensor}: {why}" for sensor, why in model.unused.items()]
+    unused = [f"{sensor}: {why}" for sensor, why in model.unused_sensors.items()]
     blocks += [r.note(f"Not used: {'; '.join(unused)}.")] if unused else []
     return r.page(
         f"Thermal report: {machine.name}",

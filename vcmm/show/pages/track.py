@@ -112,11 +112,11 @@ def number_over_time(track: Track, course: NumberOverTime, ax: Axes | ChartSheet
 
 def beside_forecast(part: CheckPart, ax: Axes | ChartSheet | None = None) -> Axes:
     """Plot the readings, and their forecast with the 95 % band of one reading."""
-    title = f"{part.name} of {part.date}\n{part.inside:.0%} of {len(part.seen)} readings within the 95 % band of their forecast"
+    title = f"{part.name} of {part.date}\n{part.inside:.0%} of {len(part.readings)} readings within the 95 % band of their forecast"
     if part.circle:
         lines = [
             PolarTrace("forecast, ± 1.96 u", part.place, part.forecast, "c2", half_um=1.96 * part.u),
-            PolarTrace("read", part.place, part.seen, "c1"),
+            PolarTrace("read", part.place, part.readings, "c1"),
         ]
         return charts.traces(lines, title=title, ax=ax)
     order = np.argsort(part.place, kind="stable")
@@ -126,7 +126,7 @@ def beside_forecast(part: CheckPart, ax: Axes | ChartSheet | None = None) -> Axe
         rows = part.up == way
         if rows.any():
             series.append(
-                PlotSeries(part.place[rows], part.seen[rows], name, marker=marker, line=False, colour="c1" if way >= 0 else "c3")
+                PlotSeries(part.place[rows], part.readings[rows], name, marker=marker, line=False, colour="c1" if way >= 0 else "c3")
             )  # fmt: skip
     label = f"{part.axis} / mm" if part.axis else "number of the reading"
     return charts.curve(series, x_label=label, y_label=part.unit, title=title, ax=ax)

@@ -135,7 +135,7 @@ def certificate_answers(w: CertificateWorth, least: float) -> list[AnswerLine]:
             AnswerLine(
                 name,
                 f"U = {of_characteristic[0].expanded * scale:.2f} {word}",
-                coverage=f"half the 95 % interval, by {of_characteristic[0].known}",
+                coverage=f"half the 95 % interval, by {of_characteristic[0].facts}",
                 verdict="" if share is None else f"holds {percent(share)} of machines at the limit",
                 kind="muted" if share is None else "good" if share >= least else "bad",
                 because=f"U = {best.expanded * scale:.2f} {word}" if best is not of_characteristic[0] else "",
@@ -145,7 +145,7 @@ def certificate_answers(w: CertificateWorth, least: float) -> list[AnswerLine]:
                     f"U_{of_characteristic[0].unit}": of_characteristic[0].expanded,
                     "share": share,
                 },
-                labels=("", f"with {best.known.lstrip('+ ')} too:", ""),
+                labels=("", f"with {best.facts.lstrip('+ ')} too:", ""),
             )
         )
     return out

@@ -236,7 +236,7 @@ def design_answers(
 ) -> list[AnswerLine]:
     """Return which set-ups to make: the cheapest that identify everything, else the errors that all of them leave open; and the best
     within a budget."""
-    left = [c.text for c in everything.identified.combinations]
+    left = [c.text for c in everything.identifiability.combinations]
     proposal = cheapest or everything
     lines = [
         AnswerLine(
@@ -252,7 +252,7 @@ def design_answers(
         )
     ]
     if best is not None:
-        rest = len(best.identified.combinations)
+        rest = len(best.identifiability.combinations)
         lines.append(
             AnswerLine(
                 "Best within the budget",

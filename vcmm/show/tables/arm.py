@@ -80,7 +80,7 @@ POSE_TESTS: tuple[Column[PoseTest], ...] = (
     Column("after", lambda row: row.after * 1e3, fixed(1, "um"), key="rms_after_um"),
     Column(
         "tracker held",
-        lambda row: None if row.held is None else row.held * 1e3,
+        lambda row: None if row.in_place is None else row.in_place * 1e3,
         fixed(1, "um"),
         key="rms_held_um",
     ),
@@ -188,8 +188,8 @@ def arm_answers(fit: ArmFit, before: float, tests: Sequence[PoseTest]) -> list[A
     for test in tests:
         comparison = (
             ""
-            if test.held is None
-            else f"; tracker and target as in the calibration: {test.held * 1e3:.1f} µm"
+            if test.in_place is None
+            else f"; tracker and target as in the calibration: {test.in_place * 1e3:.1f} µm"
         )
         lines.append(
             AnswerLine(

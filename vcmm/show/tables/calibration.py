@@ -61,7 +61,7 @@ RESIDUALS: tuple[Column[Residuals], ...] = (
     entry("noise_ratio", lambda row: row.noise.scale),
     entry("dof", lambda row: row.noise.dof if row.noise.dof < 1e6 else None),
     Column("outliers", lambda row: row.outliers, COUNT_OR_NONE, key="outliers"),
-    entry("station_moved_mm", lambda row: dict(row.part.moved)),
+    entry("station_moved_mm", lambda row: dict(row.part.station_moves)),
 )
 LEAST_U_UM = 1e-6  # below it a u is what rounding leaves of nothing
 _WRITTEN_U = fixed(3, "um")
@@ -106,9 +106,9 @@ PROPOSALS: tuple[Column[Proposal], ...] = (
     entry("setups", lambda row: list(row.names)),
     entry("minutes", lambda row: row.minutes),
     entry("volume_um", lambda row: row.volume_um),
-    entry("identified", lambda row: list(row.identified.names)),
-    entry("not_identified", lambda row: row.identified.document()),
-    entry("condition", lambda row: row.identified.condition),
+    entry("identified", lambda row: list(row.identifiability.names)),
+    entry("not_identified", lambda row: row.identifiability.document()),
+    entry("condition", lambda row: row.identifiability.condition),
 )
 
 
@@ -183,7 +183,7 @@ def setups(choices: Sequence[tuple[str, Proposal]]) -> ResultTable[Sequence[str]
             what,
             f"{p.minutes:g} min",
             f"{p.volume_um:.2f} µm",
-            f"{len(p.identified.names)} errors",
+            f"{len(p.identifiability.names)} errors",
             ", ".join(p.names),
         )
         for what, p in choices
@@ -233,7 +233,7 @@ def spindle_figures(figures: Sequence[Figure]) -> ResultTable[Figure]:
 
 
 U_KNOWN: tuple[Column[CertifiedU], ...] = (
-    Column("known", lambda r: r.known, WORDS, key="known", csv="known"),
+    Column("known", lambda r: r.facts, WORDS, key="known", csv="known"),
     Column("characteristic", lambda r: r.characteristic, WORDS, key="characteristic", csv="characteristic"),
     Column("U", lambda r: r.expanded, SIZE, key="U_{unit}", csv="U_{unit}", page_head="U / {small}"),
 )

@@ -63,14 +63,14 @@ def nodes_table(scatter: NodeScatter) -> ResultTable[NodeRow]:
 
 def sentences(scatter: NodeScatter) -> list[str]:
     """Return statements from the lengths as a whole."""
-    located = scatter.located
+    located = scatter.multilateration
     d, instrument, single = (
         np.quantile(v, [0, 0.5, 1]) * 1e3 for v in (scatter.d, scatter.instrument, scatter.single)
     )
     deviation_u = float(np.sqrt((scatter.deviation_u**2).mean())) * 1e3
     covered = float((scatter.instrument > scatter.d / 2).mean())
     return [
-        f"{len(located.residual)} lengths, {len(located.points)} points, {len(located.stations)} stations: {located.left} degrees of freedom, residuals "
+        f"{len(located.residual)} lengths, {len(located.points)} points, {len(located.stations)} stations: {located.freedom} degrees of freedom, residuals "
         f"{located.u * 1e3:.3f} µm",
         f"d {_range(d)} µm; of it the lengths' own u makes {_range(instrument)} µm, more than half of d in {covered:.0%} of the directions",
         f"one approach: {_range(single)} µm, d freed of what changes between stations and of the instrument",
@@ -86,7 +86,7 @@ def process_json(fit: ProcessFit, dof: int) -> dict[str, Any]:
         "dof": dof,
         "length_scales_mm": fit.lengths.tolist(),
         "length_scales_interval_mm": fit.lengths_range.T.tolist(),
-        "length_scales_tried_mm": list(fit.tried),
+        "length_scales_tried_mm": list(fit.trial_range),
         "amplitude_um": (fit.amplitude * 1e3).tolist(),
         "amplitude_interval_um": (fit.amplitude_range.T * 1e3).tolist(),
         "correlation": fit.correlation.tolist(),
@@ -108,10 +108,10 @@ def process_sentences(fit: ProcessFit) -> list[str]:
         f"{a} {fit.correlation[i, j]:+.2f} (u {fit.correlation_u[i, j]:.2f})"
         for a, i, j in (("XY", 0, 1), ("XZ", 0, 2), ("YZ", 1, 2))
     )
-    short = [a for a, v in zip("xyz", low) if v <= fit.tried[0] * 1.0001]
-    long = [a for a, v in zip("xyz", high) if v >= fit.tried[1] * 0.9999]
-    open_ends = [f"{' '.join(short)} not told from shorter than {fit.tried[0]:.0f} mm"] if short else []
-    open_ends += [f"{' '.join(long)} not told from longer than {fit.tried[1]:.0f} mm"] if long else []
+    short = [a for a, v in zip("xyz", low) if v <= fit.trial_range[0] * 1.0001]
+    long = [a for a, v in zip("xyz", high) if v >= fit.trial_range[1] * 0.9999]
+    open_ends = [f"{' '.join(short)} not told from shorter than {fit.trial_range[0]:.0f} mm"] if short else []
+    open_ends += [f"{' '.join(long)} not told from longer than {fit.trial_range[1]:.0f} mm"] if long else []
     return [
         f"field between the nodes, by likelihood, with 95 % coverage intervals: length scales along {lengths} mm"
         + "".join(f"; {t}" for t in open_ends),
