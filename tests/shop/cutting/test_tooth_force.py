@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from vcmm.shop.cutting.force import immersion, linear_edge, milling_force
-from vcmm.shop.cutting.runout import chip_at
-from vcmm.shop.cutting.tooth_force import ToothCuts
+from vcmm.shop.cutting.tooth_force import ToothCuts, chip_at
 
 AL = linear_edge("Al7075")
 RADIUS, DEPTH, CHIP = 5.0, 10.0, 0.1

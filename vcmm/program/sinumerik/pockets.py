@@ -1,24 +1,62 @@
-"""POCKET1 to POCKET4 of Sinumerik: how deep, how wide, and how the tool goes in.
+"""Calls of milling cycles of Sinumerik; POCKET1 to POCKET4: how deep, how wide, and how the tool goes in.
 
 VARI of POCKET1 and POCKET2: 0 rough and finish, 1 rough, 2 finish. Of POCKET3 and POCKET4: units 1 rough, 2 finish; tens 0 straight down at
 rapid (a pocket that is drilled before), 1 straight down at FFD, 2 on a helix of radius RAD1 in whole turns of DP1 at most and a full circle at
 depth, from the side of the first axis; 3 to and fro along the pocket at an angle RAD1 at most, how long each way is the control works out.
 
-Source: Siemens, SINUMERIK 840D/840Di/810D, Programming Guide Cycles (PGZ), "Milling rectangular pockets", "Milling circular pockets". What it
-leaves to the control is told.
+Source: Siemens, SINUMERIK 840D/840Di/810D, Programming Guide Cycles (PGZ), "Milling rectangular pockets", "Milling circular pockets". What
+it leaves to the control is an assumption.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from vcmm.program.clearing import PathPiece, circle, rectangle, shift_pieces
-from vcmm.program.cutter import equal_depths
+from vcmm.program.cutter import CycleCutter, equal_depths
 from vcmm.program.cycle_tables import Values
 from vcmm.program.drilling import depths_of
 from vcmm.program.faults import BlockFault
-from vcmm.program.sinumerik.milling_call import MillingCall
+from vcmm.program.sinumerik.blocks import Item
+from vcmm.program.sinumerik.flow import SinumerikRunner
+
+if TYPE_CHECKING:
+    from vcmm.program.sinumerik.paths import SinumerikPaths
+
+
+class MillingCall(NamedTuple):
+    """A call of a milling cycle: its reader, the written call, the tool."""
+
+    paths: SinumerikPaths
+    runner: SinumerikRunner
+    item: Item
+    cutter: CycleCutter
+
+    def floor(self, v: Values) -> float:
+        """Return DP, or RFP less DPR; refused where it lies above RFP."""
+        depth = v["DP"] if v["DP"] or not v["DPR"] else v["RFP"] - v["DPR"]
+        if depth >= v["RFP"]:
+            raise BlockFault(
+                self.item.first, f"{self.item.name}: the depth must lie below RFP; correct the planes"
+            )
+        return depth
+
+    def radius(self) -> float:
+        """Return the radius of the tool, mm."""
+        return self.cutter.radius("a pocket")
+
+    def note_clearing(self, how: str, codes: str = "G1") -> None:
+        """Note the control's own way of clearing."""
+        what = f"how {self.item.name} clears"
+        self.paths.r.assume(
+            what, how, f"{what} is the control's own affair and not known; write its motion with {codes}", column=self.item.first,
+        )  # fmt: skip
+
+    def note(self, what: str, value: str) -> None:
+        """Note effects that depend on setting data, or move the tool beside the workpiece alone."""
+        self.paths.r.assume(f"{what} in {self.item.name}", value, column=self.item.first, matters=False)
+
 
 AT_RAPID, STRAIGHT, ON_A_HELIX, TO_AND_FRO = range(4)
 COMPLETE, ROUGH, FINISH = range(3)

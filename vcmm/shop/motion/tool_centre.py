@@ -28,8 +28,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.program.moves import Move, Point, Posture, Remark
 from vcmm.program.sensible import lacking, without_axis
-from vcmm.shop.motion.led_path import led_path, swept_angle
-from vcmm.shop.motion.polar import polar_samples
+from vcmm.shop.motion.polar import led_path, polar_samples, swept_angle
 from vcmm.shop.motion.posture import rotary_position, swept_angles
 from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis, tip_as_at_zero
 
