@@ -61,6 +61,11 @@ def inverse(m: Rows) -> Rows:
     )
 
 
+def cross(u: Sequence[float], v: Sequence[float]) -> Point:
+    """Return the vector product."""
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
 def translation(p: Point) -> AffineMap:
     return AffineMap(UNITY, p)
 

@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from vcmm.program.frames import cross
 from vcmm.program.offsetting import Vec
 
 TINY = 1e-9  # mm, rad: what arithmetic leaves
@@ -146,14 +147,10 @@ def _independent(rows: Sequence[Row]) -> list[Row]:
 Triple = tuple[float, float, float]
 
 
-def _cross(a: Sequence[float], b: Sequence[float]) -> Triple:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
 def _solve_three(rows: Sequence[Row]) -> Triple:
     """Solve three rows by Cramer's rule."""
     a, b, c = rows
-    bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
+    bc, ca, ab = cross(b, c), cross(c, a), cross(a, b)
     volume = sum(x * y for x, y in zip(a[:3], bc))
     x, y, rho = ((a[3] * bc[i] + b[3] * ca[i] + c[3] * ab[i]) / volume for i in range(3))
     return x, y, rho
@@ -162,7 +159,7 @@ def _solve_three(rows: Sequence[Row]) -> Triple:
 def _on_sphere(rows: Sequence[Row], equation: Equation) -> list[Triple] | None:
     """Return the points on the sphere of the line p + s v that two rows leave. None: all of them."""
     a, b = rows
-    v = _cross(a, b)
+    v = cross(a, b)
     p = _solve_three([a, b, (*v, 0.0)])
     k, fx, fy, fr, rest = equation
     size = math.sqrt(sum(x * x for x in v))

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from vcmm.program.frames import AffineMap
-from vcmm.program.moves import Move, Point
+from vcmm.program.moves import Move
 from vcmm.program.radius import RadiusCompensation
 from vcmm.program.state import Modal
 
@@ -55,11 +55,6 @@ class Trace(NamedTuple):
     contour: Move
     compensation: RadiusCompensation | None
     guard: tuple[float, float] = (0.0, 0.0)  # mm at start and end that a rounding or chamfer takes away
-
-    @property
-    def programmed_ends(self) -> tuple[Point, Point]:
-        """Start and end in programmed coordinates, mm, before rotation and shifts."""
-        return self.transformation.undo(self.contour.start), self.transformation.undo(self.contour.end)
 
 
 class TextCut(NamedTuple):

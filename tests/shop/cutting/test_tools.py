@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vcmm.shop.cutting.tools import ball, bull, cone, drill, flat, implicit, nose_height, offset_tool, profile
+from vcmm.shop.cutting.tools import ball, bull, cone, drill, flat, implicit, nose_height, profile
 
 TOOLS = {
     "flat": flat(5.0),
@@ -26,13 +26,6 @@ def test_profiles_agree_with_the_implicit_function() -> None:
         assert np.allclose(implicit(tool, profile(tool, h), h), 0.0, atol=1e-13)
     assert profile(ball(5.0), np.array([1.0]))[0] == pytest.approx(3.0)  # 5^2 = 4^2 + 3^2
     assert profile(bull(5.0, 1.0), np.array([0.0]))[0] == pytest.approx(4.0)
-
-
-def test_a_worn_cutter_keeps_its_kind() -> None:
-    """R 5 with a corner of 1.5 grown by 0.1: R 5.1, corner 1.6, the bottom keeps its radius of 3.5; a flat stays sharp."""
-    worn = offset_tool(bull(5.0, 1.5), 0.1)
-    assert (worn.radius, worn.corner, worn.radius - worn.corner) == pytest.approx((5.1, 1.6, 3.5))
-    assert offset_tool(flat(5.0), 0.1).corner == 0.0
 
 
 def test_height_of_the_nose_by_hand() -> None:

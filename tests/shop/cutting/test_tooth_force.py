@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vcmm.shop.cutting.force import immersion, linear_edge, milling_force
+from tests.shop.cutting.engagement import immersion
+from vcmm.shop.cutting.force import linear_edge, milling_force
 from vcmm.shop.cutting.tooth_force import ToothCuts, chip_at
 
 AL = linear_edge("Al7075")

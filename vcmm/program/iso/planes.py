@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 
 from vcmm.program.faults import BlockFault
-from vcmm.program.frames import AffineMap, rotation, translation, with_axes
+from vcmm.program.frames import AffineMap, cross, rotation, translation, with_axes
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import AXES, IsoControl
 from vcmm.program.iso.lengths import length
@@ -182,7 +182,7 @@ def _in_parts(c: IsoControl, w: IsoWords, kind: int, column: int) -> AffineMap |
     origin = parts[1][0]
     if kind == 2:
         x, side = _way(origin, parts[2][0]), _way(origin, parts[3][0])
-        z = _cross(x, side)
+        z = cross(x, side)
     else:
         x, z = parts[1][1], parts[2][1]
     plane = with_axes(x, z)
@@ -197,10 +197,6 @@ def _in_parts(c: IsoControl, w: IsoWords, kind: int, column: int) -> AffineMap |
 
 def _way(start: Point, end: Point) -> Point:
     return end[0] - start[0], end[1] - start[1], end[2] - start[2]
-
-
-def _cross(u: Point, v: Point) -> Point:
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
 def _point(values: list[float]) -> Point:

@@ -16,7 +16,7 @@ kernels in vcmm/shop/cutting/_tool_kernels.py hold the compiled twin of `implici
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -88,16 +88,6 @@ def drill(radius: float, point_angle: float = math.radians(118.0), length: float
 def insert(nose_radius: float) -> Cutter:
     """Return a turning insert: its nose circle (see vcmm.shop.cutting.turning); the flanks are not modelled."""
     return ball(nose_radius)
-
-
-def offset_tool(tool: Cutter, by: float) -> Cutter:
-    """Return the tool offset outwards by `by` mm everywhere on its cutting surface (runout +, wear -), tip at the same point.
-
-    An offset flat mill would have rounded corners; a mill is ground and worn as a mill, so its corners stay sharp.
-    """
-    corner = tool.corner + by if tool.shape in ("ball", "bull") else tool.corner
-    changed = replace(tool, radius=tool.radius + by, corner=corner)
-    return _check_tool(changed)
 
 
 def _check_tool(tool: Cutter) -> Cutter:

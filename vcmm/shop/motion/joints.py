@@ -90,7 +90,7 @@ def path_limits(curves: Curves, limits: Limits) -> tuple[Array, Array]:
 
 
 def _seconds(v: Array, top: Array, length: Array, a: Array, j: Array) -> Array:
-    """Return the time (k,) s from speed v up towards `top` and back to v over a length, by S-curves (vcmm.shop.motion.profile)."""
+    """Return the time (k,) s from speed v up towards `top` and back to v over a length, by S-curves (vcmm.shop.motion.elements)."""
     low, high = v.copy(), np.maximum(np.minimum(top, 1e9), v)
     fits = (high + v) * _change_seconds(high - v, a, j) <= length
     for _ in range(HALVINGS):
