@@ -34,6 +34,12 @@ def pattern_points(reader: KlartextReader) -> list[Spot]:
         for name in row.required_names:
             if name not in words:
                 raise reader.fault(f"{kind} of PATTERN DEF has no {name}; add it")
+        for name in words:
+            if not row.uses(name):
+                names = ", ".join(p.name for p in row.parameters)
+                raise reader.fault(
+                    f"{kind} of PATTERN DEF has no word {name}; its words are {names}; correct it"
+                )
         v = row.read(words, in_units(1.0, 1.0))
         out += ((x, y, v["Z"]) for x, y in row.primitive(v))
     return out
