@@ -124,7 +124,7 @@ def with_axes(x: Sequence[float], z: Sequence[float]) -> AffineMap | None:
 
 
 def plane_through_angles(first: int, a: float, b: float) -> AffineMap | None:
-    """The plane of two solid (projection) angles, rad; None where they make none.
+    """Return the plane of two solid (projection) angles, rad; None where they make none.
 
     first: axis 0, 1 or 2 that the new first axis comes from; the next one in turn is the second, the one after it the third. Turned about
     the second by b, the first axis lies in the plane, and is its first axis; turned about the first by a, the second axis lies in it too.
@@ -144,7 +144,7 @@ def plane_through_angles(first: int, a: float, b: float) -> AffineMap | None:
 
 
 def plane_of_axes(named: Sequence[int], degrees: Sequence[float | None]) -> AffineMap | None:
-    """The plane of the solid angles of two axes, degrees by axis; None where there are not two, or where they make no plane."""
+    """Return the plane of the solid angles of two axes, degrees by axis; None where there are not two, or where they make no plane."""
     if len(named) != 2:
         return None
     first = next(k for k in named if (k + 1) % 3 in named)  # XY, YZ, ZX

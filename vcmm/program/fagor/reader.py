@@ -255,7 +255,7 @@ class FagorLines:
         return [(letter, number)]
 
     def length_words(self, words: Words, codes: set[str]) -> Words:
-        """The length of the offset that comes into force with this block, where G43 is in force; the block may say G43 itself."""
+        """Return the length of the offset that comes into force with this block, where G43 is in force; the block may say G43 itself."""
         letters = {letter for letter, n in words if letter != "M" or (n.lstrip("0") == "6")}
         comes = letters & ({"T", "D", "M"} if self.at_t else {"D", "M"})
         return (

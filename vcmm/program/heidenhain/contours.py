@@ -31,7 +31,7 @@ Contours = Sequence[tuple[Sequence[Move], str]]  # each with the side on which t
 
 
 def rough_out(c: MachiningCycle, contours: Contours) -> None:
-    """Rough out (cycle 22)."""
+    """Run cycle 22: rough out."""
     if c.plain("Q18"):
         c.recorder.assume(
             "cycle 22 after a coarse tool (Q18)", "the whole area is cleared, not only what that tool left",
@@ -112,7 +112,7 @@ def _strokes(c: MachiningCycle, contours: Contours, radius: float) -> tuple[Area
 
 
 def entry_height(c: MachiningCycle) -> float:
-    """Down to where the tool comes at rapid before it is fed in: Q6 above the surface, at most Q7; Q7 where there is no Q6."""
+    """Return the height down to which the tool comes at rapid before it is fed in: Q6 above the surface, at most Q7; Q7 where there is no Q6."""
     high = c.mm("Q7")
     return min(high, c.mm("Q5") + c.mm("Q6")) if "Q6" in c.values else high
 
@@ -181,18 +181,18 @@ class ContourCycles:
 
 
 def along(c: MachiningCycle, contours: SidedContours) -> None:
-    """24 and 25: each contour in its infeeds."""
+    """Run cycles 24 and 25: each contour in its infeeds."""
     for path, side in contours:
         _follow(c, path, side)
 
 
 def over(clear: Callable[[MachiningCycle, Contours], None]) -> ContourPrimitive:
-    """21 to 23: what lies between the contours, which all have a side."""
+    """Run cycles 21 to 23: clear what lies between the contours, which all have a side."""
     return lambda c, contours: clear(c, [(path, side or "left") for path, side in contours])
 
 
 def _follow(c: MachiningCycle, path: list[Move], side: str | None) -> None:
-    """One contour in its infeeds."""
+    """Mill one contour in its infeeds."""
     closed = is_closed(path)
     left = c.mm("Q14") if c.number == "24" else c.mm("Q3")
     made = beside(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)

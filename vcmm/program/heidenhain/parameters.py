@@ -182,7 +182,7 @@ class KlartextParameters:
         reader.rest()
 
     def declare(self, reader: KlartextReader) -> None:
-        """DECLARE STRING QS1 = "text"."""
+        """Execute DECLARE STRING QS1 = "text"."""
         reader.accept("STRING")
         self.text(reader)
 

@@ -171,7 +171,7 @@ class TouchRow(NamedTuple):
 def touch_cycle(
     r: Recorder, values: dict[str, float], number: int, parameters: Mapping[str, float], column: int
 ) -> None:
-    """Runs a cycle of CYCLES with its parameters in the unit of the program. Raises ProgramFault."""
+    """Run a cycle of CYCLES with its parameters in the unit of the program. Raises ProgramFault."""
     row, results, then = CYCLES[number]
     c = TouchCycle(r, row.read(parameters, in_units(r.unit, r.unit)), column, values, number, parameters)
     with measuring_cycle(r, f"TCH PROBE {number}", FEED):

@@ -129,7 +129,7 @@ class IsoControl(Recorder):
 
     # -- what this family does in its own way --
     def fault(self, text: str, column: int | None = None) -> NoReturn:
-        """Raises BlockFault: the reader adds file and line."""
+        """Raise BlockFault: the reader adds file and line."""
         raise BlockFault(column or self.column, text)
 
     def speed_at_centre(self) -> float:
@@ -141,7 +141,7 @@ class IsoControl(Recorder):
         return self.speed * (304.8 if self.unit > 1.0 else 1000.0)
 
     def feeding(self, x: float) -> float:
-        """Turns per minute that a feed per turn counts, at radius x: the spindle need not have been started."""
+        """Return the turns per minute that a feed per turn counts, at radius x: the spindle need not have been started."""
         turns = self.turns(x)
         return turns if math.isfinite(turns) else 0.0
 

@@ -143,7 +143,7 @@ class OkumaLines:
         return before + self._words(line, rest)
 
     def _call(self, match: re.Match[str]) -> str:
-        """CALL OSUB PAXI=4 Q2: the variables, and the subprogram so often."""
+        """Translate CALL OSUB PAXI=4 Q2: the variables, and the subprogram so often."""
         sets, times = [], ""
         for a in _ARGUMENT.finditer(match[2]):
             if a[3]:
@@ -206,7 +206,7 @@ class OkumaLines:
         return self._lathe(line, code) if self.lathe else self._mill(line, code)
 
     def _lathe(self, line: int, code: str) -> str:
-        """G50 S, G4 F, T010203, L as radius of an arc; G20 HP is the home position."""
+        """Translate G50 S, G4 F, T010203, L as radius of an arc; G20 HP is the home position."""
         code = code.upper()
         self._tell_others(line, code, LATHE_HAS)
         code = re.sub(rf"{_G}50(?!\d)(?=.*S)", "G92", code)
@@ -231,14 +231,14 @@ class OkumaLines:
         return _dwell(code)
 
     def _tell_others(self, line: int, code: str, codes: set[int]) -> None:
-        """Codes of the family that an OSP control has not, or that mean something else on it."""
+        """Note codes of the family that an OSP control has not, or that mean something else on it."""
         for number, point in _NUMBER.findall(code):
             if int(number) not in codes or point:
                 what = f"G{number}{point} (no code of an OSP control in that sense)"
                 self.tell(line, what, "read as on a FANUC")
 
     def _corner(self, line: int, code: str, is_round: bool) -> str:
-        """G75 G1 X20 L2 and G76 G1 Z-10 L2: the corner at the end of the block is cut, rounded; the sign of L is the way of the next block."""
+        """Translate G75 G1 X20 L2 and G76 G1 Z-10 L2: the corner at the end of the block is cut, rounded; the sign of L is the way of the next block."""
         code = re.sub(rf"{_G}7[56](?!\d)", "", code)
         size = re.search(r"(?<![A-Z])L\s*([-+]?[\d.]+)", code)
         if size is None or re.search(r"(?<![A-Z])[AIK]\s*[-+.\d\[]", code):
@@ -248,7 +248,7 @@ class OkumaLines:
         return code.replace(size[0], word + ("" if "." in word else "."))
 
     def _thread(self, line: int, code: str, number: str) -> str:
-        """G31 and G33: a whole pass of a longitudinal thread, there and back, as G78 of the family; F/J is the lead. Source: OSP-P200L
+        """Translate G31 and G33: a whole pass of a longitudinal thread, there and back, as G78 of the family; F/J is the lead. Source: OSP-P200L
         Programming Manual, "Fixed thread cutting cycle: longitudinal"."""
         if number in "25" or re.search(r"(?<![A-Z])[AEIK]\s*[-+.\d\[]", code):
             self.tell(line, f"G3{number} of Okuma" + (" with A, E, I or K" if number in "13" else ""), HOLE)
@@ -265,7 +265,7 @@ class OkumaLines:
         return code
 
     def _mill(self, line: int, code: str) -> str:
-        """G15 H (work offset), G56 H (length of the tool), G53 (no length), G71 and M52 to M54 (where cycles return to)."""
+        """Translate G15 H (work offset), G56 H (length of the tool), G53 (no length), G71 and M52 to M54 (where cycles return to)."""
         code = code.upper()
         for number, axis in ALONG.items():
             if re.search(rf"{_G}{number}(?!\d)", code):

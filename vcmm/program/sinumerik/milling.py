@@ -73,7 +73,7 @@ def mill_contour(m: MillingCall, v: Values) -> None:
 
 
 def check(m: MillingCall, v: Values) -> None:
-    """Refuses what is not understood."""
+    """Refuse what is not understood."""
     kind = v.number("VARI") % 10
     for bad, text in (
         (kind not in (1, 2) or v.number("VARI") >= 10000, f"VARI {v.number('VARI')} (read are 1 and 2 in its units, forward)"),

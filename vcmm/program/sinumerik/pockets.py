@@ -73,13 +73,13 @@ class Insertion(NamedTuple):
 
 
 def is_clockwise(m: MillingCall, v: Values) -> bool:
-    """CDIR: 2 is G2, 3 is G3; 0 is climb milling, inside G3 with M3 and G2 with M4; 1 the other way."""
+    """Return whether CDIR means clockwise: 2 is G2, 3 is G3; 0 is climb milling, inside G3 with M3 and G2 with M4; 1 the other way."""
     direction = v.number("CDIR")
     return direction == 2 if direction in (2, 3) else (direction == 1) == (m.paths.r.sense >= 0)
 
 
 def pocket(m: MillingCall, v: Values) -> None:
-    """POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle): from the inside outwards, in infeeds of MID."""
+    """Run POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle): from the inside outwards, in infeeds of MID."""
     depth, kind = m.floor(v), v.number("VARI") % 10
     m.radius()
     m.note_clearing("in rings from the inside outwards", "G1 and G2")
@@ -95,7 +95,7 @@ def pocket(m: MillingCall, v: Values) -> None:
 
 
 def _finish(m: MillingCall, v: Values, depth: float) -> None:
-    """Round the edge in infeeds of MIDF (POCKET3, POCKET4: MID), then over the base where an allowance stood on it."""
+    """Mill round the edge in infeeds of MIDF (POCKET3, POCKET4: MID), then over the base where an allowance stood on it."""
     most = v["MIDF"] or (v["MID"] if m.item.name in ("POCKET3", "POCKET4") else 0.0)
     plain = Insertion(STRAIGHT)
     feed = v["FFP2"] or v["FFP1"]
@@ -105,7 +105,7 @@ def _finish(m: MillingCall, v: Values, depth: float) -> None:
 
 
 def _path(m: MillingCall, v: Values, side: float, whole: bool) -> list[PathPiece]:
-    """Rings of the middle of the tool, `side` mm left on the edge; whole: all of them, else the last one."""
+    """Return the rings of the middle of the tool, `side` mm left on the edge; whole: all of them, else the last one."""
     radius, clockwise = m.radius(), is_clockwise(m, v)
     step = (v["MIDA"] or 0.8 * 2.0 * radius) if whole else 0.0
     if m.item.name in ("POCKET4", "POCKET2"):
@@ -115,7 +115,7 @@ def _path(m: MillingCall, v: Values, side: float, whole: bool) -> list[PathPiece
 
 
 def _insertion(m: MillingCall, v: Values) -> Insertion:
-    """What the tens of VARI say."""
+    """Return what the tens of VARI say."""
     if m.item.name in ("POCKET1", "POCKET2"):
         return Insertion(STRAIGHT)
     way = v.number("VARI") // 10 % 10
@@ -152,7 +152,7 @@ def _half_width(m: MillingCall, v: Values) -> float:
 def clear(
     m: MillingCall, v: Values, path: list[PathPiece], levels: list[float], way: Insertion, feed: float = 0.0
 ) -> None:
-    """A path about the middle of the pocket at each of the levels, mm, back to the middle each time. feed: FFP1 where it is zero."""
+    """Follow a path about the middle of the pocket at each of the levels, mm, back to the middle each time. feed: FFP1 where it is zero."""
     c, over, middle = m.cutter, v["RFP"] + v["SDIS"], (v["PA"], v["PO"])
     c.to(None, max(c.height, over), True)
     c.to(middle, None, True)
@@ -164,7 +164,7 @@ def clear(
 
 
 def go_in(m: MillingCall, v: Values, middle: tuple[float, float], level: float, way: Insertion) -> None:
-    """From the middle of the pocket to a depth, mm."""
+    """Move from the middle of the pocket to a depth, mm."""
     c = m.cutter
     if way.way == AT_RAPID:
         c.to(middle, level, True)

@@ -194,7 +194,7 @@ def _item_boxes(items: Array) -> Array:
 
 
 def _forest(items: Array, group: Array, groups: int) -> tuple[Array, Array, Array, Array]:
-    """Order of the items, root of each tree, boxes and children of the nodes: halved at the median of the widest side."""
+    """Return the order of the items, root of each tree, boxes and children of the nodes: halved at the median of the widest side."""
     limits = _item_boxes(items)
     middle = 0.5 * (limits[:, :3] + limits[:, 3:])
     order = np.argsort(group, kind="stable")

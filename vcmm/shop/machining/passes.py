@@ -49,7 +49,7 @@ def move_and_pass(program: Program, sweep: Sweep, row: Ints) -> tuple[Array, Arr
 
 
 def _places(program: Program, sweep: Sweep, row: Ints, share: Array) -> tuple[Ints, Array]:
-    """Number of the pass of each row and how far along the way of the tool it is, mm."""
+    """Return the number of the pass of each row and how far along the way of the tool it is, mm."""
     length = _lengths(sweep)
     before = np.concatenate([[0.0], np.cumsum(length)[:-1]])
     rapid = np.array([move.kind == "rapid" for move in program.moves])[sweep.move]

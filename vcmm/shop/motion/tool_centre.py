@@ -34,7 +34,7 @@ from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis, tip_as_at_zero
 
 
 def check_axes(moves: Sequence[Move], machine: Machine, name: str) -> None:
-    """Raises UsageError at the first move that turns a rotary axis which the machine has not."""
+    """Raise UsageError at the first move that turns a rotary axis which the machine has not."""
     lacking_axis = without_axis(moves, machine.axes)
     if lacking_axis is not None:
         move, axis = lacking_axis
