@@ -124,7 +124,10 @@ KEPT = {  # module -> names that stay though they are bare participles, and why
         "keys of the JSON document vcmm.track/1",
     ),
     "program.moves": (("assumed", "unused"), "what the program of `vcmm.nc` offers, and keys of `nc --json`"),
-    "learn.calibration.result": (("identified",), "field of what `vcmm.calibrate` returns, in docs/calibrate.md"),
+    "learn.calibration.result": (
+        ("identified",),
+        "field of what `vcmm.calibrate` returns, in docs/calibrate.md",
+    ),
     "learn.tracking.next_check": (("kept",), "field of what `vcmm.track` returns, in a notebook"),
     "files.learned.track_result": (
         ("dated", "followed"),

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from vcmm.program.cycle_tables import KINDS, cycle, in_units
-from vcmm.program.fagor.pockets import ROWS
+from vcmm.program.fagor.reader import ROWS
 from vcmm.program.heidenhain.contours import CONTOUR_CYCLES
 from vcmm.program.heidenhain.cycles import MACHINING, OLD
 from vcmm.program.heidenhain.patterns import PATTERNS as KLARTEXT_PATTERNS
@@ -16,10 +16,10 @@ from vcmm.program.iso.cycles import DRILLING
 from vcmm.program.iso.grooving import GROOVING, SINGLE
 from vcmm.program.iso.probing_macros import MACROS
 from vcmm.program.iso.turning import CONTOURED
+from vcmm.program.sinumerik.cycles import PATTERNS
 from vcmm.program.sinumerik.drilling import DRILLING as SINUMERIK_DRILLING
 from vcmm.program.sinumerik.measuring import MEASURED
 from vcmm.program.sinumerik.milling import MILLING
-from vcmm.program.sinumerik.patterns import PATTERNS
 from vcmm.program.sinumerik.turning import TURNING
 
 

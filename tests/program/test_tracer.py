@@ -17,7 +17,11 @@ def test_traces_find_the_words():
     assert (lines[first.line - 1][x.first - 1 : x.last - 1], x.decimals, x.plain) == ("X1.50", 2, True)
     y = first.words["Y"]
     assert lines[first.line - 1][y.first - 1 : y.last - 1] == "y-2."
-    assert first.programmed_ends[1] == (1.5, -2, 200)  # the axis at 0 is at 200 in work coordinates
+    assert first.transformation.undo(first.contour.end) == (
+        1.5,
+        -2,
+        200,
+    )  # the axis at 0 is at 200 in work coordinates
     assert first.transformation.shift == (100, 50, -200)
     assert (first.before.motion, first.after.motion) == ("G0", "G1")
     assert [t.runs for t in found.traces if t.line == 8] == [2, 2]

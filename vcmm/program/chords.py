@@ -27,7 +27,7 @@ def arc_or_chords(r: Recorder, end: Point, centre: Point, clockwise: bool, turns
 
 
 def chords(start: Point, end: Point, centre: Point, sense: tuple[bool, int], plane: str) -> list[Point]:
-    """Ends of the chords of an arc or helix, mm. sense: clockwise, turns. Half the angle of a chord is acos(1 - sag / radius)."""
+    """Return the ends of the chords of an arc or helix, mm. sense: clockwise, turns. Half the angle of a chord is acos(1 - sag / radius)."""
     first_axis, second, normal = PLANES[plane]
     from_, to, about = ((p[first_axis], p[second]) for p in (start, end, centre))
     sweep = sweep_of(from_, to, about, *sense)

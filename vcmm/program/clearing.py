@@ -76,7 +76,7 @@ def circle(radius: float, step: float, clockwise: bool = False) -> list[PathPiec
 
 
 def rows(first: Vec, size: Vec, count: int) -> list[Vec]:
-    """Ends of rows to and fro: along the first axis over size[0], `count` rows over size[1]."""
+    """Return the ends of rows to and fro: along the first axis over size[0], `count` rows over size[1]."""
     out: list[Vec] = []
     for k in range(max(count, 1)):
         across = first[1] + size[1] * k / max(count - 1, 1)

@@ -56,7 +56,6 @@ class Dialect:
     system: str = "A"
     everything_home: bool = False
     peck_clearance: float = 0.254  # mm; G73 retract and G83 re-entry distance
-    fix_is_floor: bool = True
     part_spindles: Mapping[str, int] = field(
         default_factory=dict
     )  # codes after which another spindle holds the part
@@ -79,7 +78,7 @@ MACH3 = replace(GRBL, name="mach3", codes="mach3", unit_codes=_INCH | {"G70": 25
 FANUC = Dialect(
     "fanuc", "macro", _INCH | {"G70": 25.4, "G71": 1.0}, dwell=0.001, nested_comments=True,
     semicolon_comment=False, sharing=True, unused_words="remark", needs_end=False, default_motion="G0",
-    length_follows=True, peck_clearance=0.5, fix_is_floor=False, cycles_apart=True,
+    length_follows=True, peck_clearance=0.5, cycles_apart=True,
 )  # fmt: skip
 HAAS = replace(FANUC, name="haas", codes="haas", unit_codes=_INCH, everything_home=True)
 MAZAK = replace(FANUC, name="mazak", unit_codes=_INCH)

@@ -61,7 +61,7 @@ def whole(number: float | None, what: str, column: int = 0, near: float = 1e-4) 
 
 
 def finite(number: float, column: int) -> float:
-    """Refuses NaN, infinity and complex results."""
+    """Refuse NaN, infinity and complex results."""
     if isinstance(number, complex) or not math.isfinite(number):
         raise BlockFault(
             column, f"the result of this expression is {number}, not a finite number; check the parameters"

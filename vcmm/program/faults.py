@@ -42,5 +42,5 @@ class ProgramLimit(ModelLimit):
 
 
 def refuse(file: str, source: Source, what: str, fix: str) -> NoReturn:
-    """Raises ProgramLimit where the tool cannot follow: what it is, and what to do."""
+    """Raise ProgramLimit where the tool cannot follow: what it is, and what to do."""
     raise ProgramLimit(file, source.line, source.first, f"{what}; {fix}.")

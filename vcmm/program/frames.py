@@ -57,6 +57,11 @@ def inverse(m: Rows) -> Rows:
     )
 
 
+def cross(u: Sequence[float], v: Sequence[float]) -> Point:
+    """Return the vector product."""
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
 def translation(p: Point) -> AffineMap:
     return AffineMap(UNITY, p)
 
@@ -115,7 +120,7 @@ def with_axes(x: Sequence[float], z: Sequence[float]) -> AffineMap | None:
 
 
 def plane_through_angles(first: int, a: float, b: float) -> AffineMap | None:
-    """The plane of two solid (projection) angles, rad; None where they make none.
+    """Return the plane of two solid (projection) angles, rad; None where they make none.
 
     first: axis 0, 1 or 2 that the new first axis comes from; the next one in turn is the second, the one after it the third. Turned about
     the second by b, the first axis lies in the plane, and is its first axis; turned about the first by a, the second axis lies in it too.
@@ -135,7 +140,7 @@ def plane_through_angles(first: int, a: float, b: float) -> AffineMap | None:
 
 
 def plane_of_axes(named: Sequence[int], degrees: Sequence[float | None]) -> AffineMap | None:
-    """The plane of the solid angles of two axes, degrees by axis; None where there are not two, or where they make no plane."""
+    """Return the plane of the solid angles of two axes, degrees by axis; None where there are not two, or where they make no plane."""
     if len(named) != 2:
         return None
     first = next(k for k in named if (k + 1) % 3 in named)  # XY, YZ, ZX

@@ -57,7 +57,7 @@ def _same(a: FreeContour, b: FreeContour) -> bool:
 
 
 def _complete(c: FreeContour, steps: Iterator[int]) -> Iterator[FreeContour]:
-    """Takes the unknown with the fewest candidates, and follows each."""
+    """Take the unknown with the fewest candidates, and follow each."""
     if next(steps) > STEPS:
         raise TooMany
     unknown = [i for i, carrier in enumerate(c.carriers) if carrier is None]

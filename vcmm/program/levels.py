@@ -138,7 +138,7 @@ def unknown_tool(r: Telling, number: int, called: str, column: int | None = None
 
 
 def demand(assumptions: Iterable[Assumption], name: str, job: str) -> None:
-    """Refuses to go on with a path that depends on what was assumed. Raises DataError, one sentence for each missing number.
+    """Refuse to go on with a path that depends on what was assumed. Raises DataError, one sentence for each missing number.
 
     name: of the program, for messages; job: who asks, as in "cut".
     """

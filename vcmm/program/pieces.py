@@ -207,7 +207,7 @@ def crossings(p: ContourPiece, axis: int, at: float) -> list[float]:
 
 
 def extremes(p: ContourPiece) -> list[Vec]:
-    """Ends of a piece, and where an arc goes furthest along an axis."""
+    """Return the ends of a piece, and where an arc goes furthest along an axis."""
     out = [p.start, p.end]
     if p.centre is not None:
         (a, b), r = p.centre, radius_of(p)

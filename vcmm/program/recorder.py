@@ -88,7 +88,7 @@ class Recorder(ModalState):
         return self.source.line
 
     def fault(self, text: str, column: int | None = None) -> NoReturn:
-        """Raises ProgramFault at the block being executed."""
+        """Raise ProgramFault at the block being executed."""
         raise ProgramFault(self.file, self.line, column or self.column or self.source.first, text)
 
     def remark(self, text: str, column: int | None = None, kind: str = "", every: bool = False) -> None:
@@ -165,7 +165,7 @@ class Recorder(ModalState):
         self.work_spindle = spindle
 
     def free(self, what: str) -> None:
-        """Refuses a change that radius compensation forbids."""
+        """Refuse a change that radius compensation forbids."""
         if self.compensation is not None:
             self.fault(f"{what} while radius compensation is on; cancel it first")
 
@@ -205,14 +205,14 @@ class Recorder(ModalState):
 
     # -- speed and feed --
     def spindle(self, start: Point, end: Point) -> float:
-        """Turns per minute, signed; with constant surface speed that at the middle of the move, X from the work zero, mm."""
+        """Return the turns per minute, signed; with constant surface speed that at the middle of the move, X from the work zero, mm."""
         if not self.surface or not self.sense:
             return self.sense * self.speed
         turns = self.turns((start[0] + end[0]) / 2 - self.world.apply(ORIGIN)[0])
         return self.sense * (turns if math.isfinite(turns) else self.speed_at_centre())
 
     def speed_at_centre(self) -> float:
-        """Turns per minute with constant surface speed at the centre, where nothing limits them."""
+        """Return the turns per minute with constant surface speed at the centre, where nothing limits them."""
         self.fault("constant surface speed at X 0 has no limit of the spindle speed; add LIMS=")
 
     def rate(self, length: float, turns: float) -> float | None:

@@ -84,7 +84,7 @@ class ModalState:
         return 1000.0 * self.speed
 
     def turns(self, x: float) -> float:
-        """Turns per minute, not signed; with G96 v / (2 pi |x|) at radius x, mm, infinite at x = 0 without a limit."""
+        """Return the turns per minute, not signed; with G96 v / (2 pi |x|) at radius x, mm, infinite at x = 0 without a limit."""
         if not self.surface:
             return self.speed
         return min(self.surface_speed() / (2.0 * math.pi * abs(x)) if x else math.inf, self.speed_limit)

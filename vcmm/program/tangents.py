@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from vcmm.program.moves import cross
+from vcmm.program.frames import cross
 from vcmm.program.offsetting import Vec
 
 TINY = 1e-9  # mm, rad: what arithmetic leaves

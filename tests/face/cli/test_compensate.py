@@ -173,10 +173,10 @@ def test_the_test_piece_comes_out_better(tmp_path, monkeypatch):
     """Known errors of its characteristics after rewriting: those of geometry go, those of reversal stay, so the cut is not within 1 um."""
     import vcmm as package
     from vcmm.files.own.library import example
-    from vcmm.shop.machining import patches
+    from vcmm.shop.machining import job as cutting
     from vcmm.shop.machining.result import expected_deviation
 
-    monkeypatch.setattr(patches, "MOST_ACROSS", 11)  # of the map, for the rms of the surface
+    monkeypatch.setattr(cutting, "MOST_ACROSS", 11)  # of the map, for the rms of the surface
     scenario = package.load_cut(example("test_piece"))
     scenario = replace(
         scenario, settings=replace(scenario.settings, certify=20)

@@ -67,6 +67,8 @@ def test_bad_patterns():
         ("CYCL DEF 221 CARTESIAN PATTERN ~\n Q225=+50 ~\n Q226=+50 ~\n Q237=10 ~\n Q238=10 ~\n Q243=1 ~\n Q224=0", "cycle 221 has no Q242"),
         ("PATTERN DEF CIRC1 (X+0 Y+0 D20 START+90)", "CIRC of PATTERN DEF has no NUM"),
         ("PATTERN DEF ROW1 (X+0 Y+0 NUM3)", "ROW of PATTERN DEF has no D"),
+        ("PATTERN DEF ROW1 (X+0 Y+0 D8 NUM3 RTO+90)", "has no word RTO; its words are X, Y, Z, D, NUM, ROT"),
+        ("PATTERN DEF CIRC1 (X+0 Y+0 D20 STEP+90 NUM3)", "CIRC of PATTERN DEF has no word STEP"),
     ],
 )  # fmt: skip
 def test_a_pattern_that_is_not_complete_is_refused(text, missing):

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from tests.shop.cutting.engagement import immersion
 from vcmm.core.errors import UsageError
 from vcmm.program.setup import kienzle, linear_edge
 from vcmm.shop.cutting.force import (
     at_chip,
-    immersion,
     mean_chip,
     milling_force,
     to_workpiece,
@@ -39,7 +39,7 @@ def test_slot_by_hand() -> None:
 @pytest.mark.parametrize("climb", [True, False])
 def test_mean_of_the_model_by_summing_over_a_turn(climb: bool) -> None:
     of = linear_edge("Al7075")
-    start, end = immersion(np.array(1.5), np.array(5.0), climb)
+    start, end = immersion(1.5, 5.0, climb)
     phi = (np.arange(200_000) + 0.5) * 2 * np.pi / 200_000
     inside = (phi > start) & (phi < end)
     h = 0.08 * np.sin(phi)
@@ -60,7 +60,7 @@ def test_mean_of_the_model_by_summing_over_a_turn(climb: bool) -> None:
 
 def test_climb_pushes_the_tool_away_from_the_wall() -> None:
     """Light climb cut, material on the right (-y): the part pushes the tool to the left, material is left on the wall."""
-    start, end = immersion(np.array(0.5), np.array(5.0))
+    start, end = immersion(0.5, 5.0)
     assert end == pytest.approx(np.pi)
     assert math.cos(start) == pytest.approx(-0.9)  # 1 - 0.5 / 5
     force = milling_force(start, end, np.array(10.0), np.array(0.05), np.array(3), linear_edge("Al7075"))

@@ -11,8 +11,7 @@ import pytest
 from vcmm.shop.cutting import _group_kernels as kernels
 from vcmm.shop.cutting.dexels import carve
 from vcmm.shop.cutting.envelope import surface_left
-from vcmm.shop.cutting.groups import tree_of_groups
-from vcmm.shop.cutting.index import Index, build
+from vcmm.shop.cutting.index import Index, build, tree_of_groups
 from vcmm.shop.cutting.sweeps import Sweep, join, lines
 from vcmm.shop.cutting.tools import ball, bull, drill, flat
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.shop.cutting.engagement import immersion
 from vcmm.program.setup import linear_edge
-from vcmm.shop.cutting.force import immersion, milling_force
-from vcmm.shop.cutting.runout import chip_at
-from vcmm.shop.cutting.tooth_force import ToothCuts
+from vcmm.shop.cutting.force import milling_force
+from vcmm.shop.cutting.tooth_force import ToothCuts, chip_at
 
 AL = linear_edge("Al7075")
 RADIUS, DEPTH, CHIP = 5.0, 10.0, 0.1

@@ -9,7 +9,7 @@ import numpy as np
 
 import vcmm
 from vcmm.core.machine import Machine
-from vcmm.shop.machining.patches import patch
+from vcmm.shop.machining.job import patch
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 import vcmm
+from vcmm.shop.machining.job import patch
 from vcmm.shop.machining.maps import net
-from vcmm.shop.machining.patches import patch
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
 from vcmm.shop.machining.result import Patch

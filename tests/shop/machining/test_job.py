@@ -1,4 +1,7 @@
-"""Virtual machining end to end: what a known machine error does to a known part, and what bad input is told."""
+"""Virtual machining end to end: what a known machine error does to a known part, and what bad input is told.
+
+The surface over all features: how densely, and what errors do to it.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,8 @@ import vcmm
 from tests.shop.machining import shop
 from vcmm.core.errors import VcmmError
 from vcmm.face.cli import run as command
-from vcmm.shop.machining import patches
-from vcmm.shop.machining.job import cut, finished_part
-from vcmm.shop.machining.patches import surface_map
+from vcmm.shop.machining import job as cutting
+from vcmm.shop.machining.job import cut, finished_part, surface_map
 from vcmm.shop.machining.preparation import set_up
 
 SQUARENESS = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "20 urad"\n'
@@ -138,7 +140,7 @@ points = { strategy = "levels", at = ["2 mm", "4 mm"], n = 8 }
 
 @pytest.mark.thorough
 def test_json_and_files(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(patches, "MOST_ACROSS", 41)  # the largest departure is at an edge
+    monkeypatch.setattr(cutting, "MOST_ACROSS", 41)  # the largest departure is at an edge
     path = shop.write(tmp_path, SQUARENESS)
     assert command(["cut", str(path), "--json", "--out", str(tmp_path / "out")]) == 0
     document = json.loads(capsys.readouterr().out)
@@ -309,3 +311,21 @@ def test_a_machine_of_which_everything_is_known_is_cut_too(tmp_path, capsys):
     assert size["interval_mm"] == pytest.approx([100.0, 100.0], abs=1e-6)
     assert form["value_mm"] == pytest.approx(1.2e-3, abs=0.02e-3)
     assert (size["decision"], size["p_conform"]) == ("conforms", 1.0)
+
+
+def test_as_dense_as_a_picture_of_all_features_can_be(tmp_path, monkeypatch):
+    """One cylinder: 41 across, so 81 angles by 20 heights; a fixture of this room asks for less elsewhere."""
+    monkeypatch.setattr(cutting, "MOST_ACROSS", 41)
+    job = set_up(vcmm.load_cut(shop.write(tmp_path)))
+    (one,) = cutting.surface_map(job)
+    assert one.height.shape == (81 * 20,)
+    assert np.abs(one.height).max() < 1e-9
+    assert one.nominal == pytest.approx(one.height, abs=1e-12)
+
+
+def test_places_that_no_cutter_reaches_have_no_height(tmp_path):
+    """The boss reaches down to -2 mm; drawn up to +4 mm, its upper part was never cut."""
+    scenario = shop.SCENARIO.replace('point = "0 0 -8 mm"', 'point = "0 0 -30 mm"')
+    job = set_up(vcmm.load_cut(shop.write(tmp_path, scenario=scenario)))
+    (one,) = cutting.surface_map(job)
+    assert np.isnan(one.height).all()

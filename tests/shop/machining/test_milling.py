@@ -180,7 +180,7 @@ def test_a_helix_gives_the_wall_a_shape(tmp_path):
 
 def test_a_mill_that_runs_out_bends_by_what_its_teeth_then_cut(tmp_path):
     """A helix of 30 deg in climb milling: the tooth that stands out makes the wall, and above its foot cuts thicker chips than the others, so that it is pushed
-    harder; run out of it the numbers of the force are those of `vcmm.shop.cutting.runout`, whose slices are added up in tests/shop/cutting."""
+    harder; run out of it the numbers of the force are those of `vcmm.shop.cutting.tooth_force`, whose slices are added up in tests/shop/cutting."""
     pushed = []
     for number, amplitude in enumerate(("0 um", "10 um")):
         (tmp_path / str(number)).mkdir()

@@ -10,10 +10,9 @@ from tests.shop.machining import hole
 from vcmm.shop.cutting.envelope import surface_left, tips
 from vcmm.shop.cutting.sweeps import lines, position
 from vcmm.shop.cutting.tools import flat
-from vcmm.shop.machining.job import cut
+from vcmm.shop.machining.job import cut, patch
 from vcmm.shop.machining.maps import net
 from vcmm.shop.machining.neighbours import OFFSETS, STEPS, candidates, deepest_between
-from vcmm.shop.machining.patches import patch
 from vcmm.shop.machining.preparation import set_up
 
 

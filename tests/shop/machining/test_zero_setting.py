@@ -13,9 +13,8 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.core.pose import Pose
 from vcmm.core.run import Run
-from vcmm.shop.machining.job import cut, finished_part
+from vcmm.shop.machining.job import cut, finished_part, patch
 from vcmm.shop.machining.maps import net
-from vcmm.shop.machining.patches import patch
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.zero_setting import SETTING, ZeroRows, join_runs, setting_rows, ways_of_setting
 from vcmm.task.response.influence import Influence

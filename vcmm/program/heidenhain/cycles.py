@@ -14,11 +14,10 @@ from dataclasses import dataclass, field, replace
 from vcmm.program.heidenhain.contours import CONTOUR_CYCLES, CONTOUR_DATA, ContourCycles
 from vcmm.program.heidenhain.holes import HOLES, OLD_HOLES
 from vcmm.program.heidenhain.machining import MachiningCycle, of_row, read_row
-from vcmm.program.heidenhain.milling import OLD_POCKETS, POCKETS
+from vcmm.program.heidenhain.milling import OLD_POCKETS, POCKETS, THREADS
 from vcmm.program.heidenhain.patterns import PATTERNS
 from vcmm.program.heidenhain.planes import working_plane
 from vcmm.program.heidenhain.text import KlartextReader
-from vcmm.program.heidenhain.threads import THREADS
 from vcmm.program.heidenhain.traces import words_of
 from vcmm.program.heidenhain.transforms import KlartextFrames
 from vcmm.program.moves import PLANES

@@ -153,7 +153,7 @@ class FreeContours(FreeKnown):
         return best
 
     def _tell_missing(self, rows: list[FreeBlock], c: FreeContour) -> None:
-        """Refuses a contour that is not determined, by the first element that is not."""
+        """Refuse a contour that is not determined, by the first element that is not."""
         r = self.paths.r
         for i, row in enumerate(rows):
             e = c.elements[i]

@@ -7,18 +7,16 @@ top of the surface of the cycle.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 
 from vcmm.program.cutter import Flat
-from vcmm.program.cycle_tables import Cycle, Values, cycle
+from vcmm.program.cycle_tables import Cycle, Values, cycle, in_units
 from vcmm.program.drilling import whole_count
 from vcmm.program.heidenhain.text import KlartextReader
 from vcmm.program.hole_patterns import hole_circle, hole_grid, hole_line
 
 Spot = tuple[float, float, float]  # in the plane and along the tool axis, in the unit of the program
-KINDS = {  # and the words without which its points are not known
-    "POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME": "X Y DX DY NUMX NUMY", "CIRC": "X Y D NUM", "PITCHCIRC": "X Y D STEP NUM",
-}  # fmt: skip
 
 
 def pattern_points(reader: KlartextReader) -> list[Spot]:
@@ -26,17 +24,24 @@ def pattern_points(reader: KlartextReader) -> list[Spot]:
     out: list[Spot] = []
     while not reader.is_done:
         kind = reader.upper()
-        if kind not in KINDS:
-            raise reader.fault(f"PATTERN DEF takes {', '.join(KINDS)}, found {kind}")
+        if kind not in SHAPES:
+            raise reader.fault(f"PATTERN DEF takes {', '.join(SHAPES)}, found {kind}")
         reader.at += 1
         token = reader.peek()
         if token is not None and token.kind == "number":  # POS1, POS2
             reader.at += 1
-        words = _words(reader, kind)
-        for name in KINDS[kind].split():
+        words, row = _words(reader, kind), SHAPES[kind]
+        for name in row.required_names:
             if name not in words:
                 raise reader.fault(f"{kind} of PATTERN DEF has no {name}; add it")
-        out += _points(kind, words)
+        for name in words:
+            if not row.uses(name):
+                names = ", ".join(p.name for p in row.parameters)
+                raise reader.fault(
+                    f"{kind} of PATTERN DEF has no word {name}; its words are {names}; correct it"
+                )
+        v = row.read(words, in_units(1.0, 1.0))
+        out += ((x, y, v["Z"]) for x, y in row.primitive(v))
     return out
 
 
@@ -53,37 +58,31 @@ def _words(reader: KlartextReader, kind: str) -> dict[str, float]:
     return out
 
 
-def _points(kind: str, w: Mapping[str, float]) -> Iterator[Spot]:
-    spot, z = (w.get("X", 0.0), w.get("Y", 0.0)), w.get("Z", 0.0)
-    if kind in ("PAT", "FRAME"):
-        yield from _grid(kind, w, (*spot, z))
-        return
-    count, start = whole_count(w.get("NUM", 1.0)), w.get("START", 0.0)
-    step = w.get("STEP", 0.0) if kind == "PITCHCIRC" else 360.0 / max(count, 1)
-    if kind == "POS":
-        spots = [spot]
-    elif kind == "ROW":
-        spots = hole_line(spot, math.radians(w.get("ROT", 0.0)), [k * w.get("D", 0.0) for k in range(count)])
-    else:
-        spots = hole_circle(spot, w.get("D", 0.0) / 2, [math.radians(start + k * step) for k in range(count)])
-    yield from ((x, y, z) for x, y in spots)
+def spaced(v: Values) -> list[Flat]:
+    """Return the points of ROW: NUM points D apart."""
+    return hole_line((v["X"], v["Y"]), v["ROT"], [k * v["D"] for k in range(whole_count(v["NUM"]))])
 
 
-def _grid(kind: str, w: Mapping[str, float], origin: Spot) -> Iterator[Spot]:
-    """Yield the rows to and fro; of a frame its border only. ROTX and ROTY turn the two directions, ROT the whole."""
-    columns, lines = whole_count(w.get("NUMX", 1.0)), whole_count(w.get("NUMY", 1.0))
-    turn = w.get("ROT", 0.0)
-    p, q = math.radians(turn + w.get("ROTX", 0.0)), math.radians(turn + 90.0 + w.get("ROTY", 0.0))
+def ring(v: Values) -> list[Flat]:
+    """Return the points of CIRC, evenly; of PITCHCIRC in steps of STEP."""
+    count = whole_count(v["NUM"])
+    step = v.without("STEP", 360.0 / max(count, 1))
+    angles = [math.radians(v["START"] + k * step) for k in range(count)]
+    return hole_circle((v["X"], v["Y"]), v["D"] / 2, angles)
+
+
+def matrix(v: Values, border: bool = False) -> list[Flat]:
+    """Return rows to and fro; `border`: those of a frame only. ROTX and ROTY turn the two directions, ROT the whole."""
+    columns, lines, out = whole_count(v["NUMX"]), whole_count(v["NUMY"]), []
+    p, q = math.radians(v["ROT"] + v["ROTX"]), math.radians(v["ROT"] + 90.0 + v["ROTY"])
     for line in range(lines):
         for k in range(columns) if line % 2 == 0 else reversed(range(columns)):
-            if kind == "FRAME" and 0 < line < lines - 1 and 0 < k < columns - 1:
-                continue
-            a, b = k * w.get("DX", 0.0), line * w.get("DY", 0.0)
-            yield (
-                origin[0] + a * math.cos(p) + b * math.cos(q),
-                origin[1] + a * math.sin(p) + b * math.sin(q),
-                origin[2],
-            )
+            if not (border and 0 < line < lines - 1 and 0 < k < columns - 1):
+                a, b = k * v["DX"], line * v["DY"]
+                out.append(
+                    (v["X"] + a * math.cos(p) + b * math.cos(q), v["Y"] + a * math.sin(p) + b * math.sin(q))
+                )
+    return out
 
 
 def circle_points(v: Values) -> list[Flat]:
@@ -101,6 +100,18 @@ def row_points(v: Values) -> list[Flat]:
     return hole_grid((v["x"], v["y"]), v["turn"], counts, (v["along"], v["across"]))
 
 
+_AT = "X mm!, Y mm!, Z mm"
+_MATRIX = f"{_AT}, DX mm!, DY mm!, NUMX count!, NUMY count!, ROT plain, ROTX plain, ROTY plain"
+SHAPES: Mapping[
+    str, Cycle[Callable[[Values], list[Flat]]]
+] = {  # of PATTERN DEF, lengths in the unit of the program
+    "POS": cycle(_AT, lambda v: [(v["X"], v["Y"])]),
+    "ROW": cycle(f"{_AT}, D mm!, NUM count!, ROT deg", spaced),
+    "PAT": cycle(_MATRIX, matrix),
+    "FRAME": cycle(_MATRIX, partial(matrix, border=True)),
+    "CIRC": cycle(f"{_AT}, D mm!, NUM count!, START plain", ring),
+    "PITCHCIRC": cycle(f"{_AT}, D mm!, STEP plain!, NUM count!, START plain", ring),
+}
 PATTERNS: Mapping[str, Cycle[Callable[[Values], list[Flat]]]] = {
     "220": cycle("Q216=x mm!, Q217=y mm!, Q244=diameter mm!, Q245=first plain!, Q246=last plain!, Q247=step plain!, Q241=count count!", circle_points),
     "221": cycle("Q225=x mm!, Q226=y mm!, Q237=along mm!, Q238=across mm!, Q242=columns count!, Q243=rows count!, Q224=turn deg!", row_points),

@@ -324,7 +324,7 @@ class _Runner:
         return self.labels[name]
 
     def call(self, reader: KlartextReader) -> None:
-        """CALL LBL n [REP m]: a subprogram, or a repetition of the blocks between label and call."""
+        """Execute CALL LBL n [REP m]: a subprogram, or a repetition of the blocks between label and call."""
         here = self.at - 1
         if reader.accept("PGM") or reader.upper() == "SELECTED":
             name = reader.rest()
@@ -356,7 +356,7 @@ class _Runner:
         self.at = target
 
     def program(self, name: str) -> None:
-        """CALL PGM: a program beside this one, with the parameters as they are."""
+        """Execute CALL PGM: a program beside this one, with the parameters as they are."""
         base = name.strip().strip('"').replace("\\", "/").split("/")[-1].split(":")[-1] or "?"
         folders = folders_of(Path(self.recorder.file), self.recorder.setup.subprograms)
         path = find_file(folders, [base])

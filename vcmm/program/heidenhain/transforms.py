@@ -113,7 +113,7 @@ class KlartextFrames:
         self.put(MIRROR, stretch(point_of([-1.0 if k in self.mirror_axes else 1.0 for k in range(3)])))
 
     def together(self, wanted: bool, other: str) -> None:
-        """Mirror and rotation: the one programmed later lies inside the other."""
+        """Combine mirror and rotation: the one programmed later lies inside the other."""
         if wanted and other in self.maps:
             what = "mirror and rotation together"
             self.recorder.assume(

@@ -171,7 +171,7 @@ class IsoWords:
         self.m[group], self.m_columns[group] = code, column
 
     def _note_haas(self, c: IsoControl, code: int, column: int) -> None:
-        """M39 and M46 of a Haas mill (mill operator's manual, "M39 rotate tool turret", "M46 jump if pallet loaded")."""
+        """Note M39 and M46 of a Haas mill (mill operator's manual, "M39 rotate tool turret", "M46 jump if pallet loaded")."""
         if code == 39:
             c.remark(
                 "M39 turns the tool changer to the pocket of T; no tool is changed and no axis of the path moves",

@@ -1,20 +1,54 @@
-"""State of a control of the G-code family beyond the state common to all languages."""
+"""State of a control of the G-code family beyond the state common to all languages.
+
+Arcs that fit but for the rounding of their numbers are kept while a program is read, and noted in one line of each kind.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NoReturn
+from typing import Any, ClassVar, NamedTuple, NoReturn
 
 from vcmm.program.dialects import Dialect
 from vcmm.program.faults import BlockFault
 from vcmm.program.frames import AffineMap, rotation, stretch, translation
 from vcmm.program.iso.expressions import Parameters
-from vcmm.program.iso.misfits import ArcMisfit
-from vcmm.program.moves import ORIGIN, PLANES, Point
+from vcmm.program.moves import ORIGIN, PLANES, Point, Remark
 from vcmm.program.recorder import UNMOVED, Recorder
 from vcmm.program.setup import Setup, Tool
+
+MOST_NAMED = 5  # lines that are named
+MANY = {
+    "radii": "{n} arcs have radii at start and end that differ by more than 1 um, by {most:.1f} um at most (line {line}); the end points "
+    "are kept, the radii change evenly on the way; lines {lines}",
+    "R": "{n} arcs have an R that is smaller than half the distance, by {most:.2f} um at most (line {line}); half circles are taken; lines {lines}",
+}  # fmt: skip
+
+
+class ArcMisfit(NamedTuple):
+    """kind: a key of MANY. um: by how much; text: the sentence where it is the only one."""
+
+    kind: str
+    line: int
+    column: int
+    um: float
+    text: str
+
+
+def tell_misfits(c: Recorder, misfits: list[ArcMisfit]) -> None:
+    """Add one remark of each kind, at the first of its arcs."""
+    for kind, text in MANY.items():
+        rows = [m for m in misfits if m.kind == kind]
+        if not rows:
+            continue
+        lines = list(dict.fromkeys(m.line for m in rows))
+        more = f" and {len(lines) - MOST_NAMED} more" if len(lines) > MOST_NAMED else ""
+        places = ", ".join(map(str, lines[:MOST_NAMED])) + more
+        worst = max(rows, key=lambda m: m.um)
+        message = text.format(n=len(rows), most=worst.um, line=worst.line, lines=places)
+        c.remarks.append(Remark(rows[0].line, rows[0].column, rows[0].text if len(rows) == 1 else message))
+
 
 AXES = "XYZ"
 _NO_FEED = Recorder.NO_FEED["G94"]
@@ -95,7 +129,7 @@ class IsoControl(Recorder):
 
     # -- what this family does in its own way --
     def fault(self, text: str, column: int | None = None) -> NoReturn:
-        """Raises BlockFault: the reader adds file and line."""
+        """Raise BlockFault: the reader adds file and line."""
         raise BlockFault(column or self.column, text)
 
     def speed_at_centre(self) -> float:
@@ -107,7 +141,7 @@ class IsoControl(Recorder):
         return self.speed * (304.8 if self.unit > 1.0 else 1000.0)
 
     def feeding(self, x: float) -> float:
-        """Turns per minute that a feed per turn counts, at radius x: the spindle need not have been started."""
+        """Return the turns per minute that a feed per turn counts, at radius x: the spindle need not have been started."""
         turns = self.turns(x)
         return turns if math.isfinite(turns) else 0.0
 

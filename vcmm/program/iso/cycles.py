@@ -177,7 +177,7 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
 
 
 def _retract_multiple(w: IsoWords, number: float) -> float:
-    """J of G74 and G84 on a Haas: how many times as fast the tap comes out (mill operator's manual, "G84 tapping": J2 is twice as fast)."""
+    """Return J of G74 and G84 on a Haas: how many times as fast the tap comes out (mill operator's manual, "G84 tapping": J2 is twice as fast)."""
     if not 0 < number <= FASTEST_OUT:
         raise BlockFault(
             w.column("J"),

@@ -76,21 +76,21 @@ def single_cut(c: IsoControl, w: IsoWords, code: str, lead: float) -> None:
 
 
 def turn(c: IsoControl, start: Flat, corner: Flat, v: Values) -> None:
-    """Down to X, along at feed, out at feed."""
+    """Cut once along: down to X, along at feed, out at feed."""
     to_tip(c, (corner[0] + v["taper"], start[1]), True)
     to_tip(c, corner, False)
     to_tip(c, (start[0], corner[1]), False)
 
 
 def screw(c: IsoControl, start: Flat, corner: Flat, v: Values) -> None:
-    """Down to X, along as a thread, out at rapid."""
+    """Cut one pass of a thread: down to X, along as a thread, out at rapid."""
     to_tip(c, (corner[0] + v["taper"], start[1]), True)
     thread_tip(c, corner, v["lead"])
     to_tip(c, (start[0], corner[1]), True)
 
 
 def face(c: IsoControl, start: Flat, corner: Flat, v: Values) -> None:
-    """To Z, across at feed, back at feed."""
+    """Face once: to Z, across at feed, back at feed."""
     to_tip(c, (start[0], corner[1] + v["taper"]), True)
     to_tip(c, corner, False)
     to_tip(c, (corner[0], start[1]), False)

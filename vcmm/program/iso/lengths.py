@@ -88,7 +88,7 @@ def waiting(c: IsoControl, w: IsoWords, number: float) -> float:
 
 
 def pass_over_axes(c: IsoControl, w: IsoWords) -> None:
-    """Axes beside a code that has a block of its own (G4, G67) move nothing."""
+    """Pass over axes beside a code that has a block of its own (G4, G67): they move nothing."""
     for letter in "XYZABCUVW":
         if w.has(letter) and letter not in w.used:
             w.used.add(letter)
@@ -96,7 +96,7 @@ def pass_over_axes(c: IsoControl, w: IsoWords) -> None:
 
 
 def need_axis(c: IsoControl, w: IsoWords, axis: str) -> None:
-    """Raises BlockFault for an axis that the machine of the set-up lacks: no control takes it."""
+    """Refuse an axis that the machine of the set-up lacks: no control takes it."""
     if c.setup.axes is not None and axis not in c.setup.axes:
         raise BlockFault(w.column(axis), lacking(c.setup.axes, axis))
 

@@ -13,10 +13,9 @@ from typing import NamedTuple
 from vcmm.program.faults import BlockFault
 from vcmm.program.frames import in_plane
 from vcmm.program.iso.codes import IsoWords
-from vcmm.program.iso.control import AXES, IsoControl
+from vcmm.program.iso.control import AXES, ArcMisfit, IsoControl
 from vcmm.program.iso.drawing import angle_of, at_angle, chamfer_of, cut_corner, draws
 from vcmm.program.iso.lengths import length
-from vcmm.program.iso.misfits import ArcMisfit
 from vcmm.program.iso.polar import polar_ends, radial_ends
 from vcmm.program.iso.winding import flat, wound_arc, wound_line, wound_target
 from vcmm.program.levels import SetupEntry

@@ -17,12 +17,12 @@ from __future__ import annotations
 import math
 
 from vcmm.program.faults import BlockFault
-from vcmm.program.frames import AffineMap, rotation, translation, with_axes
+from vcmm.program.frames import AffineMap, cross, rotation, translation, with_axes
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import AXES, IsoControl
 from vcmm.program.iso.lengths import length
 from vcmm.program.iso.motion import CENTRE_WORDS
-from vcmm.program.moves import Point, Posture, cross, point_of
+from vcmm.program.moves import Point, Posture, point_of
 
 DEFINES, SQUARES = ("G68.2", "G268"), ("G53.1", "G53.6", "G253")
 LATER = "describe the plane by Euler angles, G68.2 X Y Z I J K"

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 from vcmm.program.area import Area, Stroke, area
 from vcmm.program.contouring import record_contour
 from vcmm.program.cutter import CycleCutter
+from vcmm.program.cycle_tables import Values, cycle
 from vcmm.program.drilling import depths_of
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.flow import ActiveCall
-from vcmm.program.iso.lengths import length
+from vcmm.program.iso.lengths import read_words
 from vcmm.program.iso.macros import ProgramCall, start_program
 from vcmm.program.moves import Move
 from vcmm.program.radius import RadiusCompensation
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from vcmm.program.iso.flow import IsoRunner
 
 Flat = tuple[float, float]
+POCKET = cycle("I mm?, J mm?, R mm!, Z mm!, Q mm!, K mm?, X mm?, Y mm?", None)
 
 
 def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
@@ -46,9 +48,12 @@ def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]
             "L of G150 is not understood; write a block for each pocket",
             column=w.column("L"),
         )
-    along, step = _step(c, w, column)
-    plane, depth = _level(c, w, "R", column), _level(c, w, "Z", column)
-    infeed, finish = _size(c, w, "Q", column), _size(c, w, "K", column) if w.has("K") else 0.0
+    v = _read(c, w, column)
+    along, step = (
+        (1, v["I"]) if v.has("I") else (0, v["J"])
+    )  # axis of the plane along which the strokes go, 0: X
+    base = 0.0 if c.absolute else c.p[2]
+    plane, depth = v["R"] + base, v["Z"] + base
     if depth >= plane:
         raise BlockFault(column, "G150 needs a depth Z below its plane R; correct them")
     c.assume(
@@ -56,7 +61,8 @@ def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]
         "how G150 gets from one stroke to the next is the control's own affair and not known; write its moves with G1, G2 and G3", column=column,
     )  # fmt: skip
     cutter = CycleCutter(c)
-    start = (_place(c, w, "X", 0), _place(c, w, "Y", 1))
+    x, y = (v.without(k, at) if c.absolute else v[k] + at for k, at in zip("XY", c.p))
+    start = (x, y)
     c.marker = "G150"
     cutter.to(start, None, True)
     cutter.to(None, plane, True)
@@ -66,47 +72,34 @@ def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]
     moves = _subprogram(r, number, here, column, run)
     if moves is not None:
         path = _closed(moves, column)
-        rough = area([(path, beside.side)], beside.radius + finish)
+        rough = area([(path, beside.side)], beside.radius + v["K"])
         strokes = rough.strokes(step, along)
         _clear(
             cutter,
             (rough, [*strokes[-len(rough.rings) :], *strokes[: -len(rough.rings)]]),
             start,
-            depths_of(plane, depth, infeed),
+            depths_of(plane, depth, v["Q"]),
             plane,
         )
-        if finish:
+        if v["K"]:
             _finish(cutter, path, beside, (depth, plane))
         cutter.to(None, plane, True)
     c.marker = ""
 
 
-def _step(c: IsoControl, w: IsoWords, column: int) -> tuple[int, float]:
-    """Return the axis of the plane along which the strokes go (0: X), and their distance."""
+def _read(c: IsoControl, w: IsoWords, column: int) -> Values:
+    """Return the words of G150. Raises BlockFault where one is missing, or no length."""
     if w.has("I") == w.has("J"):
         raise BlockFault(
             column, "G150 takes either I (strokes along Y) or J (strokes along X); write one of them"
         )
-    return (1, _size(c, w, "I", column)) if w.has("I") else (0, _size(c, w, "J", column))
-
-
-def _size(c: IsoControl, w: IsoWords, letter: str, column: int) -> float:
-    value = length(c, w, letter, w.need(letter, f"a length ({letter} of G150)", column))
-    if value <= 0:
-        raise BlockFault(w.column(letter), f"{letter} of G150 is a length above zero; correct it")
-    return value
-
-
-def _level(c: IsoControl, w: IsoWords, letter: str, column: int) -> float:
-    value = length(c, w, letter, w.need(letter, f"a height ({letter} of G150)", column))
-    return value if c.absolute else value + c.p[2]
-
-
-def _place(c: IsoControl, w: IsoWords, letter: str, axis: int) -> float:
-    number = w.take(letter)
-    if number is None:
-        return c.p[axis]
-    return length(c, w, letter, number) + (0.0 if c.absolute else c.p[axis])
+    for name in POCKET.required_names:
+        w.need(name, f"a {'length' if name == 'Q' else 'height'} ({name} of G150)", column)
+    v = read_words(c, w, POCKET)
+    for letter in "IJQK":
+        if v.has(letter) and v[letter] <= 0:
+            raise BlockFault(w.column(letter), f"{letter} of G150 is a length above zero; correct it")
+    return v
 
 
 def _subprogram(

@@ -17,10 +17,9 @@ from vcmm.program.frames import UNITY
 from vcmm.program.iso.blocks import IsoBlock
 from vcmm.program.iso.channels import marks_of, one_channel, tell_other_channels
 from vcmm.program.iso.codes import IsoWords
-from vcmm.program.iso.control import IsoControl, new_control
+from vcmm.program.iso.control import IsoControl, new_control, tell_misfits
 from vcmm.program.iso.drawing import turns_c
 from vcmm.program.iso.execute import execute, unused_words
-from vcmm.program.iso.fixed_format import fixed_format, read_fixed_format
 from vcmm.program.iso.flow import ActiveCall, EndOfReading, IsoRunner, o_word
 from vcmm.program.iso.macros import (
     call_block,
@@ -31,8 +30,7 @@ from vcmm.program.iso.macros import (
     macro_call,
     modal_call,
 )
-from vcmm.program.iso.misfits import tell_misfits
-from vcmm.program.iso.numbers import has_points_written, tell_unit
+from vcmm.program.iso.numbers import fixed_format, has_points_written, read_fixed_format, tell_unit
 from vcmm.program.iso.parameters import attach
 from vcmm.program.iso.pocketing import mill_pocket
 from vcmm.program.iso.steps import step_of, words_of

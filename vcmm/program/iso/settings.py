@@ -12,36 +12,36 @@ KIND_OF = {"G71": "rough", "G72": "rough", "G73": "pattern", "G74": "peck", "G75
 
 
 def keep_setting(c: IsoControl, code: str, words: dict[str, float]) -> None:
-    """What the first of two blocks states; it stays in force, for G71 and G72 and for G74 and G75 together, until another one changes it."""
+    """Keep what the first of two blocks states; it stays in force, for G71 and G72 and for G74 and G75 together, until another one changes it."""
     c.turning_words[KIND_OF[code]] = c.turning_words.get(KIND_OF[code], {}) | words
 
 
 def setting_kept(c: IsoControl, code: str) -> dict[str, float]:
-    """What a first block has stated for this cycle; empty where none did."""
+    """Return what a first block has stated for this cycle; empty where none did."""
     return c.turning_words.get(KIND_OF[code], {})
 
 
 def _name(c: IsoControl, fanuc: str, haas: str) -> str:
-    """What the setting is called on this control."""
+    """Return what the setting is called on this control."""
     if c.language.name == "okuma":
         return "a parameter of the control"
     return f"Haas setting {haas}" if c.language.haas else f"FANUC parameter {fanuc}"
 
 
 def tell_escape(c: IsoControl, code: str) -> None:
-    """G71 and G72 without R: how far the tool comes off before it goes back."""
+    """Note, for G71 and G72 without R, how far the tool comes off before it goes back."""
     what = f"how far the tool comes off after a pass of {code} ({_name(c, '5133', '73')})"
     c.assume(what, "0 mm: back at the height of the pass", column=c.column, matters=False)
 
 
 def tell_return(c: IsoControl, code: str) -> None:
-    """G74 and G75 without R: how far the tool comes back after a peck."""
+    """Note, for G74 and G75 without R, how far the tool comes back after a peck."""
     what = f"how far the tool comes back after a peck of {code} ({_name(c, '5139', '22')})"
     c.assume(what, "0 mm: the pecks follow one another", column=c.column, matters=False)
 
 
 def tell_pull_out(c: IsoControl, code: str, leads: float | None) -> None:
-    """The chamfer at the end of a thread, in leads; None where the control alone knows it, 0 where there is none."""
+    """Note the chamfer at the end of a thread, in leads; None where the control alone knows it, 0 where there is none."""
     if leads == 0.0:
         return
     source = _name(c, "5130", "95 and 96") if leads is None else f"P: {leads:g} times the lead, at 45 degrees"
@@ -51,7 +51,7 @@ def tell_pull_out(c: IsoControl, code: str, leads: float | None) -> None:
 
 
 def tell_clearance(c: IsoControl, code: str) -> None:
-    """G73 and G83 with pecks: how far before the depth reached the tool goes on at feed, or how far it comes back."""
+    """Note, for G73 and G83 with pecks, how far before the depth reached the tool goes on at feed, or how far it comes back."""
     if c.language.words != "macro":
         return  # LinuxCNC: fixed in the interpreter
     number = _name(c, "5114", "22") if code == "G73" else _name(c, "5115", "22")

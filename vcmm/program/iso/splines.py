@@ -73,7 +73,7 @@ def _offset(c: IsoControl, w: IsoWords, letters: str, code: str) -> Flat | None:
 
 
 def bezier_chords(points: list[Flat] | list[tuple[float, ...]]) -> list[Flat]:
-    """Ends of even chords of a Bezier curve, no more than SAG off it.
+    """Return the ends of even chords of a Bezier curve, no more than SAG off it.
 
     Its second derivative lies between those at the ends of its control polygon, m (m - 1) |p[i] - 2 p[i+1] + p[i+2]| for degree m, and a
     chord over 1/n of the parameter is off by |B''| / 8 n^2 at most.

@@ -264,7 +264,7 @@ def _value(reader: SinumerikReader) -> tuple[Value | None, str, str]:
 
 
 def _name(reader: SinumerikReader) -> Item:
-    """NAME, NAME=value, NAME(arguments)."""
+    """Read NAME, NAME=value, NAME(arguments)."""
     token = reader.next()
     name = token.text.upper()
     if name in ("MSG", "SETAL"):
@@ -285,7 +285,7 @@ def _name(reader: SinumerikReader) -> Item:
 
 
 def _called_text(reader: SinumerikReader) -> str:
-    """CALL "NAME", EXTCALL("NAME"): the name; nothing is read where there is none."""
+    """Return the name of CALL "NAME", EXTCALL("NAME"); nothing is read where there is none."""
     ahead = 1 if reader.upper() == "(" else 0
     token = reader.peek(ahead)
     if token is None or token.kind != "string":

@@ -203,7 +203,7 @@ def _side(side: str | None) -> Callable[[SinumerikControl], None]:
 
 
 def _spindle(feed_mode: str) -> Callable[[SinumerikControl], None]:
-    """Ends constant surface speed (G94, G95 and G97 all do); the speed that it has set last is kept."""
+    """End constant surface speed (G94, G95 and G97 all do); the speed that it has set last is kept."""
 
     def change(i: SinumerikControl) -> None:
         i.r.feed_mode = feed_mode
@@ -228,7 +228,7 @@ def _assume(
 
 
 def _tell(what: str, value: str) -> Callable[[SinumerikControl], None]:
-    """What does not change the path over the workpiece: told on both levels."""
+    """Note what does not change the path over the workpiece, on both levels."""
     return lambda i: i.r.assume(what, value, column=i.column, matters=False)
 
 
@@ -248,7 +248,7 @@ def _lead_tip(on: bool) -> Callable[[SinumerikControl], None]:
 
 
 def _point_to_point(on: bool) -> Callable[[SinumerikControl], None]:
-    """PTP and CP: under a transformation every axis goes its own way to the end point, and no straight line comes of it."""
+    """Execute PTP and CP: under a transformation every axis goes its own way to the end point, and no straight line comes of it."""
 
     def change(i: SinumerikControl) -> None:
         i.modes.by_axes = on
@@ -258,7 +258,7 @@ def _point_to_point(on: bool) -> Callable[[SinumerikControl], None]:
 
 
 def tell_point_to_point(i: SinumerikControl) -> None:
-    """What PTP does where a transformation is on; without one nothing."""
+    """Note what PTP does where a transformation is on; without one nothing."""
     if i.modes.by_axes and i.r.is_tcp_on:
         what = "PTP (under a transformation the axes go from point to point)"
         i.r.assume(what, LINES, f"{what}{LATER}", column=i.column)

@@ -88,15 +88,6 @@ def plane_along(axis: int, plane: str, item: Item) -> str:
     return next(name for name, axes in PLANES.items() if axes[2] == wanted)
 
 
-def in_and_out(d: DrillingCall, v: Values) -> None:
-    """Run CYCLE81, CYCLE82: rapid to the safety distance, feed to the depth, dwell (DTB), rapid out."""
-    hole = d.hole()
-    hole.to(hole.clearance, rapid=True)
-    hole.to(hole.bottom, rapid=False)
-    hole.wait(d.seconds(v["DTB"]))
-    hole.leave()
-
-
 def tap(d: DrillingCall, v: Values) -> None:
     """Run CYCLE84, CYCLE840: in and out at pitch times speed (SST in, SST1 out); DAM breaks chips. MPIT is the size of a metric thread with
     coarse pitch. ENC 1 of CYCLE840 (without encoder) without a pitch: at the feed in force."""
@@ -107,7 +98,7 @@ def tap(d: DrillingCall, v: Values) -> None:
     if not lead and r.feed_mode == "G95" and r.feed:
         lead = r.feed
     if not lead and v.number("ENC") == 1 and r.feed:
-        at_the_feed(d, v)
+        ream(d, v)
         return
     if not lead:
         raise BlockFault(
@@ -130,18 +121,8 @@ def tap(d: DrillingCall, v: Values) -> None:
     hole.leave()
 
 
-def at_the_feed(d: DrillingCall, v: Values) -> None:
-    """Run CYCLE840 without encoder: in and out at the feed in force (G63)."""
-    hole = d.hole()
-    hole.to(hole.clearance, rapid=True)
-    hole.to(hole.bottom, rapid=False)
-    hole.wait(d.seconds(v["DTB"]))
-    hole.to(hole.clearance, rapid=False)
-    hole.leave()
-
-
 def ream(d: DrillingCall, v: Values) -> None:
-    """Run CYCLE85: in at FFR, out at RFF. CYCLE89: in and out at the feed in force."""
+    """Run CYCLE85: in at FFR, out at RFF. CYCLE89, and CYCLE840 without encoder (G63): in and out at the feed in force."""
     r, hole = d.control.r, d.hole()
     before = r.feed
     hole.to(hole.clearance, rapid=True)
@@ -155,8 +136,8 @@ def ream(d: DrillingCall, v: Values) -> None:
 
 
 def bore(d: DrillingCall, v: Values) -> None:
-    """Run CYCLE86: off the wall by RPA, RPO and RPAP with the spindle at rest, out, back over the hole. CYCLE87, CYCLE88: out at rapid with the
-    spindle at rest; CYCLE88 dwells."""
+    """Run CYCLE81, CYCLE82: rapid to the safety distance, feed to the depth, dwell (DTB), rapid out. CYCLE87, CYCLE88: the same with the spindle at
+    rest. CYCLE86: off the wall by RPA, RPO and RPAP before it goes out, and back over the hole."""
     r, hole = d.control.r, d.hole()
     first, second, _ = PLANES[r.plane]
     middle = r.p[first], r.p[second]
@@ -237,8 +218,8 @@ def by_a_factor(reference: float, first: float, final: float, factor: float, lea
 _HEIGHTS = "RTP mm?, RFP mm?, SDIS size, DP mm?, DPR size?"
 _TURN = "DTB plain, SDIR count"
 DRILLING: Mapping[str, Cycle[DrillingPrimitive]] = {
-    "CYCLE81": cycle(f"{_HEIGHTS}, DTB plain", in_and_out),
-    "CYCLE82": cycle(f"{_HEIGHTS}, DTB plain", in_and_out),
+    "CYCLE81": cycle(f"{_HEIGHTS}, DTB plain", bore),
+    "CYCLE82": cycle(f"{_HEIGHTS}, DTB plain", bore),
     "CYCLE83": cycle(f"{_HEIGHTS}, FDEP mm?, FDPR mm, DAM plain, DTB plain, DTS plain, FRF plain?, VARI count, AXN count, MDEP size, VRT size, DTD plain, DIS1 size", deep),
     "CYCLE84": cycle(f"{_HEIGHTS}, DTB plain, SDAC count, MPIT plain, PIT size, POSS plain, SST plain, SST1 plain, AXN count, PTAB count, TECHNO count, VARI count, DAM size", tap),
     "CYCLE840": cycle(f"{_HEIGHTS}, DTB plain, SDR count, SDAC count, ENC count, MPIT plain, PIT size, AXN count, PTAB count, TECHNO count", tap),

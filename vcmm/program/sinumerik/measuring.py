@@ -41,7 +41,7 @@ class SinumerikMeasuring(MeasuringCycle):
         raise BlockFault(self.column, f"{self.item.name}: {text}")
 
     def need(self, name: str, what: str) -> None:
-        """Raises BlockFault where the program does not give it."""
+        """Raise BlockFault where the program does not give a parameter."""
         if name not in self.parameters:
             self.fault(
                 f"it needs {'_' if self.old else 'S_'}{name.replace('SETVAL', 'SETVAL' if self.old else 'SETV')}, {what}"

@@ -1,24 +1,62 @@
-"""POCKET1 to POCKET4 of Sinumerik: how deep, how wide, and how the tool goes in.
+"""Calls of milling cycles of Sinumerik; POCKET1 to POCKET4: how deep, how wide, and how the tool goes in.
 
 VARI of POCKET1 and POCKET2: 0 rough and finish, 1 rough, 2 finish. Of POCKET3 and POCKET4: units 1 rough, 2 finish; tens 0 straight down at
 rapid (a pocket that is drilled before), 1 straight down at FFD, 2 on a helix of radius RAD1 in whole turns of DP1 at most and a full circle at
 depth, from the side of the first axis; 3 to and fro along the pocket at an angle RAD1 at most, how long each way is the control works out.
 
-Source: Siemens, SINUMERIK 840D/840Di/810D, Programming Guide Cycles (PGZ), "Milling rectangular pockets", "Milling circular pockets". What it
-leaves to the control is told.
+Source: Siemens, SINUMERIK 840D/840Di/810D, Programming Guide Cycles (PGZ), "Milling rectangular pockets", "Milling circular pockets". What
+it leaves to the control is an assumption.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from vcmm.program.clearing import PathPiece, circle, rectangle, shift_pieces
-from vcmm.program.cutter import equal_depths
+from vcmm.program.cutter import CycleCutter, equal_depths
 from vcmm.program.cycle_tables import Values
 from vcmm.program.drilling import depths_of
 from vcmm.program.faults import BlockFault
-from vcmm.program.sinumerik.milling_call import MillingCall
+from vcmm.program.sinumerik.blocks import Item
+from vcmm.program.sinumerik.flow import SinumerikRunner
+
+if TYPE_CHECKING:
+    from vcmm.program.sinumerik.paths import SinumerikPaths
+
+
+class MillingCall(NamedTuple):
+    """A call of a milling cycle: its reader, the written call, the tool."""
+
+    paths: SinumerikPaths
+    runner: SinumerikRunner
+    item: Item
+    cutter: CycleCutter
+
+    def floor(self, v: Values) -> float:
+        """Return DP, or RFP less DPR; refused where it lies above RFP."""
+        depth = v["DP"] if v["DP"] or not v["DPR"] else v["RFP"] - v["DPR"]
+        if depth >= v["RFP"]:
+            raise BlockFault(
+                self.item.first, f"{self.item.name}: the depth must lie below RFP; correct the planes"
+            )
+        return depth
+
+    def radius(self) -> float:
+        """Return the radius of the tool, mm."""
+        return self.cutter.radius("a pocket")
+
+    def note_clearing(self, how: str, codes: str = "G1") -> None:
+        """Note the control's own way of clearing."""
+        what = f"how {self.item.name} clears"
+        self.paths.r.assume(
+            what, how, f"{what} is the control's own affair and not known; write its motion with {codes}", column=self.item.first,
+        )  # fmt: skip
+
+    def note(self, what: str, value: str) -> None:
+        """Note effects that depend on setting data, or move the tool beside the workpiece alone."""
+        self.paths.r.assume(f"{what} in {self.item.name}", value, column=self.item.first, matters=False)
+
 
 AT_RAPID, STRAIGHT, ON_A_HELIX, TO_AND_FRO = range(4)
 COMPLETE, ROUGH, FINISH = range(3)
@@ -35,13 +73,13 @@ class Insertion(NamedTuple):
 
 
 def is_clockwise(m: MillingCall, v: Values) -> bool:
-    """CDIR: 2 is G2, 3 is G3; 0 is climb milling, inside G3 with M3 and G2 with M4; 1 the other way."""
+    """Return whether CDIR means clockwise: 2 is G2, 3 is G3; 0 is climb milling, inside G3 with M3 and G2 with M4; 1 the other way."""
     direction = v.number("CDIR")
     return direction == 2 if direction in (2, 3) else (direction == 1) == (m.paths.r.sense >= 0)
 
 
 def pocket(m: MillingCall, v: Values) -> None:
-    """POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle): from the inside outwards, in infeeds of MID."""
+    """Run POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle): from the inside outwards, in infeeds of MID."""
     depth, kind = m.floor(v), v.number("VARI") % 10
     m.radius()
     m.note_clearing("in rings from the inside outwards", "G1 and G2")
@@ -57,7 +95,7 @@ def pocket(m: MillingCall, v: Values) -> None:
 
 
 def _finish(m: MillingCall, v: Values, depth: float) -> None:
-    """Round the edge in infeeds of MIDF (POCKET3, POCKET4: MID), then over the base where an allowance stood on it."""
+    """Mill round the edge in infeeds of MIDF (POCKET3, POCKET4: MID), then over the base where an allowance stood on it."""
     most = v["MIDF"] or (v["MID"] if m.item.name in ("POCKET3", "POCKET4") else 0.0)
     plain = Insertion(STRAIGHT)
     feed = v["FFP2"] or v["FFP1"]
@@ -67,7 +105,7 @@ def _finish(m: MillingCall, v: Values, depth: float) -> None:
 
 
 def _path(m: MillingCall, v: Values, side: float, whole: bool) -> list[PathPiece]:
-    """Rings of the middle of the tool, `side` mm left on the edge; whole: all of them, else the last one."""
+    """Return the rings of the middle of the tool, `side` mm left on the edge; whole: all of them, else the last one."""
     radius, clockwise = m.radius(), is_clockwise(m, v)
     step = (v["MIDA"] or 0.8 * 2.0 * radius) if whole else 0.0
     if m.item.name in ("POCKET4", "POCKET2"):
@@ -77,7 +115,7 @@ def _path(m: MillingCall, v: Values, side: float, whole: bool) -> list[PathPiece
 
 
 def _insertion(m: MillingCall, v: Values) -> Insertion:
-    """What the tens of VARI say."""
+    """Return what the tens of VARI say."""
     if m.item.name in ("POCKET1", "POCKET2"):
         return Insertion(STRAIGHT)
     way = v.number("VARI") // 10 % 10
@@ -114,7 +152,7 @@ def _half_width(m: MillingCall, v: Values) -> float:
 def clear(
     m: MillingCall, v: Values, path: list[PathPiece], levels: list[float], way: Insertion, feed: float = 0.0
 ) -> None:
-    """A path about the middle of the pocket at each of the levels, mm, back to the middle each time. feed: FFP1 where it is zero."""
+    """Follow a path about the middle of the pocket at each of the levels, mm, back to the middle each time. feed: FFP1 where it is zero."""
     c, over, middle = m.cutter, v["RFP"] + v["SDIS"], (v["PA"], v["PO"])
     c.to(None, max(c.height, over), True)
     c.to(middle, None, True)
@@ -126,7 +164,7 @@ def clear(
 
 
 def go_in(m: MillingCall, v: Values, middle: tuple[float, float], level: float, way: Insertion) -> None:
-    """From the middle of the pocket to a depth, mm."""
+    """Move from the middle of the pocket to a depth, mm."""
     c = m.cutter
     if way.way == AT_RAPID:
         c.to(middle, level, True)

@@ -115,7 +115,7 @@ class SinumerikSpecials(SinumerikPaths):
         self.modes.turns = point_of([b + math.radians(v or 0.0) for b, v in zip(before, values)])
 
     def solid_rotation(self, words: SinumerikWords, values: list[float | None], name: str) -> AffineMap:
-        """ROTS, AROTS: two solid angles; one alone, or RPL=, turns as ROT does."""
+        """Return the rotation of ROTS, AROTS: two solid angles; one alone, or RPL=, turns as ROT does."""
         named = [k for k in range(3) if values[k] is not None]
         if len(named) < 2:
             return self.rotation(words, values)

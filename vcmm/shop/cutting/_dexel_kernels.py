@@ -76,7 +76,7 @@ def left_between(cuts: Array, count: int, length: float) -> tuple[float, float]:
 def removed_stretches(
     item: Array, tool: Array, p: Array, n: Array, length: float, cuts: Array, count: int, scratch: Array
 ) -> int:
-    """Append the stretches of [0, length] that one move removes; returns the new number, beyond the room if it ran over."""
+    """Append the stretches of [0, length] that one move removes; return the new number, beyond the room if it ran over."""
     grad, q = scratch[0], scratch[1]
     s = 0.0
     while s < length:

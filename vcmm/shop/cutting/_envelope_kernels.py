@@ -114,7 +114,7 @@ def capsule(item: Array, radius: float, p: Array, n: Array, out: Array) -> tuple
 def lower_end(
     item: Array, tool: Array, p: Array, n: Array, s: float, depth: float, out: Array, q: Array
 ) -> tuple[float, float]:
-    """Lower end (s, u) of the removed stretch of the ray around s, for any path; -depth if it reaches that far."""
+    """Return the lower end (s, u) of the removed stretch of the ray around s, for any path; -depth if it reaches that far."""
     top, thin = s, 1e-7
     while s > -depth:
         f = inside_at(item, tool, p, n, s, out, q)

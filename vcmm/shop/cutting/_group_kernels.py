@@ -1,4 +1,4 @@
-"""Select the trees of an index that a ray may meet, compiled. Private; vcmm.shop.cutting.groups makes the tree of them and says why this is safe."""
+"""Select the trees of an index that a ray may meet, compiled. Private; vcmm.shop.cutting.index makes the tree of them and says why this is safe."""
 
 from __future__ import annotations
 

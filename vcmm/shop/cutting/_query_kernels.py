@@ -27,7 +27,7 @@ SLACK = 1e-12  # mm, for the rounding of bounds
 def least_entry(
     boxes: Array, node: int, tool: Array, x: float, y: float, z: float, nx: float, ny: float, nz: float
 ) -> float:
-    """Lower bound of the way from a point along n to the first entry into any tool with its tip in a box; NONE: no entry.
+    """Return a lower bound of the way from a point along n to the first entry into any tool with its tip in a box; NONE: no entry.
 
     The tool swept through the whole box, and on upwards, is convex: its implicit function along the ray lies above its
     tangent at the point, so the ray cannot enter before the tangent does.

@@ -41,7 +41,7 @@ def displace(sweep: Sweep, field: Displacement, tolerance: float = CHORD) -> Swe
 
 
 def knots(sweep: Sweep, field: Displacement, tolerance: float) -> Array:
-    """Number of equal pieces (m,) of every row that keeps the chord of the error within tolerance."""
+    """Return the number of equal pieces (m,) of every row that keeps the chord of the error within tolerance."""
     counts = np.ones(len(sweep), int)
     open_ = np.arange(len(sweep))
     while len(open_):

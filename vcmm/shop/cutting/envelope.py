@@ -153,7 +153,7 @@ def _search(index: Index, p: Array, n: Array, limits: Array, out: tuple[Array, .
 
 
 def _neighbours_together(p: Array) -> Array:
-    """Order (n,) of points along a curve through cells of space (Morton), so that moves stay in the cache of the processor."""
+    """Return the order (n,) of points along a curve through cells of space (Morton), so that moves stay in the cache of the processor."""
     if len(p) < 2:
         return np.arange(len(p))
     size = np.ptp(p, axis=0).max()

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.core.errors import UsageError
 from vcmm.core.laws import Array
 from vcmm.program.setup import Kienzle, LinearEdge
 
@@ -57,15 +56,6 @@ def turning_force(width: Array, thickness: Array, of: Kienzle) -> Array:
     """Return the main cutting force (N) for chips of width b and thickness h (mm): b kc1.1 h^(1 - mc). Nothing without a chip."""
     b, h = np.asarray(width, float), np.asarray(thickness, float)
     return b * of.kc11 * np.maximum(h, 0.0) ** (1.0 - of.mc)
-
-
-def immersion(radial: Array, radius: Array, climb: bool = True) -> tuple[Array, Array]:
-    """Return the angles (rad) at which an edge enters and leaves, for a radial depth ae (mm) of a mill of the given radius."""
-    ae, r = np.asarray(radial, float), np.asarray(radius, float)
-    if np.any((ae < 0.0) | (ae > 2 * r)):
-        raise UsageError("immersion: the radial depth must lie between 0 and the diameter of the tool")
-    angle = np.arccos(1.0 - ae / r)
-    return (np.pi - angle, np.full_like(angle, np.pi)) if climb else (np.zeros_like(angle), angle)
 
 
 def milling_force(

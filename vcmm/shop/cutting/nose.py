@@ -138,7 +138,7 @@ def _part(
 
 
 def _bottom(low: Array, high: Array, depth: float) -> Array:
-    """Lower end (n,) of the connected stretch removed around s = 0, else of the first one above; inf where there is none."""
+    """Return the lower end (n,) of the connected stretch removed around s = 0, else of the first one above; inf where there is none."""
     around = np.where((low <= 1e-12) & (high >= -1e-12), low, np.inf).min(axis=1)
     now = np.where(np.isfinite(around), around, np.where(low > 0.0, low, np.inf).min(axis=1))
     while True:

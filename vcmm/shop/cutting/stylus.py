@@ -24,6 +24,7 @@ from vcmm.shop.cutting.sweeps import Sweep
 
 GRID, ZOOM, ROUNDS, PEAKS = 25, 7, 9, 3
 CHUNK = 200  # points at a time
+WINDOW = 0.5, 2.0  # mm below and above a point in which the surface is looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +43,6 @@ def roll_ball(
     radius: float,
     sweep: Sweep | Index,
     relief: float = 0.05,
-    depth: float = 0.5,
-    height: float = 2.0,
 ) -> BallContacts:
     """Return the contact height of a ball of `radius` (mm) at points (n, 3) along -normals (n, 3).
 
@@ -55,17 +54,14 @@ def roll_ball(
     index = sweep if isinstance(sweep, Index) else build(sweep)
     p, n = np.atleast_2d(np.asarray(points, float)), np.atleast_2d(np.asarray(normals, float))
     parts = [
-        _roll(p[i : i + CHUNK], n[i : i + CHUNK], radius, index, relief, (depth, height))
-        for i in range(0, len(p), CHUNK)
+        _roll(p[i : i + CHUNK], n[i : i + CHUNK], radius, index, relief) for i in range(0, len(p), CHUNK)
     ]
     return BallContacts(
         *(np.concatenate([getattr(part, name) for part in parts]) for name in BallContacts.__annotations__)
     )
 
 
-def _roll(
-    p: Array, n: Array, r: float, index: Index, relief: float, window: tuple[float, float]
-) -> BallContacts:
+def _roll(p: Array, n: Array, r: float, index: Index, relief: float) -> BallContacts:
     reach = float(np.sqrt(min(2.0 * r * relief, 0.999 * r * r)))
     first, second = _tangents(n)
     grid = np.linspace(-reach, reach, GRID)
@@ -77,7 +73,7 @@ def _roll(
         """Return the lift of the ball (n, m) by the surface at offsets (n, m), and which rays met nothing cut."""
         at = p[:, None] + u[..., None] * first[:, None] + v[..., None] * second[:, None]
         along = np.broadcast_to(n[:, None], at.shape)
-        left = surface_left(at.reshape(-1, 3), along.reshape(-1, 3), index, *window, candidates=1, band=0.0)
+        left = surface_left(at.reshape(-1, 3), along.reshape(-1, 3), index, *WINDOW, candidates=1, band=0.0)
         void = (left.status == UNCUT).reshape(u.shape)
         square = u * u + v * v
         lift = np.where(void, -np.inf, left.s.reshape(u.shape)) - square / (

@@ -2,6 +2,8 @@
 
 program -> moves -> time law -> swept tools -> contacts at the inspection points -> states of the machine there
         -> departures of the surface -> inspection -> features, characteristics, decisions, budget
+
+The surface over all features is for pictures and extremes.
 """
 
 from __future__ import annotations
@@ -15,20 +17,43 @@ from vcmm.answer.evaluation.virtual_measurement import Measurement, measure_task
 from vcmm.core.blocks import Progress, Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
-from vcmm.shop.cutting.envelope import CutSurface
+from vcmm.shop.cutting.envelope import UNCUT, CutSurface
 from vcmm.shop.machining.contact_path import surface_at, tool_side
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.grooves import grooves_of
 from vcmm.shop.machining.inspection import cut_points, measuring_world, unseen, with_uncut
-from vcmm.shop.machining.patches import surface_map
+from vcmm.shop.machining.maps import Net
 from vcmm.shop.machining.preparation import remarks, set_up
 from vcmm.shop.machining.process import GOUGE, PreparedCut
 from vcmm.shop.machining.recut import Recut, recut
-from vcmm.shop.machining.result import CutResult, batch, extremes, shares_by_group
+from vcmm.shop.machining.result import CutResult, Patch, batch, extremes, shares_by_group
 from vcmm.shop.machining.threads import threads_of
 from vcmm.shop.machining.world import Cutting
 from vcmm.task.measuring.cut_scenario import IDEAL, SAME, CutScenario
 from vcmm.task.measuring.task import Task
+
+MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
+
+
+def surface_map(job: PreparedCut) -> tuple[Patch, ...]:
+    """Return all features of the part that have an extent, with a density that a picture of all of them can show."""
+    features = job.scenario.part.features.values()
+    across = int(min(MOST_ACROSS, np.sqrt(MOST_FACES / 2 / max(len(features), 1))))
+    return tuple(patch(job, n) for f in features if (n := job.process.net(job, f, across)) is not None)
+
+
+def patch(job: PreparedCut, over: Net) -> Patch:
+    """Return the surface over one net at the estimates of all errors, and without errors."""
+    surface = surface_at(job, over.points, over.normals)
+    height, nominal = np.full(len(over.points), np.nan), np.full(len(over.points), np.nan)
+    there = np.flatnonzero(surface.status != UNCUT)
+    if len(there):
+        some = surface_at(job, over.points[there], over.normals[there])
+        names = np.array([f"{over.feature} {i}" for i in range(len(there))])
+        tool, contacts = tool_side(job, some, names, np.full(len(there), over.feature))
+        height[there], nominal[there] = contacts.surface(tool.errors()), contacts.surface(tool.known_error)
+    return Patch(over, height, nominal)
+
 
 RECUT_LIMIT = 1e-4  # mm
 

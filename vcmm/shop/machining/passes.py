@@ -20,7 +20,7 @@ CELL = 8  # places per correlation length that are distinguished
 LEAST_VARIANCE = 1e-6  # of the variance of a pass that may be left out
 
 
-def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length: float = LENGTH) -> Array:
+def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array) -> Array:
     """Return the departure of each row of a cut per independent unit draw, (n, r); rows of weight have the length 1.
 
     row, share (n,): of the sweep.
@@ -29,7 +29,7 @@ def pass_weights(program: Program, sweep: Sweep, row: Ints, share: Array, length
     columns = []
     for pass_number in np.unique(number):
         mine = np.flatnonzero(number == pass_number)
-        cell, index = np.unique(np.round(way[mine] * CELL / length), return_inverse=True)
+        cell, index = np.unique(np.round(way[mine] * CELL / LENGTH), return_inverse=True)
         kernel = np.exp(-((cell[:, None] - cell[None, :]) ** 2) / (2 * CELL**2))
         value, vector = np.linalg.eigh(kernel)
         kept = value > LEAST_VARIANCE * value.sum()
@@ -49,7 +49,7 @@ def move_and_pass(program: Program, sweep: Sweep, row: Ints) -> tuple[Array, Arr
 
 
 def _places(program: Program, sweep: Sweep, row: Ints, share: Array) -> tuple[Ints, Array]:
-    """Number of the pass of each row and how far along the way of the tool it is, mm."""
+    """Return the number of the pass of each row and how far along the way of the tool it is, mm."""
     length = _lengths(sweep)
     before = np.concatenate([[0.0], np.cumsum(length)[:-1]])
     rapid = np.array([move.kind == "rapid" for move in program.moves])[sweep.move]

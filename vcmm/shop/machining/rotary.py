@@ -96,7 +96,7 @@ def machine_position(base: Sweep, turned: Array, move: Ints, share: Array) -> tu
 
 
 def tool_offset_to(machine: Machine, axes: dict[str, Array], at: Array) -> Array:
-    """Offset (k, 3) in the frame of the last tool-side axis that leads to points (k, 3) in workpiece axes."""
+    """Return the offset (k, 3) in the frame of the last tool-side axis that leads to points (k, 3) in workpiece axes."""
     _, tool, work = ends_of(machine, axes)
     return tool.undo(work.apply(at))
 

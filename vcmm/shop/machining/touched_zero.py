@@ -205,7 +205,7 @@ def _follows_hand_zero(program: Program, shift: Array, follows: Bools, name: str
 
 
 def _moves_of(program: Program) -> tuple[int, ...]:
-    """Number of the move that ends in each touch."""
+    """Return the number of the move that ends in each touch."""
     numbers, at = [], 0
     for t in program.touches:
         at = next(

@@ -95,7 +95,7 @@ class ZeroRows:
         return np.asarray(response - taken)
 
     def quiet(self, draws: Draws) -> Draws:
-        """Draws of copies that only rows of setting have count as nothing: they belong to the uncertainty of the zero."""
+        """Set draws of copies that only rows of setting have to zero: they belong to the uncertainty of the zero."""
         codes = draws.influence.codes
         rows = (np.unique(self.first[self.first >= 0])[:, None] + np.arange(self.count)).ravel()
         if self.touches is not None:

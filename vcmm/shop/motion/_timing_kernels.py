@@ -1,4 +1,4 @@
-"""Numba twin of vcmm.shop.motion.profile, and the recursion of the servo lag. Private; imported inside the calling functions.
+"""Numba twin of vcmm.shop.motion.elements, and the recursion of the servo lag. Private; imported inside the calling functions.
 
 Same formulas in the same order; the slowest element and the largest needs of a stretch come from a tree of minima and
 maxima instead of slices.

@@ -40,14 +40,14 @@ SAME_ANGLE = 1e-6  # rad between two positions that are the same
 
 
 def primary_axis(machine: Machine) -> int:
-    """Number (0 = A) of the first rotary axis seen from the tool; without one in the head, the last seen from the table."""
+    """Return the number (0 = A) of the first rotary axis seen from the tool; without one in the head, the last seen from the table."""
     tool = [a for a in machine.chain.tool if a in ROTARY]  # from the bed outwards
     work = [a for a in machine.chain.work if a in ROTARY]
     return ROTARY.index(tool[-1] if tool else work[0])
 
 
 def first_axis(machine: Machine) -> int:
-    """Number of the first rotary axis as FANUC and Siemens count: of the head before that of the table, from the bed outwards."""
+    """Return the number of the first rotary axis as FANUC and Siemens count: of the head before that of the table, from the bed outwards."""
     return rotary_of(machine)[0]
 
 

@@ -41,7 +41,6 @@ class AxisState:
     acceleration: Array
     jerk: Array
     s: Array
-    path_speed: Array
     element: Ints
 
 
@@ -106,7 +105,7 @@ class Timing:
         v_, a_, j_ = v[:, None], a[:, None], jerk[:, None]
         acceleration = q1 * a_ + q2 * v_**2
         out = q, q1 * v_, acceleration, q1 * j_ + 3 * q2 * v_ * a_ + q3 * v_**3
-        return AxisState(*out, s=s, path_speed=v, element=element)
+        return AxisState(*out, s=s, element=element)
 
     def move_at(self, s: Array, element: Ints) -> Ints:
         """Return the index in `moves` of the move at s (k,); a rounded corner belongs half to either."""

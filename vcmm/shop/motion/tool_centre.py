@@ -28,14 +28,13 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.program.moves import Move, Point, Posture, Remark
 from vcmm.program.sensible import lacking, without_axis
-from vcmm.shop.motion.led_path import led_path, swept_angle
-from vcmm.shop.motion.polar import polar_samples
+from vcmm.shop.motion.polar import led_path, polar_samples, swept_angle
 from vcmm.shop.motion.posture import rotary_position, swept_angles
 from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis, tip_as_at_zero
 
 
 def check_axes(moves: Sequence[Move], machine: Machine, name: str) -> None:
-    """Raises UsageError at the first move that turns a rotary axis which the machine has not."""
+    """Raise UsageError at the first move that turns a rotary axis which the machine has not."""
     lacking_axis = without_axis(moves, machine.axes)
     if lacking_axis is not None:
         move, axis = lacking_axis

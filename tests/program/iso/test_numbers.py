@@ -1,4 +1,4 @@
-"""Coordinates as controls of the seventies had them."""
+"""Numbers of a text as a whole: coordinates as controls of the seventies had them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 
 from vcmm.core.errors import DataError
 from vcmm.program.interpret import interpret
-from vcmm.program.iso.fixed_format import fixed_format
+from vcmm.program.iso.numbers import fixed_format
 from vcmm.program.setup import Setup
 
 TEXT = "N001M03\nN002G01X-010000Y+005000F1200\nN003G03X-005000Y-005000I+000000J-005000\nN004G01X+002500Z-001250\nN005M30\n"
