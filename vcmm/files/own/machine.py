@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vcmm.core.axes import AXIS_NAMES, is_axis, is_rotary, unit_vector
 from vcmm.core.errors import UsageError
@@ -15,20 +15,20 @@ from vcmm.core.kinematics import Axis, Chain, parse_structure
 from vcmm.core.knowledge import add_knowledge, merge_effects
 from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
-from vcmm.files.own.certificate import certificate_from
 from vcmm.files.own.certificate_keys import certificate_remarks
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.knowledge import further_effects, further_inputs, names_in, tables_in
 from vcmm.files.own.known_errors import known_errors
 from vcmm.files.own.machine_tables import AxisTable, MachineFile, found_machine
-from vcmm.files.own.tracked import tracked_inputs
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.residual import ResidualField
 from vcmm.physics.structure.scatter import Scatter
-from vcmm.task.certification.certificate import MachineCertificate
-from vcmm.task.certification.knowledge import CertifiedKnowledge, certified_knowledge, passing_machines
+
+if TYPE_CHECKING:
+    from vcmm.task.certification.certificate import MachineCertificate
+    from vcmm.task.certification.knowledge import CertifiedKnowledge
 
 MOST_SCATTER = (
     0.05  # mm: hand-held arms have 20 to 50 um; probes of machines, on CMMs and machine tools, 0.1 to 10 um
@@ -97,6 +97,8 @@ def _checked_machine(
     effects += further_effects(tables_in(data, "effects"), chain, problems, at)
     complete = len(problems.found) == before
     if model.tracked is not None and complete:
+        from vcmm.files.own.tracked import tracked_inputs
+
         when, folder, whole = model.tracked, document.path.parent, merge_effects(effects)
         inputs += problems.attempt((*at, "tracked"), lambda: tracked_inputs(when, folder, whole)) or []
     inputs += further_inputs(tables_in(data, "inputs"), effects, inputs, problems, at, complete)
@@ -114,6 +116,8 @@ def _checked_machine(
         ),
     )  # fmt: skip
     if bare is not None and model.certificate is not None:
+        from vcmm.files.own.certificate import certificate_from
+
         stated = model.certificate
         machine, here = bare, (*at, "certificate")
         certificate = problems.attempt(here, lambda: certificate_from(stated))
@@ -136,6 +140,8 @@ def _from_certificate(
     machine: Machine, model: MachineFile, certificate: MachineCertificate, passing: bool
 ) -> CertifiedKnowledge | None:
     """Return the errors that the certificate implies, where the file itself does not state them; its scatter is that of the file."""
+    from vcmm.task.certification.knowledge import certified_knowledge, passing_machines
+
     if model.errors is not None or model.effects:
         return None
     knowledge = (
