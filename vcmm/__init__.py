@@ -55,7 +55,8 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm.part.gps import characteristics
     from vcmm.program.setup import Setup
     from vcmm.shop.machining.scenario import CutScenario
-    from vcmm.show import charts, report
+    from vcmm.show import charts
+    from vcmm.show.report import blocks as report
     from vcmm.task.measuring.scenario import Scenario
     from vcmm.task.measuring.settings import Settings
     from vcmm.task.response.recording import Recording
@@ -122,7 +123,7 @@ _SUBJECTS = {
     "machining": "vcmm.face.public.machining",
     "measuring": "vcmm.face.public.measuring",
     "placement": "vcmm.face.public.placement",
-    "report": "vcmm.show.report",
+    "report": "vcmm.show.report.blocks",
     "reversals": "vcmm.face.public.reversals",
     "tables": "vcmm.face.public.tables",
 }

@@ -251,7 +251,7 @@ class CompensateJob(Job[GivenProgram, Rewritten]):
         say(f"wrote {target}")
         if self.plot:
             from vcmm.show.pages.path import compensation_page
-            from vcmm.show.report import write
+            from vcmm.show.report.blocks import write
 
             page = target.with_suffix(".html")
             write(page, compensation_page(result.program, loaded.program, result.proof))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vcmm.show import report as r
 from vcmm.show.pages.uncertainty import characteristic_charts, scenes
+from vcmm.show.report import blocks as r
 
 if TYPE_CHECKING:
     from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from vcmm import __version__
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables import fleet as tables
 from vcmm.show.tables.answers_runs import folder_answers
 from vcmm.show.tables.table import html

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from vcmm import __version__
 from vcmm.answer.placing.words import region_text
 from vcmm.show import charts as draw
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers import placed_cut_answers
 from vcmm.show.tables.placement import compared_cut_poses, gains
 from vcmm.show.tables.table import html, listing
