@@ -7,7 +7,7 @@ scatter), and the geometric errors are multiplied by the one number at which the
 limit, uses the share of the limit that the prior states. Machines whose scatter and tip alone exceed it are left out.
 
 These machines pass a test with all errors together. The knowledge of a machine file about a machine of which only the limits are
-known is wider: see `each_limit`.
+known is wider: see `knowledge`.
 """
 
 from __future__ import annotations
