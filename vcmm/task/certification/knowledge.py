@@ -61,17 +61,17 @@ LEAST_KEPT = 0.02  # of the machines must keep E0 with their scatter
 TRIALS_TRIED = 500
 
 
-def machines_at_each_limit(machine: Machine, c: MachineCertificate, seed: int = SEED) -> CertifiedMachines:
+def machines_at_each_limit(machine: Machine, c: MachineCertificate) -> CertifiedMachines:
     """Return the machines that reach each limit. UsageError: scatter alone exceeds E0."""
     effects, kinds = error_tables(machine)
     bare = replace(machine, effects=(*machine.effects, *effects), inputs=())
-    modes = drawn_modes(np.random.default_rng([seed, GEOMETRY]), kinds)
+    modes = drawn_modes(np.random.default_rng([SEED, GEOMETRY]), kinds)
     if c.E0 is None:
-        return _by_positioning(bare, c, modes, seed)
-    scatter = _scatter(bare, c, c.E0, _shares(c, seed, SCATTER, len(modes)), seed)
-    modes = _kept_by_axes(bare, c, modes * _by_lengths(bare, c, c.E0, modes, seed)[:, None], seed)
+        return _by_positioning(bare, c, modes, SEED)
+    scatter = _scatter(bare, c, c.E0, _shares(c, SEED, SCATTER, len(modes)), SEED)
+    modes = _kept_by_axes(bare, c, modes * _by_lengths(bare, c, c.E0, modes, SEED)[:, None], SEED)
     return CertifiedMachines(
-        modes, _tip(bare, c, c.E0, scatter, seed), _radius(bare, c, c.E0, len(modes), seed), scatter
+        modes, _tip(bare, c, c.E0, scatter, SEED), _radius(bare, c, c.E0, len(modes), SEED), scatter
     )
 
 
@@ -265,23 +265,19 @@ class CertifiedKnowledge:
     inputs: tuple[Input, ...]
 
 
-def certified_knowledge(
-    machine: Machine, certificate: MachineCertificate, seed: int = SEED
-) -> CertifiedKnowledge:
+def certified_knowledge(machine: Machine, certificate: MachineCertificate) -> CertifiedKnowledge:
     """Return the effects and Inputs for a machine with its axes. UsageError: limits that no machine of the family can keep.
 
     Inputs are `bound` where only a limit is known: they are the largest errors that the machine may have.
     """
     effects, _ = error_tables(machine)
-    return _knowledge(effects, certificate, machines_at_each_limit(machine, certificate, seed))
+    return _knowledge(effects, certificate, machines_at_each_limit(machine, certificate))
 
 
-def passing_machines(
-    machine: Machine, certificate: MachineCertificate, seed: int = SEED
-) -> CertifiedKnowledge:
+def passing_machines(machine: Machine, certificate: MachineCertificate) -> CertifiedKnowledge:
     """Return effects and Inputs of machines that pass the test with all their errors together, to predict the test of such a machine."""
     effects, _ = error_tables(machine)
-    return _knowledge(effects, certificate, drawn_machines(machine, certificate, seed))
+    return _knowledge(effects, certificate, drawn_machines(machine, certificate))
 
 
 def _knowledge(
