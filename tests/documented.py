@@ -7,7 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from vcmm.show.report import escape
+from vcmm.show.report.blocks import escape
 from vcmm.show.tables.table import text
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"

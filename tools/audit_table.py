@@ -17,8 +17,7 @@ from pathlib import Path
 
 from vcmm.answer.evaluation.inversion import inversion_of
 from vcmm.answer.evaluation.pairs import both
-from vcmm.answer.inference.audit import AuditResult, audit_task, beside_oracle
-from vcmm.answer.inference.oracle import IntervalLengths
+from vcmm.answer.inference.audit import AuditResult, IntervalLengths, audit_task, beside_oracle
 from vcmm.files.own.scenario import load_scenario
 from vcmm.show.tables.audit import verdict
 from vcmm.task.measuring.scenario import Scenario

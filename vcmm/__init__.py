@@ -54,7 +54,8 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm.learn.diagnosis.several import diagnose_several
     from vcmm.part.gps import characteristics
     from vcmm.program.setup import Setup
-    from vcmm.show import charts, report
+    from vcmm.show import charts
+    from vcmm.show.report import blocks as report
     from vcmm.task.measuring.cut_scenario import CutScenario
     from vcmm.task.measuring.scenario import Scenario
     from vcmm.task.measuring.settings import Settings
@@ -122,7 +123,7 @@ _SUBJECTS = {
     "machining": "vcmm.face.public.machining",
     "measuring": "vcmm.face.public.measuring",
     "placement": "vcmm.face.public.placement",
-    "report": "vcmm.show.report",
+    "report": "vcmm.show.report.blocks",
     "reversals": "vcmm.face.public.reversals",
     "tables": "vcmm.face.public.tables",
 }

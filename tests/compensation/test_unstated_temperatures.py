@@ -1,6 +1,6 @@
 """A machine file whose errors go with temperatures, and a set-up that states none: 20 degC, and it is said."""
 
-from vcmm.compensation.temperatures import with_temperatures
+from vcmm.compensation.loading import with_temperatures
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.face.cli import run

@@ -67,15 +67,6 @@ def test_speed_and_acceleration_of_a_parabola_are_exact():
     assert acceleration == pytest.approx(6.0)
 
 
-def test_a_touch_keeps_the_speed_with_which_it_was_reached():
-    """-5 mm/s towards the touch at row 2, then away at once: differences to the row before see -5, central ones 0."""
-    q, t = np.array([10.0, 5.0, 0.0, 5.0]), np.arange(4.0)
-    assert speed_and_acceleration(q, t)[0][2] == 0.0
-    speed, acceleration = speed_and_acceleration(q, t, arriving=True)
-    assert speed.tolist() == [0.0, -5.0, -5.0, 5.0]
-    assert acceleration.tolist() == [0.0, -5.0, 0.0, 10.0]
-
-
 def test_time_must_increase():
     with pytest.raises(UsageError, match="time_s is 1 in row 3, after 1"):
         speed_and_acceleration(np.zeros(3), np.array([0.0, 1.0, 1.0]))
@@ -87,13 +78,14 @@ def test_time_since_the_last_acceleration():
 
 
 def test_columns_of_a_path_and_of_its_touches():
-    """Approach, touch and retract of two touches; only the rows of the touches are kept."""
+    """Approach, touch and retract of two touches, at rows 2 and 5."""
     x = np.array([0.0, 8.0, 10.0, 8.0, 12.0, 15.0, 12.0])
     t = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-    found = path_history({"X": x, "C": np.zeros(7)}, t, np.array([2, 5]), radii=(0.005,), arriving=True)
+    path = path_history({"X": x, "C": np.zeros(7)}, t, radii=(0.005,))
+    found = {name: values[[2, 5]] for name, values in path.items()}
     assert found["sense_X"].tolist() == [1.0, 1.0]
     assert found["since_reversal_X_mm"].tolist() == [10.0, 7.0]  # turned at 8 before the second touch
-    assert found["speed_X_mm_s"].tolist() == [2.0, 3.0]
+    assert found["speed_X_mm_s"].tolist() == [0.0, 0.0]  # (8 - 8) / 2 and (12 - 12) / 2: it turns back there
     assert found["travel_X_mm"].tolist() == [10.0, 19.0]  # 10 + 2 + 4 + 3
     assert found["play_X_5um_mm"] == pytest.approx([0.005, 0.005])
     assert found["sense_C"].tolist() == [0.0, 0.0]

@@ -145,7 +145,7 @@ KEPT_FIELDS = {  # module, or room -> field of a class that stays though its nam
     "core.effect": ("own", "declared by effects of users"),
     "physics": ("own", "declared by effects, as those of users declare it"),
     "task.response.recording": ("known", "field of `vcmm.Recording`"),
-    "answer.inference.oracle": ("own", "key of tools/audit_counts.json"),
+    "answer.inference.audit": ("own", "key of tools/audit_counts.json"),
 }
 SHORT = 60
 

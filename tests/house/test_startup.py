@@ -124,19 +124,38 @@ def test_it_starts_in_less_than_ten_starts_of_python(code: str):
     assert seconds_of("-c", code) < 10 * seconds_of("-c", "pass")
 
 
-@pytest.mark.parametrize("verb", ["measure", "uncertainty"])
-def test_a_job_of_measuring_loads_no_room_of_cutting_or_learning(verb: str, tmp_path):
-    """A part that is measured is neither cut nor learnt from."""
+# What a part that is measured does not use: it is neither cut nor learnt from, no program is read, no page is written.
+BEYOND_MEASURING = (
+    "learn",
+    "compensation",
+    "shop",
+    "program",
+    "show.charts",
+    "show.pages",
+    "answer.placing",
+    "answer.routes",
+)
+BEYOND_ONE_MEASUREMENT = ("answer.inference", "answer.evaluation.uncertainty", "task.certification.knowledge")
+
+
+@pytest.mark.parametrize(
+    ("verb", "scenario", "beyond"),
+    [
+        ("measure", "plate", (*BEYOND_MEASURING, *BEYOND_ONE_MEASUREMENT)),
+        ("uncertainty", "ring_gauge", (*BEYOND_MEASURING, "answer.inference")),
+    ],
+)
+def test_a_job_of_measuring_loads_nothing_that_it_does_not_use(verb: str, scenario: str, beyond, tmp_path):
     made = subprocess.run(
-        [sys.executable, "-m", "vcmm", "new", "ring_gauge", "--out", str(tmp_path)],
+        [sys.executable, "-m", "vcmm", "new", scenario, "--out", str(tmp_path)],
         capture_output=True,
         check=False,
     )
     assert made.returncode == 0
     code = (
         "from vcmm.face.cli import run\nimport sys\n"
-        f"assert run(['{verb}', {str(tmp_path / 'ring_gauge.toml')!r}, '--seed', '3', '--json']) == 0\n"
-        "others = [m for m in sys.modules if m.startswith(('vcmm.learn.', 'vcmm.compensation.', 'vcmm.shop'))]\n"
+        f"assert run(['{verb}', {str(tmp_path / scenario)!r} + '.toml', '--seed', '3', '--json']) == 0\n"
+        f"others = [m for m in sys.modules for name in {beyond!r} if f'{{m}}.'.startswith(f'vcmm.{{name}}.')]\n"
         "assert not others, others"
     )
     run(code)

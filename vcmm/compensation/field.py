@@ -36,6 +36,7 @@ from vcmm.shop.motion.tool_centre import leads
 from vcmm.shop.motion.tool_pose import tip_and_axis, tip_as_at_zero
 from vcmm.shop.motion.toolpath import Toolpath, toolpath
 
+SETTLED = 1e-7  # mm: last step of the fixed point of a command
 DYNAMIC = (
     "sense_",
     "since_reversal_",
@@ -341,9 +342,7 @@ class PathErrors:
         inside = (nominal >= low) & (nominal <= high)
         return np.asarray(np.where(inside, np.clip(q, low, high), q))
 
-    def correct(
-        self, move: Ints, share: Array, nominal: Array, beside: Array, tolerance: float = 1e-7
-    ) -> Array:
+    def correct(self, move: Ints, share: Array, nominal: Array, beside: Array) -> Array:
         """Return the commands T (k, 3) for which T + e(T + beside) is nominal, by fixed point T = nominal - e(T + beside).
 
         beside (k, 3): from the programmed contour to the tool centre. Raises ModelLimit where it does not settle.
@@ -360,7 +359,7 @@ class PathErrors:
             new = nominal - self.errors(now, move)
             change = float(np.abs(new - wanted).max(initial=0.0))
             wanted = new
-            if change < tolerance:
+            if change < SETTLED:
                 return wanted
         raise ModelLimit(
             f"the correction does not settle (last step {change * 1e3:.3g} um): the error changes too fast with position; "

@@ -19,10 +19,10 @@ from vcmm.compensation.frame import AXES, CENTRES
 from vcmm.compensation.header import SEMICOLON, digest, file_parts, header, machine_parts
 from vcmm.compensation.inlining import INLINE, check_written_out, must_be_written_out, written_out
 from vcmm.compensation.languages import LANGUAGES
-from vcmm.compensation.loading import MachineOfFile, load_program, machine_of
+from vcmm.compensation.loading import MachineOfFile, load_program, machine_of, with_temperatures
 from vcmm.compensation.numbers import decimals_of
 from vcmm.compensation.offsets import with_shifts
-from vcmm.compensation.pointing import correct_orientation, with_angles
+from vcmm.compensation.orientation import correct_orientation, with_angles
 from vcmm.compensation.proof import block_rate, compare, compare_comments
 from vcmm.compensation.refusals import (
     check_channels,
@@ -41,7 +41,6 @@ from vcmm.compensation.rewriting import Work, rewrite
 from vcmm.compensation.run_again import both_paths, departure_by_run, pointing_of
 from vcmm.compensation.source import SourceText, at_origin
 from vcmm.compensation.surface import SurfaceErrors, what_is_left, with_surface
-from vcmm.compensation.temperatures import with_temperatures
 from vcmm.compensation.writer import Writer
 from vcmm.core.blocks import Progress
 from vcmm.core.effect import required

@@ -8,6 +8,8 @@ run far to correct a small tilt: there a cut is refused. Only words of the progr
 tip is corrected for the new angles afterwards, as usual.
 
 Hand check: a table B that is 50 urad off, tool along Z: tilt (50e-6, 0, 0); B is written 50 urad = 0.00286 deg less.
+
+Directions of the tool in a rewritten program: angles that only the machine knows, their correction, and its proof.
 """
 
 from __future__ import annotations
@@ -22,14 +24,17 @@ from vcmm.compensation.field import PathErrors
 from vcmm.compensation.numbers import format_number, value_of
 from vcmm.compensation.proof import CUTS, departure
 from vcmm.compensation.result import Departure
-from vcmm.compensation.source import Edit, SourceText, apply_edits, at_line
+from vcmm.compensation.source import Edit, SourceText, apply_edits, at_line, at_origin
 from vcmm.compensation.targets import moves_of
 from vcmm.core.axes import ROTARY
 from vcmm.core.errors import DataError, ModelLimit
+from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+from vcmm.program.interpret import interpret
 from vcmm.program.moves import Move, Program
 from vcmm.program.trace import Trace, WordAt
 from vcmm.shop.cutting.contactmap import Ints
+from vcmm.shop.motion.tool_centre import leads, orient_moves
 from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis
 
 LEVER = 100.0  # mm; rigid tilts are the same over any length
@@ -72,7 +77,7 @@ class OrientationCorrection:
     singular: np.typing.NDArray[np.bool_]
 
 
-def correct_orientation(field: PathErrors, move: Ints, tips: Array, angle: Array) -> OrientationCorrection:
+def orientation_correction(field: PathErrors, move: Ints, tips: Array, angle: Array) -> OrientationCorrection:
     """Return the corrected angles at the ends of moves (k,) with tips (k, 3) and programmed angles (k, 3)."""
     letters, share = rotary_of(field.known_errors.machine), np.ones(len(move))
     wanted, corrected = direction(field, angle), angle.copy()
@@ -113,7 +118,7 @@ def oriented_source(
     move = np.array([index[k] for k in chosen], dtype=np.intp)
     ends = [read.moves[i] for i in move.tolist()]
     angle, tips = np.array([m.rotary_end for m in ends]), np.array([m.end for m in ends])
-    correction = correct_orientation(field, move, tips, angle)
+    correction = orientation_correction(field, move, tips, angle)
     axes = direction(field, correction.angle)
     edits: dict[int, list[Edit]] = {}
     for row, k in enumerate(chosen):
@@ -232,3 +237,25 @@ def prove_orientation(
 def _angles(moves: Sequence[Move], which: Ints, share: Array) -> Array:
     ends = np.array([(moves[i].rotary_start, moves[i].rotary_end) for i in which.tolist()])
     return np.asarray(ends[:, 0] + share[:, None] * (ends[:, 1] - ends[:, 0]))
+
+
+def with_angles(read: Program, machine: Machine, name: str) -> Program:
+    """Return the program with the angles of rotary axes that only the machine knows: tilted planes, directions of the tool."""
+    if not leads(read.moves):
+        return read
+    moves, remarks = orient_moves(read.moves, machine, name)
+    return replace(read, moves=moves, warnings=(*read.warnings, *remarks))
+
+
+def correct_orientation(
+    source: SourceText, read: Program, field: PathErrors, name: str, *, decimals: int | None, origin: Sequence[int], notes: list[str]
+) -> tuple[SourceText, Program, PathErrors]:  # fmt: skip
+    """Return the program with the words that turn the tool corrected, its meaning, and the errors along it; the tip is not yet corrected."""
+    try:
+        source, remarks = oriented_source(source, read, field, decimals)
+    except (DataError, ModelLimit) as error:
+        raise at_origin(error, source.name, origin) from None
+    notes += remarks
+    again = interpret(source.text, name, field.setup, source.name, trace=True)
+    read = with_angles(again, field.known_errors.machine, source.name)
+    return source, read, replace(field, moves=read.moves)

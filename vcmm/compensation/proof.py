@@ -25,6 +25,7 @@ from vcmm.program.trace import Trace
 from vcmm.shop.cutting.contactmap import Ints
 
 CUTS = ("line", "arc", "thread")
+SHORTEST = 1e-3  # mm: a block that moves less takes no time of the control
 _COMMENT = re.compile(r"\([^()\r\n]*\)|;[^\r\n]*")
 _SEMICOLON = re.compile(r";[^\r\n]*")
 SPACING, MOST = 2.0, 200
@@ -214,7 +215,7 @@ def compare_comments(old: str, new: str, mark: Sequence[str], semicolon: bool = 
         raise ModelLimit("reading the new program again shows other comments; nothing was written")
 
 
-def block_rate(moves: Sequence[Move], shortest: float = 1e-3) -> tuple[float, int]:
+def block_rate(moves: Sequence[Move]) -> tuple[float, int]:
     """Return the largest number of blocks per second at the programmed feed, and the line. Moves that radius compensation adds at a
     corner belong to the
     same block: on a contour that is tangential but for the last digit, an arc of a micrometre."""
@@ -225,7 +226,7 @@ def block_rate(moves: Sequence[Move], shortest: float = 1e-3) -> tuple[float, in
     ):
         feeds = [m for _, m in group if m.feed and m.kind in CUTS]
         length = sum(length_of(m) for m in feeds)
-        if length > shortest and feeds[0].feed:
+        if length > SHORTEST and feeds[0].feed:
             rate = feeds[0].feed / 60.0 / length
             if rate > best:
                 best, line = rate, feeds[0].source.line

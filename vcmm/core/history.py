@@ -123,11 +123,10 @@ def play(q: Array, radius: float) -> Array:
     return out
 
 
-def speed_and_acceleration(q: Array, time: Array, arriving: bool = False) -> tuple[Array, Array]:
+def speed_and_acceleration(q: Array, time: Array) -> tuple[Array, Array]:
     """Return the signed speed and acceleration (n,) of positions q (n,) at times (n,) s, by differences of neighbours.
 
-    Central differences, of second order for a smooth path. arriving: differences to the rows before, the speed with
-    which each row was reached (touches, where the path turns back at once). Raises UsageError where two times are equal.
+    Central differences, of second order for a smooth path. Raises UsageError where two times are equal.
     """
     back = np.flatnonzero(np.diff(time) <= 0)
     if len(back):
@@ -137,9 +136,6 @@ def speed_and_acceleration(q: Array, time: Array, arriving: bool = False) -> tup
         return np.zeros(len(q)), np.zeros(len(q))
     step = np.diff(time)
     slope = np.diff(q) / step
-    if arriving:
-        reached = np.concatenate([[0.0], slope])
-        return reached, np.concatenate([[0.0], np.diff(reached) / step])
     bend = 2 * np.diff(slope) / (step[1:] + step[:-1])
     inner = np.concatenate([bend[:1], bend, bend[-1:]]) if len(bend) else np.zeros(len(q))
     return np.gradient(q, time), inner
@@ -157,15 +153,13 @@ def time_since_acceleration(acceleration: Array, time: Array) -> Array:
 def path_history(
     position: Mapping[str, Array],
     time: Array | None = None,
-    rows: Ints | None = None,
     radii: Sequence[float] = (),
-    arriving: bool = False,
     widths: Mapping[str, Width] | None = None,
 ) -> dict[str, Array]:
-    """Return the columns of the rows `rows` (all by default) of a dense path: position of each axis (n,) mm or rad, time (n,) s.
+    """Return the columns of a dense path: position of each axis (n,) mm or rad, time (n,) s.
 
-    radii: plays in mm or rad for which the play state is kept. Speed and acceleration need `time`; see
-    `speed_and_acceleration` for `arriving`. widths: the play of the axes that have it (vcmm.core.play.widths).
+    radii: plays in mm or rad for which the play state is kept. Speed and acceleration need `time`.
+    widths: the play of the axes that have it (vcmm.core.play.widths).
     """
     out: dict[str, Array] = {}
     for axis, q in position.items():
@@ -177,14 +171,14 @@ def path_history(
             out[play_name(axis)] = taken_up(q, width.half)
         out[f"travel_{axis}_{unit}"] = travel(q)
         if time is not None:
-            speed, acceleration = speed_and_acceleration(q, time, arriving)
+            speed, acceleration = speed_and_acceleration(q, time)
             out[f"speed_{axis}_{unit}_s"], out[f"accel_{axis}_{unit}_s2"] = speed, acceleration
         for radius in radii:
             out[play_column(axis, radius)] = play(q, radius)
     linear = [out[f"accel_{a}_mm_s2"] for a in position if a in "XYZ" and time is not None]
     if linear and time is not None:
         out["time_since_accel_s"] = time_since_acceleration(np.linalg.norm(linear, axis=0), time)
-    return out if rows is None else {name: values[rows] for name, values in out.items()}
+    return out
 
 
 def play_column(axis: str, radius: float) -> str:

@@ -7,11 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
-from vcmm.answer.evaluation.checks import remarks
-from vcmm.answer.evaluation.result import UncertaintyResult
-from vcmm.answer.evaluation.uncertainty import evaluate as evaluate_task
 from vcmm.answer.evaluation.virtual_measurement import Measurement, measure_task
-from vcmm.core.blocks import Progress, Sharing
 from vcmm.core.errors import UsageError
 from vcmm.face.given_files import check_inputs, evaluate_listed, given_points
 from vcmm.face.readings import (
@@ -25,9 +21,11 @@ from vcmm.face.readings import (
 from vcmm.task.measuring.scenario import Scenario
 
 if TYPE_CHECKING:
+    from vcmm.answer.evaluation.result import UncertaintyResult
     from vcmm.answer.inference.job import EvaluatedPart
     from vcmm.answer.placing.hindrances import Constraint
     from vcmm.answer.placing.result import PlacementResult
+    from vcmm.core.blocks import Progress, Sharing
     from vcmm.shop.machining.placement import PlacedCut
     from vcmm.shop.machining.result import CutResult
     from vcmm.task.measuring.cut_scenario import CutScenario
@@ -104,6 +102,9 @@ def uncertainty(
     DataError, UsageError, ModelLimit
         A file is wrong, the call is wrong, or a point is out of reach.
     """
+    from vcmm.answer.evaluation.checks import remarks
+    from vcmm.answer.evaluation.uncertainty import evaluate as evaluate_task
+
     files = _files_of(scenario)
     loaded = load_measuring(scenario)
     settings = loaded.settings.with_changes(seed=seed, trials=trials, engine=engine, digits=digits)
@@ -350,19 +351,30 @@ def _files_of(scenario: object) -> list[str | Path]:
 
 def _load_if_file(scenario: Scenario | CutScenario | str | Path) -> Scenario | CutScenario:
     """Return a scenario unchanged, or that of a file. UsageError for anything else."""
+    if isinstance(scenario, Scenario):
+        return scenario
+    if isinstance(scenario, str | Path):
+        return _load_file(scenario)
     from vcmm.task.measuring.cut_scenario import CutScenario
 
-    if isinstance(scenario, Scenario | CutScenario):
-        return scenario
-    if not isinstance(scenario, str | Path):
+    if not isinstance(scenario, CutScenario):
         raise UsageError(
             f"expected a scenario or the path of its file, not {type(scenario).__name__}; vcmm.load_scenario(path) reads one"
         )
-    from vcmm.files.own.cut_scenario import load_cut
-    from vcmm.files.own.scenario import load_scenario
+    return scenario
+
+
+def _load_file(path: str | Path) -> Scenario | CutScenario:
+    """Return the scenario of a file: one that measures imports nothing of the shop."""
     from vcmm.files.toml import read_toml
 
-    return load_cut(scenario) if "cut" in read_toml(scenario).data else load_scenario(scenario)
+    if "cut" in read_toml(path).data:
+        from vcmm.files.own.cut_scenario import load_cut
+
+        return load_cut(path)
+    from vcmm.files.own.scenario import load_scenario
+
+    return load_scenario(path)
 
 
 def load_measuring(scenario: Scenario | str | Path) -> Scenario:

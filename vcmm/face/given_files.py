@@ -10,6 +10,7 @@ from vcmm.core.blocks import Progress
 from vcmm.core.errors import DataError, UsageError, choose_from
 
 if TYPE_CHECKING:
+    from vcmm.answer.evaluation.sampling import Progress
     from vcmm.answer.inference.given_points import GivenPoints
     from vcmm.answer.inference.job import EvaluatedPart
     from vcmm.task.measuring.scenario import Scenario

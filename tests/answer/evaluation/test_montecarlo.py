@@ -302,18 +302,6 @@ def test_adaptive_says_when_it_does_not_converge():
     assert "did not reach 4 stable digits" in s.warnings[-1]
 
 
-def test_adaptive_with_infinite_u():
-    def run(first: int, count: int) -> np.ndarray:
-        return streams.draw(9, "y", np.zeros((1, 2)), StudentT(1.0, 2.0), first, count)[:, 0]
-
-    s = adaptive(run, digits=1, u0=math.inf, exact_u=True)
-    assert s.u == math.inf
-    assert not any("did not reach" in w for w in s.warnings)
-    assert s.interval() == pytest.approx((-4.302653, 4.302653), abs=0.5)
-    with pytest.raises(UsageError, match="closed-form"):
-        adaptive(run, exact_u=True)
-
-
 def test_constant_output():
     s = adaptive(lambda first, count: np.full(count, 7.0))
     assert (s.mean, s.u, s.interval(), s.digits()) == (7.0, 0.0, (7.0, 7.0), 6)

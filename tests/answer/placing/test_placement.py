@@ -9,8 +9,10 @@ import pytest
 
 import vcmm
 from tests.answer.placing.cases import plate, with_field
+from tests.answer.placing.placing_independent import job
 from vcmm.answer.placing.confirmation import fresh_seed
-from vcmm.answer.placing.placement import _known_bias, place
+from vcmm.answer.placing.placement import _known_bias, no_reachable_pose, place, relaxation
+from vcmm.answer.placing.reach import Feasibility
 from vcmm.core.errors import ModelLimit
 from vcmm.task.measuring.fixture import Fixture, Freedom, Goal
 
@@ -113,3 +115,26 @@ def test_among_equal_poses_the_present_one_stays(tmp_path):
     found = place(quiet, fixture=fixture, evaluations=200, scanned=50, trials=1000)
     assert found.best is found.present
     assert found.gain == 0.0
+
+
+HERE = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.thorough
+def test_relaxation_by_hand():
+    """x may only lie between 170 and 190: the nearest, 170, lacks 5 mm of travel, and nothing else."""
+    check = Feasibility.of(job(both=False))
+    low, high = HERE.copy(), HERE.copy()
+    low[0], high[0] = 170.0, 190.0
+    points = np.linspace(low, high, 5)
+    found = relaxation(check, points, low, high, polish=40)
+    assert found[0].constraint == "travel"
+    assert found[0].amount == pytest.approx(5.0, abs=1e-6)
+    error = no_reachable_pose(found, check, found[0].pose)
+    assert "travel by 5 mm" in str(error)
+    assert "point 2 on top" in str(error)
+
+
+def test_relaxation_of_an_open_space_is_zero():
+    check = Feasibility.of(job(both=False))
+    assert relaxation(check, HERE)[0].amount == 0.0

@@ -8,7 +8,7 @@ import pytest
 import vcmm
 from tests.build import scenario
 from vcmm.show.charts import ChartSheet, bars, distribution
-from vcmm.show.report import SceneMesh
+from vcmm.show.report.blocks import SceneMesh
 from vcmm.show.report.colormap import bands
 from vcmm.show.report.scene import figure_of
 

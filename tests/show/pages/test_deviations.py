@@ -12,7 +12,7 @@ from vcmm.part.nominal import NominalPoints
 from vcmm.part.part import Feature
 from vcmm.show.pages.uncertainty import deviation_items, deviations_block, magnification
 from vcmm.show.pages.view import feature_mesh
-from vcmm.show.report import Lines, Points
+from vcmm.show.report.blocks import Lines, Points
 
 UP = np.array([[0.0, 0, 1]] * 4)
 SQUARE = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])

@@ -13,7 +13,7 @@ from vcmm.core.machine import Machine
 from vcmm.face.cli import run
 from vcmm.files.own.machine import load_machine
 from vcmm.show.pages.volume import NODES, volume_hull, volume_slices
-from vcmm.show.report import SceneMesh
+from vcmm.show.report.blocks import SceneMesh
 
 # +10 um per metre in X alone: at X = 600 mm the tip is 6 um too far, at 300 mm 3 um
 STRETCHED = OURS + '[[effects]]\neffect = "scale_factor"\naxis = "X"\nk = "10 um/m"\n'

@@ -15,7 +15,7 @@ import pytest
 from vcmm.answer.evaluation import inversion
 from vcmm.face import api
 from vcmm.files.own.scenario import load_scenario
-from vcmm.part.gps.reference_circles import least_squares_circle, minimum_zone_circles
+from vcmm.part.gps.zone_points import least_squares_circle, minimum_zone_circles
 from vcmm.show.charts import ChartSheet, flatness_zone, position_zone
 from vcmm.show.pages.uncertainty import zone_picture
 

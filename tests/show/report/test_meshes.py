@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vcmm.core.errors import UsageError
-from vcmm.show import report
+from vcmm.show.report import blocks as report
 
 
 def volume(solid: tuple[np.ndarray, np.ndarray]) -> float:

@@ -10,8 +10,8 @@ import pytest
 
 from tests.show.report.drawn import NAN, svgs
 from vcmm.core.errors import Environment
-from vcmm.show import report
 from vcmm.show.charts import PlotSeries, bars, curve, distribution, heat_map, on_page, polar, zones
+from vcmm.show.report import blocks as report
 from vcmm.show.report.page import scene_script
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vcmm.core.errors import UsageError
-from vcmm.show import report
+from vcmm.show.report import blocks as report
 from vcmm.show.report.palette import DARK, LIGHT, hex_of
 
 

@@ -16,7 +16,7 @@ import pytest
 
 from tests.show.report.drawn import NAN, figure_in
 from vcmm.core.errors import DataError, ModelLimit
-from vcmm.show import report
+from vcmm.show.report import blocks as report
 from vcmm.show.report.meshes import creases
 from vcmm.show.report.scene import eye, figure_of
 from vcmm.show.report.scene_items import Item

@@ -8,7 +8,7 @@ import pytest
 
 from tests.show.report.drawn import NAN
 from vcmm.core.errors import DataError
-from vcmm.show import report
+from vcmm.show.report import blocks as report
 
 
 def test_table_has_scopes_and_dashes() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from tests.show.report.drawn import NAN
 from vcmm.core.errors import UsageError
-from vcmm.show import report
+from vcmm.show.report import blocks as report
 from vcmm.show.report.text import align_decimals, plain, shorten, text_width
 
 

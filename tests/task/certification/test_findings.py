@@ -14,9 +14,8 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.files.own.scenario import load_scenario
 from vcmm.task.certification.certificate import LengthLimit, MachineCertificate
-from vcmm.task.certification.each_limit import machines_at_each_limit
 from vcmm.task.certification.findings import Finding, Findings, LimitShare
-from vcmm.task.certification.knowledge import certified_knowledge
+from vcmm.task.certification.knowledge import certified_knowledge, machines_at_each_limit
 from vcmm.task.certification.lines import length_run, seven_lines
 from vcmm.task.certification.machines import error_tables, half_sphere, per_mode, tip_harmonics
 

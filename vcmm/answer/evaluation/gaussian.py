@@ -320,7 +320,7 @@ def _log_evidence(numbers: Conditioned, rest: float, total: float, dof: int) -> 
     return -0.5 * numbers.log_det - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
 
 
-def best_width(x: Array, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Posterior:
+def best_width(x: Array, r: Array, dof: int) -> Posterior:
     """Return the posterior at the common prior width of highest evidence."""
-    tried = [posterior(x, r, dof, np.full(x.shape[1], s)) for s in scales]
+    tried = [posterior(x, r, dof, np.full(x.shape[1], s)) for s in SCALES]
     return max(tried, key=lambda p: p.log_evidence)

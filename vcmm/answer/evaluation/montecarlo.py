@@ -40,6 +40,7 @@ __all__ = [
     "uncertainty",
 ]
 
+_BATCH = 10_000  # trials of the adaptive Monte Carlo at a time (JCGM 101, 7.9.4)
 _LANES = 32  # lanes drawn at a time: 32 x 2048 numbers stay in the second cache
 
 
@@ -278,33 +279,27 @@ def adaptive(
     p: float = 0.95,
     kind: str = "symmetric",
     u0: float | None = None,
-    exact_u: bool = False,
-    batch: int = 10_000,
     most: int = 10_000_000,
 ) -> Summary:
     """Run the adaptive Monte Carlo of JCGM 101:2008, 7.9: trials until mean, u and interval ends are stable.
 
-    `run(first, count)` returns trials (count,). Batches of max(batch, 100 / (1 - p)) trials go on until twice the
+    `run(first, count)` returns trials (count,). Batches of max(10 000, 100 / (1 - p)) trials go on until twice the
     standard deviation of the average of each of the four results is below the numerical tolerance of u given to
     `digits` digits; the large-sample formulas (`Summary.numerical_error`) must say so too, else two batches that
     agree by luck would stop it. With `u0` (the closed-form u) the tolerance is fixed beforehand, which avoids its jump when u
-    crosses a power of ten and the bias of stopping early. `exact_u` reports u0 itself and does not test the
-    sample's u: needed for t-laws with nu <= 4, whose sample u never settles. Stops at `most` trials with a warning.
+    crosses a power of ten and the bias of stopping early. Stops at `most` trials with a warning.
     """
     check_interval(p, kind, KINDS)
-    if exact_u and u0 is None:
-        raise UsageError("adaptive: exact_u needs the closed-form u0.")
-    size = max(batch, math.ceil(100 / (1 - p)))
-    exact_u0 = u0 if exact_u else None
+    size = max(_BATCH, math.ceil(100 / (1 - p)))
     total: Accumulator | None = None
     results: list[list[float]] = []
     while True:
         values = np.asarray(run(len(results) * size, size), float)
-        of_block = summarise(values, exact_u0)
+        of_block = summarise(values)
         total = total or Accumulator(of_block.mean, _width(u0, of_block))
         total.add(values)
         results.append(_stability_results(of_block, p, kind))
-        summary = total.summary(exact_u0)
+        summary = total.summary()
         delta = tolerance(_width(u0, summary), digits)
         if _stable(results, delta) and 2 * summary.numerical_error(p) <= delta:
             return summary
@@ -314,9 +309,8 @@ def adaptive(
 
 
 def _stability_results(batch: Summary, p: float, kind: str) -> list[float]:
-    """Return the results of one batch that must become stable: finite ends of the interval, mean, and u if unknown."""
-    moments = [batch.mean] if math.isfinite(batch.u) else []
-    moments += [] if batch.exact_u else [batch.u]
+    """Return the results of one batch that must become stable: finite ends of the interval, mean and u."""
+    moments = [batch.mean, batch.u] if math.isfinite(batch.u) else [batch.u]
     return [v for v in batch.interval(p, kind) if math.isfinite(v)] + moments
 
 

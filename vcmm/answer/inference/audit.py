@@ -4,6 +4,13 @@ A size, distance or angle is sampled with the exact engine (transforms multiplie
 scenario states them. Extreme values are counted on parts with forms: over the whole prior, at fixed sizes of the form (so many
 times the noise of the machine), and on parts of another family, which the inverse does not know. Then all of them are counted as users
 evaluate them, from points to results (`audit_by_points`).
+
+Compare the length of intervals with that of an oracle which knows the family of forms of the part.
+
+The oracle knows the family, how the sizes of its forms are spread and the noise of the machine. Of the parts of that family it
+takes those that indicated as much (and whose residuals are as large, where the belts use them too) and gives the range of the
+central p of their true values: the conditional law of the true value given what was seen, by nearest neighbours. The belts know
+none of it: they hold for every size of form and for either family, and are longer.
 """
 
 from __future__ import annotations
@@ -16,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.belts import Reading, UnitedInverse, coverage, there
+from vcmm.answer.evaluation.belts import Reading, UnitedInverse, coverage, sorted_by_roughness, there
 from vcmm.answer.evaluation.exact import draw_inputs, exact_values
 from vcmm.answer.evaluation.form_family import OTHER
 from vcmm.answer.evaluation.indication import at_indication
@@ -38,12 +45,86 @@ from vcmm.answer.inference.audit_by_points import (
     why_not_by_points,
 )
 from vcmm.answer.inference.job import PreparedTask
-from vcmm.answer.inference.oracle import IntervalLengths, lengths
 from vcmm.core.blocks import Progress, Sharing, blocks_of
 from vcmm.core.run import Array
+from vcmm.part.gps import characteristics as gps
+from vcmm.part.part import Characteristic
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.task import Task
+
+ALIKE, SHARE = 300, 0.1  # parts that indicated as much: so many, and at most this share of all
+TINY = 1e-12  # mm or rad
+
+
+@dataclass(frozen=True)
+class IntervalLengths:
+    """Mean lengths over sampled parts (mm or rad) and coverages: of the belts of all families, of the belts of the part's own family, of
+    the oracle.
+    """
+
+    belts: float
+    own: float
+    oracle: float
+    belts_held: float
+    own_held: float
+    oracle_held: float
+
+    @property
+    def ratio(self) -> float:
+        """Length of the interval over that of the oracle."""
+        return self.belts / self.oracle if self.oracle > 0 else float("nan")
+
+
+def lengths(
+    c: Characteristic, k: int, inverse: Reading, families: Sequence[Pairs], drawn: Sequence[Pairs], p: float
+) -> IntervalLengths:
+    """Return the lengths. c: characteristic in column k; families: parts per family from which belts and oracle are made; drawn: others, to count."""
+    widths = []
+    for family, mine, fresh in zip(inverse.families, families, drawn):
+        true, indicated, rest = there(k, fresh)
+        kinds = [
+            reading.interval(p, indicated, rest)
+            if reading
+            else oracle(c, there(k, mine), (indicated, rest), p)
+            for reading in (inverse, family, None)
+        ]
+        widths.append(
+            [(high - low).mean() for low, high in kinds]
+            + [((low <= true + TINY) & (true <= high + TINY)).mean() for low, high in kinds]
+        )
+    return IntervalLengths(*(float(x) for x in np.mean(widths, axis=0)))
+
+
+def oracle(
+    c: Characteristic, family: tuple[Array, Array, Array], asked_part: tuple[Array, Array], p: float
+) -> tuple[Array, Array]:
+    """Ends (m,), (m,) of the interval. family: true, indicated, residuals (n,) of parts of the family; asked_part: indicated, residuals (m,)."""
+    from scipy.spatial import KDTree
+
+    true, indicated, rest = family
+    rough = sorted_by_roughness(c)
+    unit, own_unit = (np.maximum(r, TINY) if rough else np.ones(len(r)) for r in (rest, asked_part[1]))
+    count = int(min(ALIKE, max(SHARE * len(true), 1)))
+    alike = (
+        KDTree(_place(c, indicated, rest)).query(_place(c, *asked_part), count)[1].reshape(len(own_unit), -1)
+    )
+    low, high = (
+        np.quantile(((true - indicated) / unit)[alike], [(1 - p) / 2, (1 + p) / 2], axis=1) * own_unit
+        + asked_part[0]
+    )
+    if gps.is_one_sided(c):
+        low, high = np.maximum(low, 0.0), np.maximum(high, 0.0)
+    return low, high
+
+
+def _place(c: Characteristic, indicated: Array, rest: Array) -> Array:
+    """Return the coordinates (n, d) in which similar parts are near: the indicated value where it shows the size of the form, residuals
+    where they are used."""
+    columns = [indicated] if gps.is_one_sided(c) else []
+    columns += [rest] if sorted_by_roughness(c) else []
+    return np.log(np.maximum(np.stack(columns, axis=1), TINY))
+
 
 PARTS = 2000
 RATIOS = (0.0, 2.0, 6.0, 20.0)  # form over noise of the machine
@@ -60,7 +141,7 @@ ABOVE = (
 class AuditResult:
     """Coverage of the intervals of one characteristic. width: mean over the parts, mm or rad.
 
-    oracle: mean width, over the prior, of an oracle that knows the family of every part, oracle_held: its coverage (`vcmm.answer.inference.oracle`).
+    oracle: mean width, over the prior, of an oracle that knows the family of every part, oracle_held: its coverage (`vcmm.answer.inference.audit`).
     claimed: the result states that the coverage of the interval is shown, why: why it does not; least, most: the band that it is held to.
     """
 

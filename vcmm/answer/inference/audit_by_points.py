@@ -20,7 +20,6 @@ from vcmm.answer.evaluation.form_family import KNOWN, OTHER
 from vcmm.answer.evaluation.pairs import Drawing, Largest, prepare_drawing, surfaces, values
 from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.job import EvaluatedPart, evaluate_points
-from vcmm.core.blocks import Progress
 from vcmm.core.run import Array
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
@@ -67,9 +66,7 @@ def why_not_by_points(scenario: Scenario) -> str:
     return "its surfaces come from a file" if kinds & {"mesh", "points", "point"} else ""
 
 
-def count_by_points(
-    scenario: Scenario, settings: Settings, parts: int, progress: Progress | None = None
-) -> tuple[HeldByPoints, ...]:
+def count_by_points(scenario: Scenario, settings: Settings, parts: int) -> tuple[HeldByPoints, ...]:
     """Count every characteristic, kind after kind. Raises what `evaluate_points` raises."""
     task = scenario.task()
     names = task.part.characteristics
@@ -77,7 +74,7 @@ def count_by_points(
     count = min(max(int(SHARE * parts), 1), MOST_PARTS)
     drawn = [_draw(task, drawing, settings.seed + ANEW, count, kind) for kind in KINDS]
     given = [part for _, files in drawn for part in files]
-    evaluated = evaluate_points(scenario, given, settings=settings, progress=progress)
+    evaluated = evaluate_points(scenario, given, settings=settings)
     out = []
     for k, (kind, (true, _)) in enumerate(zip(KINDS, drawn)):
         mine = evaluated[k * count : (k + 1) * count]

@@ -19,8 +19,7 @@ from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResul
 from vcmm.answer.evaluation.uncertainty import evaluate, warnings_of
 from vcmm.answer.inference.bends import bend_ranges, with_bends
 from vcmm.answer.inference.between_points import FeatureForms, FormTold, forms_of, told_by
-from vcmm.answer.inference.coarse_mesh import coarse_mesh
-from vcmm.answer.inference.doubts import LARGEST, doubts_of, outward, without_claim
+from vcmm.answer.inference.doubts import LARGEST, coarse_mesh, doubts_of, outward, without_claim
 from vcmm.answer.inference.form_between_points import UNSEEN, is_moved_by_form, with_form
 from vcmm.answer.inference.given_points import GivenPoints, GivenValue
 from vcmm.answer.inference.point_checks import repetition_remarks

@@ -22,6 +22,7 @@ from vcmm.task.measuring.fixture import DOFS, Fixture, Freedom, format_freedom, 
 
 Bools = npt.NDArray[np.bool_]
 ROOM = 10.0  # mm: a range of shifts that is worth a search
+BATCH, PROBES = 32, 64  # poses checked at a time; poses that show a box
 
 
 def default_fixture() -> Fixture:
@@ -112,10 +113,10 @@ def _why_not(box: PoseBox) -> str:
     return min(problems, key=lambda p: p.amount).text if problems else "not every touch can be reached"
 
 
-def _reachable(box: PoseBox, batch: int = 32) -> bool:
+def _reachable(box: PoseBox) -> bool:
     """Return whether some probe is feasible; the first feasible one ends the test."""
     unit = _probes(box)
-    return any(bool(box.poses(unit[at : at + batch])[1].any()) for at in range(0, len(unit), batch))
+    return any(bool(box.poses(unit[at : at + BATCH])[1].any()) for at in range(0, len(unit), BATCH))
 
 
 def all_boxes(
@@ -128,9 +129,9 @@ def all_boxes(
     ]
 
 
-def probe_poses(box: PoseBox, count: int = 64) -> Array:
+def probe_poses(box: PoseBox) -> Array:
     """Return poses (m, 6) that cover a box, reachable or not."""
-    return box.poses(_probes(box, count))[0]
+    return box.poses(_probes(box, PROBES))[0]
 
 
 def _probes(box: PoseBox, count: int = 1024) -> Array:

@@ -34,6 +34,7 @@ from vcmm.task.measuring.strategies import (
 )
 
 MOST = 400  # touches
+MOST_TRANSFERS = 6  # touches moved between features, per number of touches
 MOST_EXCHANGED = 48  # up to so many touches every number is exchanged anew, above every fourth
 
 
@@ -88,9 +89,9 @@ def _backward(best: dict[int, Design], goal: PlanGoal, design: Design) -> None:
         _keep(best, goal, design)
 
 
-def _transfer_touches(design: Design, goal: PlanGoal, most: int = 6) -> Design:
+def _transfer_touches(design: Design, goal: PlanGoal) -> Design:
     """Move touches from a feature where they are missed least to another where they help most, while that is better."""
-    for _ in range(most):
+    for _ in range(MOST_TRANSFERS):
         best, value = None, goal.value(design)
         for f in range(len(design.rows_of)):
             change = design.changes(f, -1)

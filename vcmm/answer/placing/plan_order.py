@@ -48,7 +48,10 @@ class Visit:
         return float(self.times(order)[-1]) + price * self.drift(order)
 
 
-def order_touches(visit: Visit, price: float = 0.0, rounds: int = 30, seed: int = 0) -> Ints:
+ROUNDS = 30  # random changes of an order, per touch
+
+
+def order_touches(visit: Visit, price: float = 0.0, seed: int = 0) -> Ints:
     """Return an order of the touches: nearest neighbour group by group, then 2-opt and moves of single touches while cost falls.
 
     With drift that matters, a there-and-back order of all groups is tried as a start too.
@@ -57,7 +60,7 @@ def order_touches(visit: Visit, price: float = 0.0, rounds: int = 30, seed: int 
     starts = [start]
     if visit.pull.size and price > 0.0:
         starts.append(_there_and_back(visit, start))
-    improved = [_improve_order(visit, s, price, rounds, seed) for s in starts]
+    improved = [_improve_order(visit, s, price, seed) for s in starts]
     return min(improved, key=lambda o: visit.cost(o, price))
 
 
@@ -83,11 +86,11 @@ def _there_and_back(visit: Visit, order: Ints) -> Ints:
     return np.array(there + back[::-1], dtype=np.intp)
 
 
-def _improve_order(visit: Visit, order: Ints, price: float, rounds: int, seed: int) -> Ints:
-    """Improve an order by 2-opt: a stretch reversed; or-opt: one touch elsewhere; random pairs, so many rounds of n."""
+def _improve_order(visit: Visit, order: Ints, price: float, seed: int) -> Ints:
+    """Improve an order by 2-opt: a stretch reversed; or-opt: one touch elsewhere; random pairs, ROUNDS of n."""
     rng, n = np.random.default_rng(seed), len(order)
     best = visit.cost(order, price)
-    for _ in range(rounds * n if n > 2 else 0):
+    for _ in range(ROUNDS * n if n > 2 else 0):
         i, j = sorted(rng.choice(n, 2, replace=False).tolist())
         trial = order.copy()
         if rng.random() < 0.6:

@@ -22,6 +22,7 @@ from vcmm.core.run import Array
 DIFFERENCE = 1e-4  # of the box, for gradients
 STEPS = (2e-2, 1e-5)  # first and last step of the compass
 MOST_BOXES = 4  # boxes that are searched beyond the sample
+POLISH = 1000  # evaluations of one further start
 STARTS = 40  # first steps of descent from so many
 SHORT, FULL = 6, 12  # gradients of the first steps; starts that are followed to the end
 MOST_MINIMA = 20  # minima that stand in the outcome
@@ -226,15 +227,13 @@ def _compass(counted: CountedObjective, unit: Array, value: float, evaluations: 
     return value, unit
 
 
-def polished_from(
-    objective: Objective, box: PoseBox, unit: Array, before: SearchOutcome, evaluations: int = 1000
-) -> SearchOutcome:
+def polished_from(objective: Objective, box: PoseBox, unit: Array, before: SearchOutcome) -> SearchOutcome:
     """Run descent and compass from one more start; return the better of its end and the previous outcome."""
     counted = CountedObjective(box, objective)
     value = float(counted(unit[None])[0])
     if box.d:
-        value, unit = _descend(counted, unit, value, evaluations // 2)
-        value, unit = _compass(counted, unit, value, evaluations // 2)
+        value, unit = _descend(counted, unit, value, POLISH // 2)
+        value, unit = _compass(counted, unit, value, POLISH // 2)
     count = before.evaluations + counted.count
     if value >= before.value:
         return replace(before, evaluations=count)

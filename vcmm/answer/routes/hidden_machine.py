@@ -118,10 +118,10 @@ def shows(task: Task) -> Array:
     return np.stack(changes, axis=1)
 
 
-def usable_positions(scenario: Scenario, count: int = USUAL) -> dict[str, Pose]:
+def usable_positions(scenario: Scenario) -> dict[str, Pose]:
     """Return poses in which the plan is within reach: the present one, turned by quarters, and moved about the table.
 
-    Places that the scenario names come first. Fewer than `count` where the machine has no room for more.
+    Places that the scenario names come first. Fewer than USUAL where the machine has no room for more.
     """
     positions = {"as it lies": scenario.pose}
     candidates: dict[str, Pose] = dict(scenario.places)
@@ -139,7 +139,7 @@ def usable_positions(scenario: Scenario, count: int = USUAL) -> dict[str, Pose]:
             )
             candidates[name] = Pose(turned.rotation, scenario.pose.shift + shift)
     for name, pose in candidates.items():
-        if len(positions) < count and _within_reach(scenario.at(pose)):
+        if len(positions) < USUAL and _within_reach(scenario.at(pose)):
             positions[name] = pose
     return positions
 

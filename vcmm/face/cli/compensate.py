@@ -27,7 +27,6 @@ from vcmm.files.own.cut_scenario import load_cut
 from vcmm.program.setup import Setup
 from vcmm.shop.machining.proof import CutProof
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
-from vcmm.show.report import write
 from vcmm.show.tables.answers_machine import compensation_answers
 from vcmm.show.tables.compensation import (
     before_and_after,
@@ -247,6 +246,7 @@ class CompensateJob(Job[GivenProgram, Rewritten]):
         say(f"wrote {target}")
         if self.plot:
             from vcmm.show.pages.path import compensation_page
+            from vcmm.show.report.blocks import write
 
             page = target.with_suffix(".html")
             write(page, compensation_page(result.program, loaded.program, result.proof))

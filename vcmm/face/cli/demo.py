@@ -20,9 +20,9 @@ from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.face.twins import twin as load_twin
 from vcmm.files.own.library import companions, cuts, example, records, scenarios, turns_over
 from vcmm.files.own.scenario import load_scenario
-from vcmm.show import report as r
 from vcmm.show.console.terminal import show_answers, show_table
 from vcmm.show.pages.uncertainty import characteristic_charts, scenes, uncertainty_page
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.table import csv_text
 from vcmm.show.tables.uncertainty import characteristic_json
 from vcmm.task.measuring.scenario import Scenario

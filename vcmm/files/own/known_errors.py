@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from vcmm.core.laws import Law, MultivariateNormal, Normal, StudentT
 from vcmm.core.machine import FIRST_ORDER_LIMIT_RAD, LARGEST_TRANSLATION
 from vcmm.core.run import Array
 from vcmm.core.text import read_text
-from vcmm.files.foreign.isg import ErrorFile, read_isg
-from vcmm.files.own.joint_covariance import joint_knowledge, read_joint_covariance
 from vcmm.files.own.machine_tables import MachineFile, Repeatability, Scales, Uncertainty
 from vcmm.files.problems import Problems
 from vcmm.files.schema import whole
@@ -29,6 +27,9 @@ from vcmm.physics.structure.component import ComponentSpline, ComponentTable
 from vcmm.physics.structure.expansion import ScaleExpansion
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.physics.structure.squareness import RotaryLocation, Squareness
+
+if TYPE_CHECKING:
+    from vcmm.files.foreign.isg import ErrorFile
 
 
 def known_errors(
@@ -87,6 +88,8 @@ def _joint(
     model: MachineFile, document: Document, effects: Sequence[Effect]
 ) -> tuple[list[Effect], list[Input]]:
     """Return the joint knowledge of [errors] covariance about the table. Raises UsageError beside an `uncertainty`."""
+    from vcmm.files.own.joint_covariance import joint_knowledge, read_joint_covariance
+
     errors = model.errors
     assert errors is not None
     assert errors.covariance is not None
@@ -99,6 +102,7 @@ def _joint(
 def read_error_file(path: Path) -> ErrorFile:
     """Read an error table of either format, distinguished by its first line: [EXX] opens an Etalon section."""
     from vcmm.files.foreign.etalon import is_etalon, read_etalon
+    from vcmm.files.foreign.isg import read_isg
 
     return read_etalon(path) if is_etalon(read_text(path)) else read_isg(path)
 

@@ -20,7 +20,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,7 +35,6 @@ from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.units import quantity
-from vcmm.files.own.certificate import certificate_from
 from vcmm.files.own.certificate_keys import certificate_remarks
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.joint_covariance import read_joint_covariance
@@ -47,8 +46,10 @@ from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.residual import ResidualField
 from vcmm.physics.structure.scatter import Scatter
-from vcmm.task.certification.certificate import MachineCertificate
-from vcmm.task.certification.knowledge import CertifiedKnowledge, certified_knowledge, passing_machines
+
+if TYPE_CHECKING:
+    from vcmm.task.certification.certificate import MachineCertificate
+    from vcmm.task.certification.knowledge import CertifiedKnowledge
 
 
 def tracked_inputs(table: Tracked, folder: Path, effects: Sequence[Effect]) -> list[Input]:
@@ -180,6 +181,8 @@ def _checked_machine(
         ),
     )  # fmt: skip
     if bare is not None and model.certificate is not None:
+        from vcmm.files.own.certificate import certificate_from
+
         stated = model.certificate
         machine, here = bare, (*at, "certificate")
         certificate = problems.attempt(here, lambda: certificate_from(stated))
@@ -202,6 +205,8 @@ def _from_certificate(
     machine: Machine, model: MachineFile, certificate: MachineCertificate, passing: bool
 ) -> CertifiedKnowledge | None:
     """Return the errors that the certificate implies, where the file itself does not state them; its scatter is that of the file."""
+    from vcmm.task.certification.knowledge import certified_knowledge, passing_machines
+
     if model.errors is not None or model.effects:
         return None
     knowledge = (

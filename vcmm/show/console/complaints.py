@@ -8,7 +8,6 @@ from pathlib import Path
 
 from vcmm.core.errors import DataError, ModelLimit, OptionError, UsageError
 from vcmm.core.text import brief
-from vcmm.program.faults import ProgramLimit
 
 MOST = 20  # problems that are shown
 LONGEST = 800  # characters of one problem
@@ -24,11 +23,14 @@ def about(file: Path, table: str = "") -> Iterator[None]:
     """
     try:
         yield
-    except (DataError, ProgramLimit, OptionError):
+    except (DataError, OptionError):
         raise
     except (ModelLimit, UsageError) as error:
         from vcmm.files.toml import read_toml
+        from vcmm.program.faults import ProgramLimit
 
+        if isinstance(error, ProgramLimit):
+            raise
         read = read_toml(file)
         usual = "pose" if isinstance(error, ModelLimit) else "plan"
         where = read.where((table if table in read.data else usual,))

@@ -10,8 +10,8 @@ from vcmm.core.axes import is_rotary
 from vcmm.learn.calibration.recorded_circles import circle_paths
 from vcmm.learn.calibration.recorded_lines import axis_line, axis_of
 from vcmm.show import charts as draw
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers_runs import acceptance_answers
 from vcmm.show.tables.calibration import figures as figures_table
 from vcmm.show.tables.table import html

@@ -11,8 +11,8 @@ import numpy as np
 from vcmm import __version__
 from vcmm.learn.calibration.result import Calibration, rms
 from vcmm.show import charts as draw
-from vcmm.show import report as r
 from vcmm.show.pages.header import OF_MACHINES, facts, files_block
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers_machine import calibration_answers
 from vcmm.show.tables.calibration import Residuals, errors_by_name, positioning, residuals
 from vcmm.show.tables.table import html, titled_html

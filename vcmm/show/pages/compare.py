@@ -10,8 +10,8 @@ import numpy as np
 from vcmm import __version__
 from vcmm.learn.diagnosis.locate import short
 from vcmm.show import charts as draw
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers import compare_answers
 from vcmm.show.tables.comparison import short_names, tables
 from vcmm.show.tables.table import html

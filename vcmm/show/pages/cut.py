@@ -13,11 +13,11 @@ from vcmm.shop.cutting.solid import picture as stock_mesh
 from vcmm.shop.machining.turned_blank import TurnedBlank, mesh
 from vcmm.shop.motion.toolpath import clock
 from vcmm.show import charts as draw
-from vcmm.show import report as r
 from vcmm.show.pages.callouts import callout_picture
 from vcmm.show.pages.header import facts, files_block
 from vcmm.show.pages.path import cut_path
 from vcmm.show.pages.uncertainty import characteristic_blocks
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.cut import finished_part, owners, surface
 from vcmm.show.tables.table import html
 from vcmm.show.tables.uncertainty import computation_table

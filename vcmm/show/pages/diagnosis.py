@@ -19,7 +19,6 @@ from vcmm.learn.diagnosis.very_long import few_enough
 from vcmm.learn.diagnosis.written_fit import handed_over
 from vcmm.physics import BY_NAME
 from vcmm.show import charts as draw
-from vcmm.show import report as r
 from vcmm.show.pages.diagnosis_pictures import (
     AFTER,
     BEFORE,
@@ -30,6 +29,7 @@ from vcmm.show.pages.diagnosis_pictures import (
     zone_maps,
 )
 from vcmm.show.pages.header import OF_MACHINES, facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables import fleet as tables
 from vcmm.show.tables.answers_machine import diagnosis_answers
 from vcmm.show.tables.answers_runs import folder_answers

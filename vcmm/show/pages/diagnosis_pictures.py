@@ -10,7 +10,7 @@ from vcmm.core.errors import UsageError
 from vcmm.learn.calibration.deviations import RecordedTest
 from vcmm.learn.calibration.recorded_circles import radial_of, width_of_path
 from vcmm.show import charts as draw
-from vcmm.show import report as r
+from vcmm.show.report import blocks as r
 
 if TYPE_CHECKING:
     from vcmm.core.machine import Machine

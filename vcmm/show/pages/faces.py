@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from vcmm import __version__
 from vcmm.show import charts
-from vcmm.show import report as r
 from vcmm.show.charts import PlotSeries
 from vcmm.show.pages.header import facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables import faces as tables
 from vcmm.show.tables.table import html
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm import __version__, charts
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers import field_answers
 from vcmm.show.tables.error_field import diagonals, summary
 from vcmm.show.tables.table import html

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from vcmm import __version__
-from vcmm.show import report as r
+from vcmm.show.report import blocks as r
 from vcmm.show.report.table import Raw
 
 NAMES = {

@@ -17,8 +17,8 @@ from vcmm.core.errors import ModelLimit
 from vcmm.program.reading import read_bytes
 from vcmm.program.setup import turns_with
 from vcmm.shop.machining.preparation import set_up
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts, files_block
+from vcmm.show.report import blocks as r
 from vcmm.show.report.path import PathPicture, path_picture
 from vcmm.show.tables.answers_machine import compensation_answers
 from vcmm.show.tables.compensation import before_and_after, departures, shifts

@@ -10,9 +10,9 @@ from vcmm import __version__
 from vcmm.answer.placing.advice import room_and_shares
 from vcmm.answer.placing.words import UNITS, changes, goal_text, pose_text, region_text
 from vcmm.show import charts as draw
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.pages.view import part_items, touch_items, volume_items
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers import place_answers, placed_cut_answers
 from vcmm.show.tables.placement import OTHER_DRAWS, compared_cut_poses, compared_poses, gains
 from vcmm.show.tables.table import html, listing

@@ -10,9 +10,9 @@ from vcmm import __version__
 from vcmm.core.pose import Pose
 from vcmm.part.gps import characteristics as gps
 from vcmm.show import charts as draw
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.pages.view import part_items
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers import plan_answers
 from vcmm.show.tables.placement import curve
 from vcmm.show.tables.quantities import SMALL_SCALE

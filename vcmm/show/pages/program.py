@@ -10,8 +10,8 @@ from vcmm import __version__
 from vcmm.core.errors import UsageError
 from vcmm.program.moves import PLANES, Move, Program
 from vcmm.program.summary import ProgramSummary, arc_angle
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts
+from vcmm.show.report import blocks as r
 from vcmm.show.report.path import PathPicture, path_picture
 from vcmm.show.tables import program as tables
 from vcmm.show.tables.answers_machine import program_answers

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vcmm import __version__
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers import routes_answers
 from vcmm.show.tables.routes import agreements_table, contributions_table, routes_table
 from vcmm.show.tables.table import html

@@ -17,9 +17,9 @@ from vcmm import __version__
 from vcmm.core.run import T0_DEG_C
 from vcmm.part.gps.decision import GUARD_BAND, PROBABILITY
 from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
-from vcmm.show import report as r
 from vcmm.show.pages.header import facts, hashes
 from vcmm.show.pages.uncertainty import MEASURED
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, ResultTable, html
 from vcmm.show.tables.uncertainty import BUDGET, BudgetRow, budget_rows, not_added_up

@@ -10,9 +10,9 @@ import numpy as np
 from vcmm import __version__
 from vcmm.learn.calibration.thermal_search import ThermalFit
 from vcmm.show import charts
-from vcmm.show import report as r
 from vcmm.show.charts import PlotSeries
 from vcmm.show.pages.header import OF_MACHINES, facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers_runs import thermal_answers
 from vcmm.show.tables.table import html
 from vcmm.show.tables.thermal import TermRow, terms

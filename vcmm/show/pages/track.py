@@ -10,9 +10,9 @@ import numpy as np
 from vcmm import __version__
 from vcmm.files.learned.last_checks import last_checks
 from vcmm.show import charts
-from vcmm.show import report as r
 from vcmm.show.charts import Band, ChartSheet, PlotSeries, PolarTrace
 from vcmm.show.pages.header import OF_MACHINES, facts
+from vcmm.show.report import blocks as r
 from vcmm.show.tables import track as tables
 from vcmm.show.tables.answers_runs import track_answers
 from vcmm.show.tables.table import html

@@ -24,15 +24,21 @@ from vcmm.answer.evaluation.result import (
 from vcmm.answer.evaluation.truth import PredictedPart
 from vcmm.core.pose import Pose
 from vcmm.part.alignment import align
-from vcmm.part.gps.reference_circles import least_squares_circle, minimum_zone_circles
-from vcmm.part.gps.zone_points import FlatPoints, PlacedAxis, RoundPoints, zone_points
+from vcmm.part.gps.zone_points import (
+    FlatPoints,
+    PlacedAxis,
+    RoundPoints,
+    least_squares_circle,
+    minimum_zone_circles,
+    zone_points,
+)
 from vcmm.show import charts as draw
-from vcmm.show import report as r
 from vcmm.show.charts.distribution import coarsen
 from vcmm.show.pages.callouts import callout_picture
 from vcmm.show.pages.header import facts, files_block
 from vcmm.show.pages.view import Item, part_items, rounded_down, task_in_machine, touch_names, touches_of
-from vcmm.show.report import Lines, Points
+from vcmm.show.report import blocks as r
+from vcmm.show.report.blocks import Lines, Points
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.stated import how_well_known
 from vcmm.show.tables.table import SMALL, ResultTable, html, on_page

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm.part.part import Feature, frame
-from vcmm.show.report import (
+from vcmm.show.report.blocks import (
     Ellipsoids,
     Label,
     Lines,

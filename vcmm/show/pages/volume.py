@@ -8,7 +8,7 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.show.pages.field import magnification_of
-from vcmm.show.report import Lines, SceneBox, SceneMesh
+from vcmm.show.report.blocks import Lines, SceneBox, SceneMesh
 from vcmm.task.response.volumetric import field, linear_axes
 
 if TYPE_CHECKING:

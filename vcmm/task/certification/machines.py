@@ -7,7 +7,7 @@ scatter), and the geometric errors are multiplied by the one number at which the
 limit, uses the share of the limit that the prior states. Machines whose scatter and tip alone exceed it are left out.
 
 These machines pass a test with all errors together. The knowledge of a machine file about a machine of which only the limits are
-known is wider: see `each_limit`.
+known is wider: see `knowledge`.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ SMOOTH = 0.5  # correlation length of the tables over the travel
 SEED = 10360
 
 
-def drawn_machines(machine: Machine, certificate: MachineCertificate, seed: int = SEED) -> CertifiedMachines:
+def drawn_machines(machine: Machine, certificate: MachineCertificate) -> CertifiedMachines:
     """Return the machines, each with its own geometry, tip and scatter, that pass the test with all of them together."""
     effects, loadings = error_tables(machine)
     bare = replace(machine, effects=(*machine.effects, *effects), inputs=())
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(SEED)
     modes = drawn_modes(rng, loadings)
     if certificate.E0:
         return _by_lengths(bare, certificate, modes, rng)
