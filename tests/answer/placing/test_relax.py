@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.answer.placing.placing_independent import job
-from vcmm.answer.placing.reach import Feasibility
+from vcmm.answer.placing.reach import CONSTRAINTS, Feasibility
 from vcmm.answer.placing.relax import no_reachable_pose, relaxation
 
 HERE = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0])
@@ -30,3 +30,19 @@ def test_relaxation_by_hand():
 def test_relaxation_of_an_open_space_is_zero():
     check = Feasibility.of(job(both=False))
     assert relaxation(check, HERE)[0].amount == 0.0
+
+
+class _Table:
+    """Violations (2 poses, all constraints) that are given."""
+
+    def __init__(self, **lacks: list[float]) -> None:
+        self.lacks = np.stack([lacks.get(name, [0.0, 0.0]) for name in CONSTRAINTS], axis=1)
+
+    def amounts(self, poses):
+        return self.lacks
+
+
+def test_no_constraint_gives_way_for_another():
+    """The first pose lacks 5 mm of travel alone; the second 1 mm of table and 2 mm of travel: it opens for no single constraint."""
+    found = relaxation(_Table(travel=[5.0, 2.0], table=[0.0, 1.0]), [HERE, HERE + 1.0])
+    assert [(r.constraint, r.amount, r.pose[0]) for r in found] == [("travel", 5.0, 0.0)]
