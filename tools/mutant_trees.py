@@ -43,16 +43,18 @@ class Copy:
         )
 
     def start(self) -> None:
-        """A worker for this tree; ready before a file is broken, since it must know the files as they are."""
-        worker = _workers[self.folder] = subprocess.Popen(
+        """A worker for this tree, which begins to load."""
+        _workers[self.folder] = subprocess.Popen(
             [sys.executable, str(self.folder / "tools" / "mutant_worker.py")],
             cwd=self.folder, env=self.settings(), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=(self.folder.parent / f"{self.folder.name}.log").open("w"), text=True,
         )  # fmt: skip
-        if worker.stdout is None or worker.stdout.readline().strip() != "ready":
-            raise SystemExit(
-                "the worker could not load package and tests: run tools/mutant_worker.py by hand"
-            )
+
+    def ready(self) -> None:
+        """Waits for the worker: no file may be broken before it knows the files as they are."""
+        stdout = _workers[self.folder].stdout
+        if stdout is None or stdout.readline().strip() != "ready":
+            raise SystemExit(f"the worker could not load package and tests: see {self.folder}.log")
 
     def fork(self, site: Site, tests: list[str], seconds: int) -> subprocess.CompletedProcess[str] | None:
         """The tests in a fork of the worker; None where the function cannot be exchanged in memory."""

@@ -33,7 +33,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from itertools import count, islice
+from itertools import count, islice, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -71,21 +71,28 @@ def main() -> None:
     options = _options()
     options.out.mkdir(parents=True, exist_ok=True)
     copies = [copied(options.out, k) for k in range(options.jobs)]
+    for copy in copies if options.nearest else ():
+        copy.start()
     coverage = Nearest(ROOT) if options.nearest else _coverage(copies[0], options)
     if options.per_room:
         many = (options.seed, options.per_room, options.others)
-        chosen = [site for room in options.rooms or ROOMS for site in sample(*many, room)]
+        of_rooms = [sample(*many, room) for room in options.rooms or ROOMS]
+        chosen = [site for turn in zip_longest(*of_rooms) for site in turn if site is not None]
     else:
         chosen = drawn(options.seed, options.count, options.rooms)
     known = {r["key"]: r for r in _results(options.out)}
     for copy in copies if options.nearest else ():
-        copy.start()
+        copy.ready()
     left = [site for site in chosen if site.key not in known]
     free: queue.Queue[Copy] = queue.Queue()
     for copy in copies:
         free.put(copy)
 
+    end = time.monotonic() + 60.0 * options.minutes
+
     def judged(site: Site) -> None:
+        if time.monotonic() > end:
+            return
         copy = free.get()
         try:
             _keep(options.out, _judged(copy, coverage, site, options.limit_seconds))
@@ -96,7 +103,7 @@ def main() -> None:
         list(pool.map(judged, left))
     end_workers()
     known = {r["key"]: r for r in _results(options.out)}
-    _tables(options.out, [known[site.key] for site in chosen])
+    _tables(options.out, [known[site.key] for site in chosen if site.key in known])
 
 
 def _options() -> argparse.Namespace:
@@ -116,6 +123,7 @@ def _options() -> argparse.Namespace:
         action="store_true",
         help="use the record of the tests in --out though files have changed",
     )
+    parser.add_argument("--minutes", type=float, default=1e6, help="begin no change after so long")
     parser.add_argument("--tests", default="tests", help="what is run once for the map")
     parser.add_argument(
         "--nearest", action="store_true", help="no map: the tests that the sources show to be nearest"
@@ -131,12 +139,17 @@ def drawn(seed: int, number: int, rooms: tuple[str, ...]) -> list[Site]:
 
 
 def sample(seed: int, formulas: int, others: int, room: str) -> list[Site]:
-    """So many formulas and so many other changes of a room, every place of either class as likely as any other."""
+    """So many formulas and so many other changes of a room, every place of either class as likely as any other; the
+    classes take turns, so that a run that is ended early has an even sample too."""
     ranked = _ranked(seed, (room,))
-    return [
-        *islice(_different(place for place in ranked if place.formula), formulas),
-        *islice(_different(place for place in ranked if not place.formula), others),
-    ]
+    first = islice(_different(place for place in ranked if place.formula), formulas)
+    second = islice(_different(place for place in ranked if not place.formula), others)
+    turns = sorted(
+        [((k + 0.5) / formulas, site) for k, site in enumerate(first)]
+        + [((k + 0.5) / others, site) for k, site in enumerate(second)],
+        key=lambda turn: turn[0],
+    )
+    return [site for _, site in turns]
 
 
 def _ranked(seed: int, rooms: tuple[str, ...]) -> list[Site]:
@@ -231,9 +244,9 @@ def _noticed(
             batch.append(tests[at])
             expected += coverage.seconds[tests[at]]
             at += 1
-        done = copy.fork(site, batch, int(60.0 + 6.0 * expected)) if forked else None
+        done = copy.fork(site, batch, int(30.0 + 6.0 * expected)) if forked else None
         forked = done is not None
-        by = _failed(done or copy.run(batch, int(60.0 + 6.0 * expected)), batch)
+        by = _failed(done or copy.run(batch, int(30.0 + 6.0 * expected)), batch)
         if by:
             return by, at
         spent, size, first = spent + expected + START, size * 3.0, first or at

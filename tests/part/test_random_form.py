@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vcmm.part.part import Feature, surface_point
-from vcmm.part.random_form import SINGLE, SMOOTH, random_forms, whole_surface
+from vcmm.part.random_form import SINGLE, SMOOTH, _wave, random_forms, whole_surface
 
 Z = np.array([0.0, 0.0, 1.0])
 FEATURES = (
@@ -50,3 +50,11 @@ def test_a_few_points_see_part_of_the_form():
     seen = np.ptp(found, axis=1)
     assert 0.5 < seen.mean() < 0.95
     assert seen.max() <= 1.0 + 1e-9
+
+
+def test_a_wave_across_a_plane_by_hand():
+    """Phase 45 deg, order 2, at (20, 10) of 80 x 40: a quarter of either side, so cos(pi (0.25 + 0.25) / sqrt 2) = cos(1.110721) = 0.444016;
+    at (20, -10) the two cancel: cos 0 = 1."""
+    points = np.array([[23.0, 10.0, 0.0], [23.0, -10.0, 0.0]])  # the plane's own point lies at x = 3
+    order, phase = np.array([[2]]), np.array([[np.pi / 4]])
+    assert _wave(FEATURES[1], points, order, phase)[0] == pytest.approx([0.444016, 1.0], abs=1e-6)

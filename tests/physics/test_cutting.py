@@ -35,3 +35,10 @@ def test_tool_runout_takes_material():
     assert error == pytest.approx(-0.8 * 3.732051e-3, abs=1e-9)
     with pytest.raises(UsageError, match="harmonic must be 0"):
         ToolRunout(harmonic=-1)
+
+
+def test_runout_shows_as_far_as_the_normal_lies_across_the_axis():
+    """5 um of radius, 0.6 of n across the tool's axis: 5 x 0.6 = 3 um inward along n = (0, 0.6, 0.8), and nothing on a floor (0)."""
+    error = machine(ToolRunout(5e-3)).tip_error(_run(across_tool=0.6))[0]
+    assert error == pytest.approx([0, -1.8e-3, -2.4e-3], abs=1e-15)
+    assert machine(ToolRunout(5e-3)).tip_error(_run(across_tool=0.0))[0].tolist() == [0, 0, 0]

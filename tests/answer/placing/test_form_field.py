@@ -160,3 +160,13 @@ def test_a_leaning_wall_is_out_by_opposite_amounts_at_its_ends():
     assert _lobe_columns(wall, np.array([foot, middle, head]))[:, 31] == pytest.approx(
         [-0.4330127, 0.0, 0.4330127]
     )
+
+
+def test_polynomials_of_a_plane_end_with_the_fifth_degree():
+    """Pairs (i, j) with 2 <= i + j <= 5: 4 + 4 + 4 + 3 + 2 + 1 = 18; at the corner all Legendre polynomials are 1, so that (0, 2)
+    is sqrt(1 x 5) / 2 and (5, 0) sqrt(11 x 1) / 5."""
+    plane = Feature("top", "plane", np.zeros(3), Z, np.zeros(0), extent=(80.0, 40.0))
+    u, v, _ = frame(plane)
+    (row,) = _polynomials(plane, np.array([40.0 * u + 20.0 * v]))
+    assert len(row) == 18
+    assert (row[0], row[-1]) == pytest.approx((np.sqrt(5.0) / 2, np.sqrt(11.0) / 5))

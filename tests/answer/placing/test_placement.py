@@ -12,7 +12,7 @@ from tests.answer.placing.cases import plate, with_field
 from tests.answer.placing.placing_independent import job
 from vcmm.answer.placing.confirmation import fresh_seed
 from vcmm.answer.placing.placement import _known_bias, no_reachable_pose, place, relaxation
-from vcmm.answer.placing.reach import Feasibility
+from vcmm.answer.placing.reach import CONSTRAINTS, Feasibility
 from vcmm.core.errors import ModelLimit
 from vcmm.task.measuring.fixture import Fixture, Freedom, Goal
 
@@ -138,3 +138,19 @@ def test_relaxation_by_hand():
 def test_relaxation_of_an_open_space_is_zero():
     check = Feasibility.of(job(both=False))
     assert relaxation(check, HERE)[0].amount == 0.0
+
+
+class _Table:
+    """Violations (2 poses, all constraints) that are given."""
+
+    def __init__(self, **lacks: list[float]) -> None:
+        self.lacks = np.stack([lacks.get(name, [0.0, 0.0]) for name in CONSTRAINTS], axis=1)
+
+    def amounts(self, poses):
+        return self.lacks
+
+
+def test_no_constraint_gives_way_for_another():
+    """The first pose lacks 5 mm of travel alone; the second 1 mm of table and 2 mm of travel: it opens for no single constraint."""
+    violations = relaxation(_Table(travel=[5.0, 2.0], table=[0.0, 1.0]), [HERE, HERE + 1.0])
+    assert [(r.constraint, r.amount, r.pose[0]) for r in violations] == [("travel", 5.0, 0.0)]

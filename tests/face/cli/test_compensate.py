@@ -28,6 +28,8 @@ def test_document_and_file(tmp_path, capsys):
         "before": 1, "after": 1, "growth": 1.0, "changed": 1, "added": 0, "rate_line": 4,
         "rate_before_1_s": pytest.approx(500 / 60 / 100), "rate_after_1_s": pytest.approx(500 / 60 / 99.99),
     }  # fmt: skip
+    # X100 with 100 um/m: 100 / 1.0001 = 99.9900010 is wanted and 99.990 written: 1e-6 mm
+    assert found["rounding"]["max_um"] == pytest.approx(1.0e-3, rel=1e-3)
     assert found["file"] == str(tmp_path / "new.nc")
     assert "G1 X99.990 F500" in (tmp_path / "new.nc").read_text()
 

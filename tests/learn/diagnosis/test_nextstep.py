@@ -11,7 +11,13 @@ from tests.learn.diagnosis import generator as make
 from vcmm.core.run import Run
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.confusion import Standing
-from vcmm.learn.diagnosis.nextstep import _other_side, _other_side_of_touches, closer, next_steps
+from vcmm.learn.diagnosis.nextstep import (
+    _other_side,
+    _other_side_of_touches,
+    _turn_artefact,
+    closer,
+    next_steps,
+)
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.result import Unknown
 from vcmm.learn.diagnosis.select import Selection, Setting, Term
@@ -44,6 +50,21 @@ def test_a_touch_along_x_keeps_the_sense_of_x():
 
 def test_touches_in_which_all_axes_move_cannot_come_from_the_other_side():
     assert _other_side_of_touches(run_of([[0.6, 0.64, 0.48], [0.6, -0.64, 0.48]])) is None
+
+
+def test_a_quarter_turn_of_the_artefact_about_its_middle():
+    """Tips (10, 5) and (14, 11), middle (12, 8), offset 1 mm in x: arms (-2, -3) and (2, 3) turn to (3, -2) and (-3, 2), so tips (15, 6) and
+    (9, 10), readings 1 less in x; the normal (1, 0, 0) turns to (0, 1, 0), (0, 1, 0) to (-1, 0, 0); 30 deg of the probe becomes 120."""
+    position = {"X": np.array([9.0, 13.0]), "Y": np.array([5.0, 11.0]), "Z": np.array([7.0, 8.0])}
+    columns = {"nx": np.array([1.0, 0.0]), "ny": np.array([0.0, 1.0]), "nz": np.zeros(2)}
+    angle = {"probe_angle_rad": np.radians([30.0, 0.0])}
+    labels = {"pose": np.array(["a", "a"])}
+    turned = _turn_artefact(Run(position, np.array([[1.0, 0, 0]] * 2), columns | angle, labels))
+    assert turned is not None
+    assert [turned.position[a].tolist() for a in "XYZ"] == [[14.0, 8.0], [6.0, 10.0], [7.0, 8.0]]
+    assert [turned.columns[n].tolist() for n in ("nx", "ny", "nz")] == [[0.0, -1.0], [1.0, 0.0], [0.0, 0.0]]
+    assert np.degrees(turned.columns["probe_angle_rad"]).round(9).tolist() == [120.0, 90.0]
+    assert turned.labels["pose"].tolist() == ["a turned", "a turned"]
 
 
 def test_what_has_no_name_is_looked_at_closely():

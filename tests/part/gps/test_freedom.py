@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from vcmm.part.gps.freedom import largest_left
+from vcmm.part.gps.freedom import largest_left, rows_for
 
 
 def _by_programming(departures, moved):
@@ -49,3 +49,9 @@ def test_a_pattern_of_two_components_is_fitted_too():
     departures = np.array([[-1.0, 0.5], [1.0, 0.5]])
     moved = np.array([[[1.0], [0.0]], [[1.0], [0.0]]])
     assert float(largest_left(departures, moved, True)) == pytest.approx(np.hypot(1.0, 0.5), rel=1e-12)
+
+
+def test_rows_by_hand():
+    """Along y at (3, 4, 0) about (1, 1, 0), 1 mm at 2: arm (1, 1.5, 0), arm x y = (0, 0, 1): a turn about z counts, about x and y does not."""
+    rows = rows_for(np.array([3.0, 4.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([1.0, 1.0, 0.0]), 2.0)
+    assert rows.tolist() == [0.0, 1.0, 0.0, 0.0, 0.0, 1.0]

@@ -65,6 +65,14 @@ def test_stock_is_taken_in_equal_cuts_along_the_contour():
     )
 
 
+def test_a_depth_that_is_a_multiple_of_the_cut_takes_no_cut_more():
+    """10 mm of radius in cuts of 5 mm: two, at X 15 and 10 (radius), down to the shoulder at Z-10."""
+    text = f'{HEAD}CYCLE95("PART",5,0,0,0,0.2,0.1,0.1,1,0,0,1)\n{CONTOUR}'
+    moves = interpret(text, "sinumerik", SURVEY).moves
+    cuts = [m.end[0] for m in moves if m.kind == "line" and m.end[0] == m.start[0] and m.end[2] == -10]
+    assert cuts == [15, 10]
+
+
 def test_finishing_follows_the_contour_at_its_own_feed():
     moves = interpret(
         f'{HEAD}CYCLE95("PART",4,0,0,0,0.2,0.1,0.05,5,0,0,1)\n{CONTOUR}', "sinumerik", SURVEY

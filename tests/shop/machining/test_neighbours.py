@@ -27,6 +27,19 @@ def test_the_deepest_lies_between_the_steps():
     assert at == pytest.approx([0.2], abs=1e-4)
 
 
+def test_the_search_keeps_to_the_steps_beside_the_deepest():
+    """(at - 0.15)^2 at -1, 0, 1: the deepest step is 0, so that it is sought from -1 to 1 and not beyond; found to 4^-7 = 6e-5 of the reach."""
+    asked = []
+
+    def heights(which, at):
+        asked.append(at)
+        return (at - 0.15) ** 2, np.repeat(at[..., None], 3, axis=2)
+
+    _, at = deepest_between(heights, 1, np.array([-2.0, -1.0, 0.0, 1.0]))
+    assert (asked[1].min(), asked[1].max()) == (-1.0, 1.0)
+    assert at == pytest.approx([0.15], abs=1e-4)
+
+
 def test_what_is_moved_alike_everywhere_is_not_searched():
     points, at = deepest_between(lambda which, at: ((at - 0.2) ** 2, np.zeros((*at.shape, 3))), 1, STEPS)
     assert len(points) == len(at) == 0

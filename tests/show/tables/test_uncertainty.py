@@ -7,10 +7,12 @@ import io
 import math
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
 from vcmm.answer.evaluation.result import BudgetLine, CharacteristicResult, TrueValue
+from vcmm.answer.evaluation.truth import Additive
 from vcmm.part.gps.decision import Decision
 from vcmm.show.report.table import Cell
 from vcmm.show.tables import uncertainty
@@ -151,3 +153,14 @@ def test_shares_of_a_position_add_to_more_than_the_whole():
     assert (
         uncertainty.not_added_up([replace(place, u=9e-7), result()]) == []
     )  # of next to nothing, and of a linear one
+
+
+def test_the_true_value_of_a_size_is_freed_of_a_bias_that_is_not_corrected():
+    """30.0001 mm with a bias of 0.02 um that U includes: 30.00008 mm; where the value is corrected already, it stays."""
+    inside = uncertainty.true_value_by_points(result(truth=Additive(cast(Any, None), 30.0001, bias=2e-5)))
+    assert inside is not None
+    assert inside["estimate_mm"] == pytest.approx(30.00008, abs=1e-9)
+    outside = uncertainty.true_value_by_points(result())
+    assert outside is not None
+    assert outside["estimate_mm"] == 30.0001
+    assert outside["interval_mm"] == [29.9997, 30.0005]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests import build
 from vcmm.core.errors import UsageError
+from vcmm.core.kinematics import Axis
 from vcmm.face.cli import run as run_command
 from vcmm.files.own.library import example
 from vcmm.physics.catalogue.backlash import Backlash
@@ -49,6 +52,17 @@ def test_body_diagonals_of_a_scale_and_a_squareness():
     out = diagonals(build.machine(Squareness("C0Y", 10e-6)))
     assert np.abs([d.length_error for d in out]) == pytest.approx([20e-3 / np.sqrt(3)] * 4)
     assert sum(d.length_error for d in out) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_body_diagonals_join_opposite_corners():
+    """Travels of 100, 200 and 300 mm: each begins at X 0 and ends at the corner across all three."""
+    axes = {a: Axis(a, (0.0, t)) for a, t in zip("XYZ", (100.0, 200.0, 300.0))}
+    out = diagonals(replace(build.machine(ScaleFactor("Z", 10e-6)), axes=axes))
+    assert [(d.start, d.end) for d in out] == [
+        ((0, 0, 0), (100, 200, 300)), ((0, 0, 300), (100, 200, 0)), ((0, 200, 0), (100, 0, 300)), ((0, 200, 300), (100, 0, 0)),
+    ]  # fmt: skip
+    # 3 um along Z, seen with 300 of sqrt(100^2 + 200^2 + 300^2) = 374.166 mm: longer by 2.405 um whichever way Z goes
+    assert [d.length_error for d in out] == pytest.approx([2.40535e-3] * 4, abs=1e-8)
 
 
 def test_what_a_position_does_not_tell():
