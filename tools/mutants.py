@@ -1,14 +1,14 @@
 """Does a test notice when a formula, a threshold or a guard is wrong? Breaks one place at a time and runs the tests.
 
     python tools/mutants.py --out /tmp/mutants [--seed 1] [--count 100] [--jobs 2] [--rooms placing,nc] [--limit-seconds 60]
-    python tools/mutants.py --out /tmp/mutants --nearest --per-room 4      # a sample of every room, in minutes
+    python tools/mutants.py --out /tmp/mutants --nearest --per-room 8 --others 4   # a sample of every room
 
 Changes are drawn by seed from all rooms (`mutant_sites.py` says what counts and what is left out). Every test
 is run once beforehand to see which functions it calls (`mutant_map.py`); a change is then put to the tests that call its
 function, then to those that know its file, nearest and quickest first, until one fails or --limit-seconds of tests are spent.
---nearest does without that run: a change is put to the test file of its module's name, then to files that import the
-module or lie in its folder, so that what only others would notice counts as survived. --per-room draws so many formulas of every room (other changes where
-it has fewer) and adds a table by room.
+--nearest does without that run: the sources say which tests name the function, or name what names it (`mutant_nearest.py`); the
+nearest are asked first. What no test within the limit notices counts as survived. --per-room draws so many formulas of
+every room, --others so many other changes, and the table says each room and the shares with their 95 % intervals (Clopper-Pearson).
 
 Written to --out: mutants.md and mutants.csv (the table), results.jsonl (one line per change; a second run goes on from
 there), and the copies of the tree in which the tests run; the working tree is left alone. Changes that no test can notice
@@ -30,32 +30,23 @@ import subprocess
 import sys
 import time
 import tomllib
-from collections import Counter, defaultdict
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from itertools import count
+from itertools import count, islice
 from pathlib import Path
 from typing import Any
+
+from scipy.stats import beta
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from mutant_map import Coverage
+from mutant_nearest import Nearest
 from mutant_sites import Site, shown, sites
+from mutant_trees import Copy, copied, end_workers
 
 ROOT = Path(__file__).resolve().parents[1]
-PYTEST = [
-    "-m",
-    "pytest",
-    "-p",
-    "no:cacheprovider",
-    "-q",
-    "-x",
-    "--no-header",
-    "--tb=line",
-    "-W",
-    "ignore::pytest.PytestWarning",
-]
-GUESS = 5.0  # s: of a test file, where no record says it
 ROOMS = [
     "core",
     "physics",
@@ -70,43 +61,25 @@ ROOMS = [
     "show",
     "face",
 ]
-FIRST, START = 4.0, 2.0  # s: tests of the first batch; what a batch costs beyond its tests
+FIRST, START = 3.0, 2.0  # s: tests of the first batch; what a batch costs beyond its tests
 _stamp = count(
     int(time.time()) + 1000
 )  # a new time of change for every broken file, so that no bytecode is mistaken for it
 
 
-@dataclass(frozen=True)
-class Copy:
-    """A tree of its own, in which files may be broken."""
-
-    folder: Path
-    caches: Path
-
-    def run(self, arguments: list[str], seconds: int, **more: str) -> subprocess.CompletedProcess[str]:
-        """pytest in this tree, ended after so many seconds of computing, however busy the machine is."""
-        settings = dict(os.environ, PYTHONPATH=f"{self.folder}{os.pathsep}{self.folder / 'tools'}", **more)
-        settings |= {"OPENBLAS_NUM_THREADS": "1", "NUMBA_CACHE_DIR": str(self.numba())}
-        limited = ["/bin/sh", "-c", f'ulimit -t {seconds}; exec "$@"', "sh"]
-        command = [*limited, sys.executable, *PYTEST, *arguments]
-        return subprocess.run(command, cwd=self.folder, env=settings, capture_output=True, text=True)
-
-    def numba(self) -> Path:
-        """A cache per state of the compiled loops: numba does not see that a loop called by another has changed."""
-        every = sorted(self.folder.glob("vcmm/**/*_kernels.py"))
-        return self.caches / hashlib.sha256(b"".join(p.read_bytes() for p in every)).hexdigest()[:16]
-
-
 def main() -> None:
     options = _options()
     options.out.mkdir(parents=True, exist_ok=True)
-    copies = [_copied(options.out, k) for k in range(options.jobs)]
+    copies = [copied(options.out, k) for k in range(options.jobs)]
     coverage = Nearest(ROOT) if options.nearest else _coverage(copies[0], options)
     if options.per_room:
-        chosen = [s for room in options.rooms or ROOMS for s in sample(options.seed, options.per_room, room)]
+        many = (options.seed, options.per_room, options.others)
+        chosen = [site for room in options.rooms or ROOMS for site in sample(*many, room)]
     else:
         chosen = drawn(options.seed, options.count, options.rooms)
     known = {r["key"]: r for r in _results(options.out)}
+    for copy in copies if options.nearest else ():
+        copy.start()
     left = [site for site in chosen if site.key not in known]
     free: queue.Queue[Copy] = queue.Queue()
     for copy in copies:
@@ -121,6 +94,7 @@ def main() -> None:
 
     with ThreadPoolExecutor(options.jobs) as pool:
         list(pool.map(judged, left))
+    end_workers()
     known = {r["key"]: r for r in _results(options.out)}
     _tables(options.out, [known[site.key] for site in chosen])
 
@@ -144,16 +118,29 @@ def _options() -> argparse.Namespace:
     )
     parser.add_argument("--tests", default="tests", help="what is run once for the map")
     parser.add_argument(
-        "--nearest", action="store_true", help="no map: the tests of the module, then of its folder"
+        "--nearest", action="store_true", help="no map: the tests that the sources show to be nearest"
     )
-    parser.add_argument(
-        "--per-room", type=int, default=0, help="so many changes of every room, formulas first"
-    )
+    parser.add_argument("--per-room", type=int, default=0, help="so many changes of formulas of every room")
+    parser.add_argument("--others", type=int, default=0, help="with --per-room: so many other changes of it")
     return parser.parse_args()
 
 
 def drawn(seed: int, number: int, rooms: tuple[str, ...]) -> list[Site]:
     """So many changes, every place as likely as any other; one that is not touched keeps its rank when others change."""
+    return list(islice(_different(_ranked(seed, rooms)), number))
+
+
+def sample(seed: int, formulas: int, others: int, room: str) -> list[Site]:
+    """So many formulas and so many other changes of a room, every place of either class as likely as any other."""
+    ranked = _ranked(seed, (room,))
+    return [
+        *islice(_different(place for place in ranked if place.formula), formulas),
+        *islice(_different(place for place in ranked if not place.formula), others),
+    ]
+
+
+def _ranked(seed: int, rooms: tuple[str, ...]) -> list[Site]:
+    """All places in an order drawn by seed."""
     files = sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "vcmm").rglob("*.py"))
     if rooms:
         files = [f for f in files if f.startswith(tuple(f"vcmm/{room}/" for room in rooms))]
@@ -165,61 +152,17 @@ def drawn(seed: int, number: int, rooms: tuple[str, ...]) -> list[Site]:
         seen[name] += 1
         return hashlib.sha256(f"{name}|{seen[name]}".encode()).hexdigest()
 
-    places.sort(key=rank)
-    out: list[Site] = []
+    return sorted(places, key=rank)
+
+
+def _different(places: Iterable[Site]) -> Iterator[Site]:
+    """Changes that parse and mean something to the parser, each once."""
+    keys = set()
     for place in places:
-        if len(out) == number:
-            break
         site = shown(ROOT, place)
-        if site is not None and all(site.key != other.key for other in out):
-            out.append(site)
-    return out
-
-
-def sample(seed: int, number: int, room: str) -> list[Site]:
-    """So many changes of a room, formulas first; several of one file only where the room has no others."""
-    ranked = drawn(seed, 40 * number, (room,))
-    ranked.sort(key=lambda site: not site.formula)
-    first = {site.file: site for site in reversed(ranked) if site.formula}
-    others = [site for site in ranked if first.get(site.file) is not site]
-    return [*(site for site in ranked if first.get(site.file) is site), *others][:number]
-
-
-class Nearest:
-    """The tests that stand near a module: the file of its name, files that import it, and the other files of its folder of tests."""
-
-    def __init__(self, root: Path) -> None:
-        self.root = root
-        self.seconds: defaultdict[str, float] = defaultdict(lambda: GUESS)
-        self.texts = {p: p.read_text(encoding="utf-8") for p in sorted((root / "tests").rglob("test_*.py"))}
-
-    def noticing(self, file: str, owner: str) -> list[str]:
-        """Test files, the nearest first. owner: files that say its name come before others."""
-        inside = Path(file).relative_to("vcmm")
-        folder = self.root / "tests" / inside.parent
-        while not folder.is_dir():
-            folder = folder.parent
-        name, called = inside.stem.strip("_").removesuffix("_kernels"), owner.split(".")[0].lstrip("_")
-        module = ".".join(["vcmm", *inside.parent.parts, inside.stem])
-
-        def rank(path: Path) -> tuple[bool, bool, bool, int]:
-            text = self.texts[path]
-            return name not in path.stem, module not in text, not called or called not in text, len(text)
-
-        near = [p for p, text in self.texts.items() if p.is_relative_to(folder) or module in text]
-        return [p.relative_to(self.root).as_posix() for p in sorted(near, key=rank)]
-
-
-def _copied(out: Path, number: int) -> Copy:
-    """The tree as it is now; what has not changed keeps its time, so that caches stay good."""
-    folder = out / f"tree-{number}"
-    ignored = shutil.ignore_patterns(
-        ".git", "__pycache__", ".*_cache", ".venv", ".hypothesis", "_build", "dist"
-    )
-    for entry in folder.iterdir() if folder.exists() else ():
-        shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
-    shutil.copytree(ROOT, folder, ignore=ignored, dirs_exist_ok=True)
-    return Copy(folder.resolve(), (out / "numba").resolve())
+        if site is not None and site.key not in keys:
+            keys.add(site.key)
+            yield site
 
 
 def _coverage(copy: Copy, options: argparse.Namespace) -> Coverage:
@@ -260,7 +203,7 @@ def _judged(copy: Copy, coverage: Coverage | Nearest, site: Site, limit: float) 
     stamp = next(_stamp)
     os.utime(path, (stamp, stamp))
     try:
-        by, tried = _noticed(copy, coverage, tests, limit)
+        by, tried = _noticed(copy, coverage, site, tests, limit)
     finally:
         path.write_bytes(source)
         os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
@@ -271,9 +214,15 @@ def _judged(copy: Copy, coverage: Coverage | Nearest, site: Site, limit: float) 
     }  # fmt: skip
 
 
-def _noticed(copy: Copy, coverage: Coverage | Nearest, tests: list[str], limit: float) -> tuple[str, int]:
-    """(the test that failed, tests that were run), in batches of growing length within the limit."""
-    at, spent, size = 0, 0.0, FIRST
+def _noticed(
+    copy: Copy, coverage: Coverage | Nearest, site: Site, tests: list[str], limit: float
+) -> tuple[str, int]:
+    """(the test that failed, tests that were run), in batches of growing length within the limit.
+
+    What no test notices in a fork is put to the first batch once more in a process of its own, since the fork has
+    what modules compute at import from before the change.
+    """
+    at, spent, size, first, forked = 0, 0.0, FIRST, 0, isinstance(coverage, Nearest)
     while at < len(tests) and spent < limit:
         batch, expected = [], 0.0
         while at < len(tests) and (
@@ -282,18 +231,23 @@ def _noticed(copy: Copy, coverage: Coverage | Nearest, tests: list[str], limit: 
             batch.append(tests[at])
             expected += coverage.seconds[tests[at]]
             at += 1
-        done = copy.run(batch, int(60.0 + 6.0 * expected))
-        if done.returncode == -signal.SIGXCPU:
-            return f"no end ({batch[0]} ...)", at
-        if done.returncode not in (0, 5):
-            return _failed(done.stdout) or f"pytest ends with {done.returncode}", at
-        spent, size = spent + expected + START, size * 3.0
-    return "", at
+        done = copy.fork(site, batch, int(60.0 + 6.0 * expected)) if forked else None
+        forked = done is not None
+        by = _failed(done or copy.run(batch, int(60.0 + 6.0 * expected)), batch)
+        if by:
+            return by, at
+        spent, size, first = spent + expected + START, size * 3.0, first or at
+    return _failed(copy.run(tests[:first], 120), tests[:1]) if forked else "", at
 
 
-def _failed(output: str) -> str:
-    found = re.search(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
-    return found[1] if found else ""
+def _failed(done: subprocess.CompletedProcess[str], batch: list[str]) -> str:
+    """The test that failed, or how the tests ended otherwise; "" where all passed."""
+    if done.returncode == -signal.SIGXCPU:
+        return f"no end ({batch[0]} ...)"
+    if done.returncode in (0, 5):
+        return ""
+    found = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+    return found[1] if found else f"pytest ends with {done.returncode}"
 
 
 # ---------------------------------------------------------------------- what is written
@@ -355,28 +309,36 @@ def _tables(out: Path, results: list[dict[str, Any]]) -> None:
 
 
 def _by_room(rows: list[list[str]]) -> str:
-    """| room | changes | noticed | survived | equivalent |"""
-    lines = ["| room | changes | noticed | survived | equivalent |", "|---|---|---|---|---|"]
+    """Of every room: formulas and other changes that matter, how many were noticed, and changes that mean nothing."""
+    lines = ["| room | formulas | noticed | others | noticed | mean nothing |", "|---|---|---|---|---|---|"]
     for room in ROOMS:
-        verdicts = [row[5] for row in rows if row[0].startswith(f"vcmm/{room}/")]
-        survived = sum(v.startswith("**survived**") for v in verdicts)
-        same = sum(v.startswith("equivalent") for v in verdicts)
-        if verdicts:
-            lines.append(
-                f"| {room} | {len(verdicts)} | {len(verdicts) - survived - same} | {survived} | {same} |"
-            )
+        of_room = [row for row in rows if row[0].startswith(f"vcmm/{room}/")]
+        (formulas, seen, same), (others, too, also) = (_counted(of_room, c) for c in ("formula", "other"))
+        if of_room:
+            lines.append(f"| {room} | {formulas} | {seen} | {others} | {too} | {same + also} |")
     return "\n".join(lines)
+
+
+def _counted(rows: list[list[str]], name: str) -> tuple[int, int, int]:
+    """(changes that matter, noticed, changes that mean nothing) of a class."""
+    verdicts = [row[5] for row in rows if row[4] == name]
+    survived = sum(v.startswith("**survived**") for v in verdicts)
+    same = sum(v.startswith("equivalent") for v in verdicts)
+    return len(verdicts) - same, len(verdicts) - survived - same, same
+
+
+def interval(seen: int, number: int) -> tuple[float, float]:
+    """Clopper-Pearson, 95 %: shares that would give so many or so few with 2.5 % each (Biometrika 26 (1934) 404)."""
+    low = float(beta.ppf(0.025, seen, number - seen + 1)) if seen else 0.0
+    return low, float(beta.ppf(0.975, seen + 1, number - seen)) if seen < number else 1.0
 
 
 def _summary(rows: list[list[str]]) -> str:
     said = []
     for name in ("formula", "other"):
-        verdicts = [row[5] for row in rows if row[4] == name]
-        survived = sum(v.startswith("**survived**") for v in verdicts)
-        same = sum(v.startswith("equivalent") for v in verdicts)
-        said.append(
-            f"{name}: {len(verdicts)} changes, {len(verdicts) - survived - same} noticed, {survived} survived, {same} equivalent"
-        )
+        number, seen, same = _counted(rows, name)
+        low, high = interval(seen, number)
+        said.append(f"{name}: {seen} of {number} noticed ({low:.3f} to {high:.3f}), {same} more mean nothing")
     return "; ".join(said)
 
 

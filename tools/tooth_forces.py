@@ -13,7 +13,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from vcmm.core.laws import Array
-from vcmm.shop.cutting.force import immersion, linear_edge, milling_force
+from vcmm.program.setup import linear_edge
+from vcmm.shop.cutting.force import immersion, milling_force
 from vcmm.shop.cutting.tooth_force import ToothCuts
 
 RADIUS, DEPTH, CHIP, TEETH, RADIAL = 10.0, 10.0, 0.1, 3, 2.0

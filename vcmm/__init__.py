@@ -54,8 +54,8 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from vcmm.learn.diagnosis.several import diagnose_several
     from vcmm.part.gps import characteristics
     from vcmm.program.setup import Setup
-    from vcmm.shop.machining.scenario import CutScenario
     from vcmm.show import charts, report
+    from vcmm.task.measuring.cut_scenario import CutScenario
     from vcmm.task.measuring.scenario import Scenario
     from vcmm.task.measuring.settings import Settings
     from vcmm.task.response.recording import Recording
@@ -101,7 +101,7 @@ _HOME = {
     "Pose": "vcmm.core.pose",
     "Setup": "vcmm.program.setup",
     "Recording": "vcmm.task.response.recording",
-    "CutScenario": "vcmm.shop.machining.scenario",
+    "CutScenario": "vcmm.task.measuring.cut_scenario",
     "UsageError": "vcmm.core.errors",
     "ModelLimit": "vcmm.core.errors",
     "load_setup": "vcmm.files.own.setup",

@@ -17,7 +17,7 @@ from vcmm.face.cli import run
 from vcmm.face.cli.proof import in_rounds
 from vcmm.program.moves import Move, Source
 from vcmm.shop.machining.proof import CutProof, InspectedCut, inspected_cut, proof_by_cut
-from vcmm.show.tables.proofs import proof_text
+from vcmm.show.tables.compensation import proof_text
 
 
 def effect(name: str, **more: str) -> str:

@@ -14,7 +14,6 @@ from vcmm.core.units import (
     EXAMPLES,
     channel_unit,
     dimension_of,
-    format_quantity,
     in_unit,
     parse_unit,
     quantity,
@@ -89,8 +88,7 @@ def test_there_and_back(value, unit):
     )
 
 
-def test_printing():
-    assert format_quantity(0.0008, "um") == "0.8 um"
+def test_values_of_a_file_on_one_line():
     assert shorten([True, "a", {"b": 1.5}, []]) == '[true, "a", { b = 1.5 }, []]'
 
 

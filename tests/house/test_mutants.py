@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from mutant_map import Coverage  # noqa: E402
 from mutant_sites import shown, sites  # noqa: E402
-from mutants import Nearest, sample  # noqa: E402
+from mutants import Nearest, interval, sample  # noqa: E402
 
 SOURCE = '''"""Half of 3 + 4 is no formula here."""
 
@@ -99,23 +99,35 @@ def test_the_nearest_and_quickest_tests_come_first(tmp_path):
     ]  # fmt: skip
 
 
-def test_without_a_map_the_nearest_files_are_asked(tmp_path):
-    """The file of the module's name, then one that imports it from elsewhere, then its folder; a file that has nothing to do with it never."""
+def test_without_a_map_the_sources_say_which_tests_are_nearest(tmp_path):
+    """area <- whole <- test_whole: two steps; test_area names it itself: one. Own file and folder are preferred, slow tests never asked."""
     texts = {
-        "tests/room/test_part.py": "from vcmm.room.part import area",
-        "tests/room/test_other.py": "",
-        "tests/face/test_x.py": "from vcmm.room.part import area",
-        "tests/face/test_y.py": "from vcmm.room.whole import area",
+        "vcmm/room/__init__.py": "from vcmm.room.part import area",
+        "vcmm/room/part.py": "def area(a): ...\ndef other(a): ...",
+        "vcmm/room/sum.py": "from vcmm.room import area\nclass Sum:\n    def whole(self):\n        return area(1)",
+        "tests/room/test_part.py": "from vcmm.room.part import area, other\n"
+        "def test_other(): other(1)\ndef test_area(): area(1)\n@pytest.mark.thorough\ndef test_long(): area(2)",
+        "tests/face/conftest.py": "from vcmm.room import sum\ndef total(): return sum.Sum().whole()",
+        "tests/face/test_x.py": "from vcmm.room import area\ndef test_near(): area(1)",
+        "tests/face/test_y.py": "def test_whole(total): ...\ndef test_nothing(): ...",
+        "tests/house/test_style.py": "from vcmm.room import area\ndef test_style(): area(1)",
     }
     for name, text in texts.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
     assert Nearest(tmp_path).noticing("vcmm/room/part.py", "area") == [
-        "tests/room/test_part.py", "tests/face/test_x.py", "tests/room/test_other.py",
+        "tests/room/test_part.py::test_area", "tests/face/test_x.py::test_near", "tests/face/test_y.py::test_whole",
+        "tests/room/test_part.py::test_other",
     ]  # fmt: skip
 
 
-def test_a_sample_has_formulas_of_different_files_first():
-    chosen = sample(1, 3, "core")
-    assert len({site.file for site in chosen}) == 3
-    assert all(site.formula and site.file.startswith("vcmm/core/") for site in chosen)
+def test_a_sample_has_so_many_of_either_class():
+    chosen = sample(1, 3, 2, "core")
+    assert [site.formula for site in chosen] == [True, True, True, False, False]
+    assert all(site.file.startswith("vcmm/core/") for site in chosen)
+
+
+def test_the_interval_of_a_share_by_hand():
+    """All of n seen: low = 0.025^(1/n), 0.025^(1/10) = 10^(-1.602 / 10) = 0.6915; none seen: high = 1 - that."""
+    assert interval(10, 10) == (pytest.approx(0.6915, abs=5e-5), 1.0)
+    assert interval(0, 10) == (0.0, pytest.approx(0.3085, abs=5e-5))

@@ -7,7 +7,7 @@ import pytest
 
 from tests.build import machine
 from vcmm.core.run import Run
-from vcmm.physics.structure.tool_bending import ToolDeflection
+from vcmm.physics.structure.tool_bending import ToolDeflection, bending
 
 
 def _run(**columns: float) -> Run:
@@ -29,3 +29,8 @@ def test_a_rod_bends_across_its_axis_alone():
     assert machine(ToolDeflection(1e-4)).tip_error(run)[0] == pytest.approx([20e-3, -5e-3, 40e-3], abs=1e-15)
     rod = machine(ToolDeflection(1e-4, rod=1))
     assert rod.tip_error(run)[0] == pytest.approx([20e-3, -5e-3, 0], abs=1e-15)
+
+
+def test_bending_of_a_rod_by_hand() -> None:
+    """D 10, L 40, 100 N: I = pi 8^4 / 64 = 201.06 mm4; 100 x 64000 / (3 x 580000 x 201.06) = 18.29 um."""
+    assert 100 * bending(5.0, 40.0) == pytest.approx(0.01829, abs=1e-5)

@@ -20,7 +20,6 @@ from vcmm.core.errors import DataError
 from vcmm.program.moves import PLANES
 from vcmm.program.trace import Trace, WordAt
 
-NEAR = 1e-6  # mm
 HEIGHTS = {"sinumerik": ("RFP", "DP", "FDEP"), "heidenhain": ("Q203",)}  # absolute heights of a definition
 
 

@@ -207,7 +207,7 @@ class PathErrors:
         """Return the tips (k, 3) as with rotary axes at zero: of led moves from points of the workpiece, the others are such points."""
         out = tips
         if self.is_led:
-            there = np.array([self.moves[i].led for i in move.tolist()], dtype=bool)
+            there = np.array([self.moves[i].is_tip_led for i in move.tolist()], dtype=bool)
             at_zero = tip_as_at_zero(self.known_errors.machine, tips, angle, offset)
             out = np.where(there[:, None], at_zero, tips)
         return out
@@ -216,13 +216,15 @@ class PathErrors:
         """Return the rows (k,) at which a rotary axis is off zero while X, Y and Z are those of the machine."""
         if not self._turns.any():
             return np.zeros(len(move), dtype=bool)
-        there = np.array([self.moves[i].led for i in move.tolist()], dtype=bool)
+        there = np.array([self.moves[i].is_tip_led for i in move.tolist()], dtype=bool)
         return np.asarray(angle.any(axis=1) & ~there)
 
     def _leads_tip(self, move: Ints) -> Array:
         """Return the rows (k,) at which the tip is led over the workpiece."""
         moves = [self.moves[i] for i in move.tolist()]
-        return np.array([m.led or (self.by_axes and m.tool_axis_end is not None) for m in moves], dtype=bool)
+        return np.array(
+            [m.is_tip_led or (self.by_axes and m.tool_axis_end is not None) for m in moves], dtype=bool
+        )
 
     def _in_workpiece(self, move: Ints, tips: Array, angle: Array, offset: Array) -> Array:
         """Return the tips (k, 3) as points of the workpiece as it lies with the rotary axes at zero."""

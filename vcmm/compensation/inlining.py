@@ -76,7 +76,7 @@ class _Sheet:
     dialect: Dialect
     lines: list[tuple[str, str]] = field(default_factory=list)
     origin: list[int] = field(default_factory=list)
-    seen: set[str] = field(default_factory=set)
+    numbers: set[str] = field(default_factory=set)  # block numbers that stand in the text
     passes: Counter[tuple[str, int]] = field(default_factory=Counter)
     last: ExecutedBlock | None = None
     texts: dict[str, list[str]] = field(default_factory=dict)
@@ -155,9 +155,9 @@ class _Sheet:
         number = (_KLARTEXT_NUMBER if self.dialect.name == "heidenhain" else _NUMBER).match(line)
         if number is None:
             return line
-        if number[3] in self.seen:
+        if number[3] in self.numbers:
             return number[1] + line[number.end() :]
-        self.seen.add(number[3])
+        self.numbers.add(number[3])
         return line
 
     def remark_of(self, line: str) -> str:

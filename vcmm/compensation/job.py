@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.answer.evaluation.sampling import Progress
 from vcmm.compensation.block_skip import check_expressions
 from vcmm.compensation.field import KnownErrors, field_of, known_errors_of
 from vcmm.compensation.frame import AXES, CENTRES
@@ -44,6 +43,7 @@ from vcmm.compensation.source import SourceText, at_origin
 from vcmm.compensation.surface import SurfaceErrors, what_is_left, with_surface
 from vcmm.compensation.temperatures import with_temperatures
 from vcmm.compensation.writer import Writer
+from vcmm.core.blocks import Progress
 from vcmm.core.effect import required
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine

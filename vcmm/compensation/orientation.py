@@ -107,7 +107,7 @@ def oriented_source(
     Raises DataError and ModelLimit with the line: words that are no plain absolute numbers, travels, singular positions.
     """
     index = moves_of(read.traces, read.moves)
-    chosen = [k for k, t in enumerate(read.traces) if t.contour.led and _turns(t)]
+    chosen = [k for k, t in enumerate(read.traces) if t.contour.is_tip_led and _turns(t)]
     if not chosen:
         return source, ("no block turns the tool: its direction is left as it is",)
     move = np.array([index[k] for k in chosen], dtype=np.intp)
@@ -212,7 +212,7 @@ def prove_orientation(
 
     lines: of the file for each line of the program that is run.
     """
-    cuts = [i for i, m in enumerate(moves) if m.led and m.kind in CUTS and m.rewritable]
+    cuts = [i for i, m in enumerate(moves) if m.is_tip_led and m.kind in CUTS and m.rewritable]
     if not cuts:
         return Departure(0.0, 0.0, 0)
     move = np.repeat(np.array(cuts, dtype=np.intp), len(SHARES))

@@ -182,7 +182,7 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
     ends = [
         (first.contour.rotary_end, second.contour.rotary_end)
         for first, second in passes
-        if not first.contour.led
+        if not first.contour.is_tip_led
     ]
     if any(abs(p - q) > math.pi for first, second in ends for p, q in zip(first, second)):
         raise _differs(name, line, "a rotary axis goes another way round")

@@ -205,7 +205,7 @@ def check_moves(moves: Sequence[Move], machine: Machine, setup: Setup, name: str
 def _check_set_as_cut(moves: Sequence[Move], name: str) -> None:
     """Check that an offset that was set with the rotary axes as they cut is used in one position of them."""
     at: dict[str, tuple[float, ...]] = {}
-    for m in (m for m in moves if m.kind != "rapid" and m.rewritable and not m.led):
+    for m in (m for m in moves if m.kind != "rapid" and m.rewritable and not m.is_tip_led):
         if max(abs(a - b) for a, b in zip(at.setdefault(m.offset, m.rotary_end), m.rotary_end)) > TRAVEL:
             raise UsageError(
                 f'{name}:{m.source.line}:{m.source.first}: work_offset.rotary = "as cut": {m.offset} cuts with the rotary axes in several places, but it '
@@ -223,7 +223,7 @@ def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:
         raise DataError(
             f'{at}: tool {m.tool} cuts here, but the set-up does not know it; add [tools.{m.tool}] length = "80 mm"'
         )
-    if not m.led:
+    if not m.is_tip_led:
         _check_rotary_axes(m, machine, at)
     if m.work_spindle != 1:
         raise ModelLimit(

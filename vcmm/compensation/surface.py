@@ -38,7 +38,7 @@ from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.milling import MillingProcess
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import GOUGE, ContactRows, PreparedCut, Words
-from vcmm.shop.machining.scenario import CutScenario
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 Bools = np.typing.NDArray[np.bool_]
 KNOT, MOST_KNOTS = 12.0, 24  # mm between knots of a line; of one move
@@ -155,7 +155,7 @@ NEAR_BY = (
 
 
 @dataclass(frozen=True, eq=False)
-class SeenPoints:
+class FeaturePoints:
     """Points (n, 3) on features with their normals, the height (n,) mm of the surface without errors, and the cuts that reach them."""
 
     at: Array
@@ -178,7 +178,7 @@ class SurfaceErrors:
     against: tuple[
         str, ...
     ]  # features on which most of it is left: their walls want the same tool to go two ways at once
-    seen: SeenPoints | None = None  # None: not found by a virtual cut
+    on_features: FeaturePoints | None = None  # None: not found by a virtual cut
     origin: str = ""  # what it is, where it was not found by a virtual cut
 
     def at(self, low: Ints, high: Ints, tips: Array) -> Array:
@@ -233,7 +233,7 @@ def surface_errors(scenario: CutScenario) -> SurfaceErrors | None:
     return _correction(job.program.moves, points, ids)
 
 
-def _correction(moves: Sequence[Move], points_on: SeenPoints, ids: tuple[str, ...]) -> SurfaceErrors:
+def _correction(moves: Sequence[Move], points_on: FeaturePoints, ids: tuple[str, ...]) -> SurfaceErrors:
     """Return the shifts of the tool for the heights of the cuts above the nominal surface."""
     cuts = points_on.cuts
     largest = float(np.abs(cuts.over[cuts.makes]).max(initial=0.0))
@@ -242,7 +242,7 @@ def _correction(moves: Sequence[Move], points_on: SeenPoints, ids: tuple[str, ..
     rms = float(np.sqrt(np.mean(left**2)))
     names = [str(n) for n in np.unique(feature) if np.abs(left[feature == n]).max() > MUCH * largest]
     return SurfaceErrors(
-        moves=tuple(moves), knots=knots, value=value, effects=ids, points=points, rest_rms=rms, largest=largest, against=tuple(names), seen=points_on,
+        moves=tuple(moves), knots=knots, value=value, effects=ids, points=points, rest_rms=rms, largest=largest, against=tuple(names), on_features=points_on,
     )  # fmt: skip
 
 
@@ -259,7 +259,7 @@ def refined_surface(scenario: CutScenario, first: SurfaceErrors, program: Path) 
     """Return Run a further round: add the departure of the part of the corrected program (all errors of the machine in it) to the correction
     of its cuts. A tool that is led elsewhere bends otherwise, so the first round is not exact."""
     job = set_up(replace(scenario, program=program))
-    on_features = first.seen
+    on_features = first.on_features
     if on_features is None:
         raise UsageError("what was measured on a face is not found anew by a virtual cut")
     surface = surface_at(job, on_features.at, on_features.normals)
@@ -272,7 +272,7 @@ def refined_surface(scenario: CutScenario, first: SurfaceErrors, program: Path) 
     return _correction(first.moves, replace(on_features, cuts=replace(cuts, over=over)), first.effects)
 
 
-def _on_features(job: PreparedCut) -> SeenPoints:
+def _on_features(job: PreparedCut) -> FeaturePoints:
     """Return the cuts of points on the features of characteristics."""
     steps = gauge_plan(job.scenario.part, None).steps
     at, normals = (np.concatenate([getattr(s, name) for s in steps]) for name in ("points", "normals"))
@@ -289,7 +289,7 @@ def _on_features(job: PreparedCut) -> SeenPoints:
     move, tips = of_row[row], rows.tip[row]
     share = np.array([float(nearest_share(job.program.moves[m], t[None])[0][0]) for m, t in zip(move, tips)])
     cuts = Cuts(point, move, share, gain=gain, over=over, makes=makes, feature=feature)
-    return SeenPoints(at[good], normals[good], contacts.surface(np.zeros_like(errors)), cuts)
+    return FeaturePoints(at[good], normals[good], contacts.surface(np.zeros_like(errors)), cuts)
 
 
 def _cut_at(job: PreparedCut, surface: CutSurface, feature: Words) -> tuple[Contacts, Array, ContactRows]:

@@ -167,7 +167,7 @@ def may_split(
         trace.contour.kind in CUTTING
         and before.side == after.side
         and not starts
-        and not (trace.contour.led and trace.contour.rotary_start != trace.contour.rotary_end)
+        and not (trace.contour.is_tip_led and trace.contour.rotary_start != trace.contour.rotary_end)
         and not one_stop
         and not cycle_follows
         and (trace.contour.kind != "arc" or trace.guard == (0.0, 0.0))

@@ -23,6 +23,7 @@ from vcmm.core.whole_files import write_files
 
 Block = tuple[int, int]  # the first, and how many
 Work = Callable[[Any, Any], Any]  # (payload, item) -> JSON values
+Progress = Callable[[str, float], None]  # (what is under way, share of it that is done)
 
 
 class ShardDone(Exception):

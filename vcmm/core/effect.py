@@ -51,7 +51,6 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array, Run
 from vcmm.core.units import parse_unit
 
-AXES = "XYZABC"
 OF_AN_ANGLE = {
     "um": "urad",
     "mm": "rad",

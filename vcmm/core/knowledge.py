@@ -36,10 +36,10 @@ def add_knowledge(machine: Machine, effects: Sequence[Effect] = (), inputs: Sequ
     )
 
 
-def duplicate_text(one: Input, known: Sequence[Input]) -> str:
+def duplicate_text(quantity: Input, others: Sequence[Input]) -> str:
     """Return the error text for a quantity that already has an Input: it would be sampled twice from one stream. '' where it has none."""
-    mine = {m.id for m in _single_quantities(one)}
-    for other in known:
+    mine = {m.id for m in _single_quantities(quantity)}
+    for other in others:
         name = next((m.id for m in _single_quantities(other) if m.id in mine), None)
         if name is not None:
             evidence = f" ({other.evidence})" if other.evidence else ""
@@ -69,31 +69,33 @@ def merge_effects(effects: Sequence[Effect]) -> list[Effect]:
     return out
 
 
-def addable(one: Effect, other: Effect) -> bool:
+def addable(first: Effect, second: Effect) -> bool:
     """Return whether two effects of one id differ in nothing but numbers in which they are linear."""
-    linear = {f.name for f in parameter_fields(one) if not f.metadata["scan"]}
-    rest = [f.name for f in fields(one) if f.name not in linear]
-    return all(np.array_equal(getattr(one, n), getattr(other, n)) for n in rest)
+    linear = {f.name for f in parameter_fields(first) if not f.metadata["scan"]}
+    rest = [f.name for f in fields(first) if f.name not in linear]
+    return all(np.array_equal(getattr(first, n), getattr(second, n)) for n in rest)
 
 
-def targets(machine: Machine, one: Input) -> list[Effect]:
+def targets(machine: Machine, quantity: Input) -> list[Effect]:
     """Return the effects an Input acts on. Raises UsageError when there is none."""
-    hit = [e for e in machine.effects if e.name == one.effect and one.where in (EVERY, e.where)]
+    hit = [e for e in machine.effects if e.name == quantity.effect and quantity.where in (EVERY, e.where)]
     if not hit:
         ids = sorted({e.id for e in machine.effects})
         raise UsageError(
-            f"{one.id}: the machine has no such effect.{choose_from(f'{one.effect}[{one.where}]', ids)}"
+            f"{quantity.id}: the machine has no such effect.{choose_from(f'{quantity.effect}[{quantity.where}]', ids)}"
         )
-    if one.where != EVERY and len(hit) > 1:
+    if quantity.where != EVERY and len(hit) > 1:
         raise UsageError(
-            f"{one.id} acts on {len(hit)} effects of that name; make them one effect, or tell them apart by their place"
+            f"{quantity.id} acts on {len(hit)} effects of that name; make them one effect, or tell them apart by their place"
         )
     return hit
 
 
-def acted_on(machine: Machine, one: Input) -> tuple[Effect, ...]:
+def acted_on(machine: Machine, quantity: Input) -> tuple[Effect, ...]:
     """Return the effects that a single quantity changes: those that need a column, those that have a parameter; or none."""
-    if one.is_channel:
-        return tuple(e for e in machine.effects if one.parameter in required(e))
-    has_effect = any(e.name == one.effect and one.where in (EVERY, e.where) for e in machine.effects)
-    return tuple(targets(machine, one)) if has_effect else ()
+    if quantity.is_channel:
+        return tuple(e for e in machine.effects if quantity.parameter in required(e))
+    has_effect = any(
+        e.name == quantity.effect and quantity.where in (EVERY, e.where) for e in machine.effects
+    )
+    return tuple(targets(machine, quantity)) if has_effect else ()

@@ -166,12 +166,12 @@ def outside(point: Array, what: str, row: int) -> ModelLimit:
     )
 
 
-def known_row_by_row(known: Any, tip: Array) -> npt.NDArray[np.bool_]:
-    """Return at which places (n,) a field is known."""
+def known_row_by_row(weights: Any, tip: Array) -> npt.NDArray[np.bool_]:
+    """Return at which places (n,) a field is known: `weights` raises ModelLimit elsewhere."""
     out = np.ones(len(tip), dtype=bool)
     for i in range(len(tip)):
         try:
-            known(tip[i : i + 1])
+            weights(tip[i : i + 1])
         except ModelLimit:
             out[i] = False
     return out

@@ -26,6 +26,8 @@ TOOL_AXIS_COLUMNS = (
     "tool_axis_y",
     "tool_axis_z",
 )  # workpiece axes, where rotary axes turn the tool
+FORCE_COLUMNS = ("force_x_N", "force_y_N", "force_z_N")  # of the part on the tool, workpiece axes
+POWER_COLUMN = "spindle_load_W"  # cutting power, over the time of the program
 OFFSET_LABEL = "work_offset"  # the label that names the work offset a row was cut under
 MOST_KEPT = 2**20  # numbers of lags of a run that are kept, 8 MB
 PROBE_LABEL = "probed"  # label: which touch of a program a row is, counted from 1, "" for others

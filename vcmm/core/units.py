@@ -163,11 +163,6 @@ def vector(text: object, dimension: str, what: str = "value", example: str = "")
     return tuple(n * unit for n in numbers)
 
 
-def format_quantity(value: float, unit: str, digits: int = 3) -> str:
-    """Return a canonical number as text in `unit`: format_quantity(0.0008, "um") -> '0.8 um'."""
-    return f"{in_unit(value, unit):.{digits}g} {unit}"
-
-
 def in_unit(value: float, unit: str) -> float:
     """Return a canonical number expressed in `unit`: in_unit(0.0008, "um") -> 0.8."""
     return value / parse_unit(unit).factor

@@ -34,7 +34,7 @@ def find_figures(
 def table_of_figures(iso: str, figures: Any) -> Any:
     """Return the figures as a table."""
     from vcmm.show.tables.calibration import figures as figures_table
-    from vcmm.show.tables.reversal import spindle_figures
+    from vcmm.show.tables.calibration import spindle_figures
 
     return spindle_figures(figures) if iso == "230-7" else figures_table(iso, figures)
 

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, overload
 
 from vcmm.answer.evaluation.checks import remarks
 from vcmm.answer.evaluation.result import UncertaintyResult
-from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate as evaluate_task
 from vcmm.answer.evaluation.virtual_measurement import Measurement, measure_task
-from vcmm.core.blocks import Sharing
+from vcmm.core.blocks import Progress, Sharing
 from vcmm.core.errors import UsageError
 from vcmm.face.given_files import check_inputs, evaluate_listed, given_points
 from vcmm.face.readings import (
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from vcmm.answer.placing.result import PlacementResult
     from vcmm.shop.machining.placement import PlacedCut
     from vcmm.shop.machining.result import CutResult
-    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.cut_scenario import CutScenario
     from vcmm.task.measuring.fixture import Fixture, Goal
 
 
@@ -354,7 +353,7 @@ def _files_of(scenario: object) -> list[str | Path]:
 
 def _load_if_file(scenario: Scenario | CutScenario | str | Path) -> Scenario | CutScenario:
     """Return a scenario unchanged, or that of a file. UsageError for anything else."""
-    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.cut_scenario import CutScenario
 
     if isinstance(scenario, Scenario | CutScenario):
         return scenario

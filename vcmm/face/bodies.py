@@ -38,8 +38,7 @@ def calibration_json(calibration: Calibration, out: Path | None) -> dict[str, An
 
 def compensation_json(result: CompensatedProgram, target: Path | None, proof: CutProof) -> dict[str, Any]:
     """Return the body of the JSON document; lengths in um, as people state them. met: of the cut, where one was made, else of the path."""
-    from vcmm.show.tables.compensation import departure_json, pointing_json, shifts_json
-    from vcmm.show.tables.proofs import proof_json
+    from vcmm.show.tables.compensation import departure_json, pointing_json, proof_json, shifts_json
 
     r, b = result.rounding, result.blocks
     return {

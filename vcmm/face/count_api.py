@@ -6,8 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vcmm.answer.evaluation.sampling import Progress
-from vcmm.core.blocks import Sharing
+from vcmm.core.blocks import Progress, Sharing
 from vcmm.core.readable import ReadableRows
 from vcmm.face import readings
 from vcmm.task.measuring.scenario import Scenario

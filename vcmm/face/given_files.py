@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vcmm.answer.evaluation.sampling import Progress
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import DataError, UsageError, choose_from
 
 if TYPE_CHECKING:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from vcmm.core.blocks import Folder, Nowhere, ShardDone, Share, Sharing
+from vcmm.core.blocks import Progress as Progress
 from vcmm.core.crew import crew_of
 from vcmm.core.errors import UsageError
 from vcmm.show.console.complaints import about
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from vcmm.answer.evaluation.result import CharacteristicResult
     from vcmm.task.measuring.task import Task
 
-Progress = Callable[[str, float], None]  # (what is under way, share of it that is done)
 Loaded = TypeVar("Loaded")
 Result = TypeVar("Result")
 REQUIRED, FAILED = "conforms", "does not conform"

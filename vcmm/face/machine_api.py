@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vcmm.answer.evaluation.sampling import Progress
+from vcmm.core.blocks import Progress
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
@@ -228,7 +228,7 @@ def compensate(
         Whatever cannot be rewritten for certain, with file and line.
     """
     from vcmm.compensation.job import compensate as rewrite
-    from vcmm.face.machine_of_setup import setup_and_machine
+    from vcmm.face.programs import setup_and_machine
 
     compensated_program = rewrite(
         program,

@@ -1,4 +1,4 @@
-"""Understand an NC program on the machine of its set-up, and check that it is sensible."""
+"""Read NC programs on the machine of their set-up, check that they are sensible, and read what a program needs to be compensated."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from vcmm.compensation.loading import MachineOfFile
     from vcmm.core.machine import Machine
     from vcmm.program.moves import Program
     from vcmm.program.setup import Setup
@@ -49,3 +50,23 @@ def at_level(setup: Setup | None, strict: bool) -> Setup:
     from vcmm.program.setup import Setup
 
     return replace(setup or Setup(), strict=strict)
+
+
+def setup_and_machine(
+    setup: str | Path | Setup, machine: Machine | None
+) -> tuple[Setup, MachineOfFile | Machine]:
+    """Return the set-up as a value, and the machine: the given one, else that which the set-up names. Raises UsageError where it names none."""
+    from vcmm.compensation.loading import MachineOfFile, no_machine
+    from vcmm.files.own.machine import load_machine
+    from vcmm.files.own.setup import load_setup
+    from vcmm.files.toml import read_toml
+    from vcmm.program.setup import Setup
+
+    read = setup if isinstance(setup, Setup) else load_setup(setup)
+    if machine is not None:
+        return read, machine
+    if read.machine is None:
+        raise no_machine(read)
+    table = read_toml(read.machine).data.get("errors")
+    state = str(table.get("state", "")) if isinstance(table, dict) else None
+    return read, MachineOfFile(load_machine(read.machine), Path(read.machine), state)

@@ -13,8 +13,8 @@ from vcmm.core.readable import Reading
 if TYPE_CHECKING:
     from vcmm.answer.evaluation.result import UncertaintyResult
     from vcmm.answer.inference.job import EvaluatedPart
-    from vcmm.shop.machining.scenario import CutScenario
     from vcmm.show.tables.table import ResultTable
+    from vcmm.task.measuring.cut_scenario import CutScenario
     from vcmm.task.measuring.scenario import Scenario
 
 Rows = Sequence[Mapping[str, Any]]
@@ -180,7 +180,7 @@ def placement_reading(files: Sequence[str | Path]) -> Reading:
 def placed_cut_reading(scenario: CutScenario, files: Sequence[str | Path]) -> Reading:
     """Return the reading of `place` on a cutting scenario."""
     from vcmm.face.bodies import placed_cut_json
-    from vcmm.show.pages.place_cut import place_cut_page
+    from vcmm.show.pages.place import place_cut_page
     from vcmm.show.tables.placement import compared_cut_poses
 
     return make_reading(

@@ -18,7 +18,7 @@ FAR = 1e3  # mm, of a lead that is longer than any tool is wide
 CLOSED = 1e-6  # mm from the end of a contour to its begin
 
 
-READING_NOTES = frozenset(("assumed", "unused", "misfits", "remarks", "remark_keys", "called"))
+READING_NOTES = frozenset(("assumptions", "unused_words", "misfits", "remarks", "remark_keys", "tool_names"))
 
 
 @dataclass(eq=False)
@@ -26,7 +26,7 @@ class RecordedContour:
     """Moves in machine coordinates and as programmed, and the side on which the tool goes beside them."""
 
     moves: list[Move] = field(default_factory=list)
-    programmed: list[Move] = field(default_factory=list)
+    programmed_moves: list[Move] = field(default_factory=list)
     side: str | None = None
 
 
@@ -40,7 +40,7 @@ def record_contour(r: Recorder) -> Iterator[RecordedContour]:
     out.moves, _ = round_corners(r.moves, [None] * len(r.moves), r.corners, r.file)
     out.side = next((s.side for s in r.sides if s is not None), None)
     undo = r.world.undo
-    out.programmed = [
+    out.programmed_moves = [
         m._replace(start=undo(m.start), end=undo(m.end), centre=m.centre and undo(m.centre))
         for m in out.moves
     ]

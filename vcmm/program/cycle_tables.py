@@ -30,13 +30,13 @@ KINDS = {  # kind -> what becomes of a number
 
 
 class CycleParameter(NamedTuple):
-    """One parameter of a cycle. open: whether it stays open where it is left out, else it is zero; needed: whether it may not be."""
+    """One parameter of a cycle. open: whether it stays open where it is left out, else it is zero; is_needed: whether it may not be."""
 
     name: str
     meaning: str
     kind: str
     open: bool = False
-    needed: bool = False
+    is_needed: bool = False
 
 
 Conversion = Callable[[CycleParameter, float], float]
@@ -86,7 +86,7 @@ class Cycle(Generic[Primitive]):
     @property
     def required_names(self) -> tuple[str, ...]:
         """Names of the parameters without which it does not go."""
-        return tuple(p.name for p in self.parameters if p.needed)
+        return tuple(p.name for p in self.parameters if p.is_needed)
 
     def by_name(self, arguments: Sequence[float | None]) -> dict[str, float]:
         """Return the arguments in the order of the manual, by name. Arguments beyond the table are left out."""

@@ -26,7 +26,7 @@ class Dialect:
 
     decimal_point: "calculator" (X10 is 10 mm) or "increment" (X10 without a point is 10 increments).
     dwell: seconds per unit of P in G4 and cycles. words: "o" O-words and named parameters, "macro" Fanuc macro B.
-    unused: treatment of a word that no code of its block uses: "refuse" or "remark".
+    unused_words: treatment of a word that no code of its block uses: "refuse" or "remark".
     codes: name of the table of G codes (vcmm.program.iso.groups). survey: the level (vcmm.program.levels), from the set-up.
     cycles_apart: drilling cycles are a modal group of their own: G0 G80 in one block, and G80 leaves G0 or G1 in force.
     system: of the G codes of a lathe, A, B or C. everything_home: G28 without axes sends all of them.
@@ -45,7 +45,7 @@ class Dialect:
     sharing: bool = False  # G28 and a motion code in one block
     arc_centre: str = "incremental"
     absolute: bool = True  # G90 is in force when the control wakes up
-    unused: str = "refuse"
+    unused_words: str = "refuse"
     needs_end: bool = True
     default_motion: str | None = None
     length_follows: bool = False
@@ -73,12 +73,12 @@ class Dialect:
 _INCH = {"G20": 25.4, "G21": 1.0}
 LINUXCNC = Dialect("linuxcnc", "o", _INCH, everything_home=True)
 GRBL = replace(
-    LINUXCNC, name="grbl", nested_comments=True, unused="remark", needs_end=False, default_motion="G0", cycles_apart=True
+    LINUXCNC, name="grbl", nested_comments=True, unused_words="remark", needs_end=False, default_motion="G0", cycles_apart=True
 )  # fmt: skip
 MACH3 = replace(GRBL, name="mach3", codes="mach3", unit_codes=_INCH | {"G70": 25.4, "G71": 1.0})
 FANUC = Dialect(
     "fanuc", "macro", _INCH | {"G70": 25.4, "G71": 1.0}, dwell=0.001, nested_comments=True,
-    semicolon_comment=False, sharing=True, unused="remark", needs_end=False, default_motion="G0",
+    semicolon_comment=False, sharing=True, unused_words="remark", needs_end=False, default_motion="G0",
     length_follows=True, peck_clearance=0.5, fix_is_floor=False, cycles_apart=True,
 )  # fmt: skip
 HAAS = replace(FANUC, name="haas", codes="haas", unit_codes=_INCH, everything_home=True)

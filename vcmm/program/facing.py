@@ -27,13 +27,13 @@ class EndFace:
 
 def face_begins(c: Recorder) -> EndFace:
     """Begin polar interpolation and return its end face: X and the angle lead the tip from here on."""
-    c.led = c.over_face = True
+    c.is_tcp_on = c.over_face = True
     return EndFace(c.world.apply((0.0, 0.0, 0.0)), c.rotary[2])
 
 
 def face_ends(c: Recorder, on: EndFace) -> None:
     """Return to the axes themselves: C keeps its angle, X its distance."""
-    c.led = c.over_face = False
+    c.is_tcp_on = c.over_face = False
     x, y, z = c.p
     c.rotary = (c.rotary[0], c.rotary[1], on.angle + math.atan2(y, x))
     tip, o = c.world.apply((math.hypot(x, y), 0.0, z)), c.tool_offset

@@ -172,7 +172,7 @@ class FreeContour:
             if 0 <= i < len(self.elements) and (turn := self.elements[i].turn) is not None:
                 c, p = self.carriers[i], self.joints[i if sense > 0 else i + 1]
                 if isinstance(c, DirectedCircle) and p is not None:
-                    return _turned(p, c, sense * turn)
+                    return _rotate(p, c, sense * turn)
         if 0 < j < len(self.elements) and self.elements[j].tangential:
             a, b = self.carriers[j - 1], self.carriers[j]
             return None if a is None or b is None else touch_point(a, b)
@@ -230,7 +230,7 @@ class FreeContour:
 
     def _arc_fits(self, i: int, c: DirectedCircle, start: Vec, end: Vec) -> bool:
         e = self.elements[i]
-        sweep = swept(c, start, end, e.is_full)
+        sweep = travel_angle(c, start, end, e.is_full)
         if sweep < 1e-9 or (e.radius is not None and abs(abs(c.rho) - e.radius) > AGREE):
             return False
         if e.turn is not None and abs(sweep - e.turn) * abs(c.rho) > AGREE:
@@ -246,7 +246,8 @@ class FreeContour:
             return False
         spare = AGREE / abs(c.rho)
         return all(
-            swept(c, start, p, False) <= sweep + spare or math.dist(start, p) < AGREE for p in e.through
+            travel_angle(c, start, p, False) <= sweep + spare or math.dist(start, p) < AGREE
+            for p in e.through
         )
 
     def length(self) -> float:
@@ -257,13 +258,13 @@ class FreeContour:
             if start is None or end is None:
                 continue
             if isinstance(c, DirectedCircle):
-                total += abs(c.rho) * swept(c, start, end, self.elements[i].is_full)
+                total += abs(c.rho) * travel_angle(c, start, end, self.elements[i].is_full)
             else:
                 total += math.dist(start, end)
         return total
 
 
-def swept(c: DirectedCircle, start: Vec, end: Vec, full: bool) -> float:
+def travel_angle(c: DirectedCircle, start: Vec, end: Vec, full: bool) -> float:
     """Return the angle from one point to another in the sense of travel; a whole turn for one and the same where it may be `full`, else 0."""
     a = math.atan2(start[1] - c.centre[1], start[0] - c.centre[0])
     b = math.atan2(end[1] - c.centre[1], end[0] - c.centre[0])
@@ -278,7 +279,7 @@ def _through(point: Vec, angle: float) -> DirectedLine:
     return DirectedLine(angle, n[0] * point[0] + n[1] * point[1])
 
 
-def _turned(point: Vec, c: DirectedCircle, turn: float) -> Vec:
+def _rotate(point: Vec, c: DirectedCircle, turn: float) -> Vec:
     """Return a point carried round a circle in its sense."""
     turn = math.copysign(1.0, c.rho) * turn
     a, b = point[0] - c.centre[0], point[1] - c.centre[1]

@@ -19,14 +19,14 @@ STILL = 1e-9  # mm or rad below which an axis does not move
 class Leader(Protocol):
     """Deciding state: vcmm.program.recorder.Recorder."""
 
-    led: bool
-    tilted: bool
+    is_tcp_on: bool
+    is_plane_tilted: bool
     over_face: bool
     aim: Point | None
-    aimed: Point | None
+    last_aim: Point | None
     posture: Posture | None
     world: AffineMap
-    held: str
+    unmoved_axes: str
     sweeps: bool
     rotary: Point
 
@@ -47,17 +47,17 @@ def column(world: AffineMap, axis: int) -> Point:
 
 def leading(r: Leader, rewritable: bool) -> dict[str, Any]:
     """Return the fields of a Move. A move in machine coordinates is not led; in a tilted plane the tool is square to it there as well."""
-    if r.tilted:
+    if r.is_plane_tilted:
         axis = column(r.world, 2)
         return {
-            "led": rewritable, "tool_axis_start": axis, "tool_axis_end": axis, "posture": r.posture,
+            "is_tip_led": rewritable, "tool_axis_start": axis, "tool_axis_end": axis, "posture": r.posture,
         }  # fmt: skip
-    if not rewritable or not r.led:
+    if not rewritable or not r.is_tcp_on:
         return {}
     if r.over_face:
-        return {"led": True, "over_face": True}
+        return {"is_tip_led": True, "over_face": True}
     return {
-        "led": True, "tool_axis_start": r.aimed or r.aim, "tool_axis_end": r.aim, "posture": r.posture, "sweeps": r.sweeps,
+        "is_tip_led": True, "tool_axis_start": r.last_aim or r.aim, "tool_axis_end": r.aim, "posture": r.posture, "sweeps": r.sweeps,
     }  # fmt: skip
 
 
@@ -73,16 +73,16 @@ def let_go(r: Leader, start: Point, end: Point, rotary: Point | None) -> None:
 
 def name_axes(r: Leader, letters: str) -> None:
     """Name the axes of a block; in a frame that is turned one word moves all three linear axes."""
-    if not r.held:
+    if not r.unmoved_axes:
         return
     turned = r.world.matrix is not UNITY and any(k in "XYZ" for k in letters)
     for letter in letters + ("XYZ" if turned else ""):
         r.release(letter)
 
 
-def held_after(move: Move, axes: str) -> str:
+def unmoved_axes_after(move: Move, axes: str) -> str:
     """Return the axes whose positions after a move only the machine knows: all that a led one has moved."""
-    if not move.led or move.over_face:
+    if not move.is_tip_led or move.over_face:
         return axes
     turned = "ABC" if move.tool_axis_end is not None else "".join(a for a in axes if a in "ABC")
     return f"XYZ{turned}"
@@ -90,9 +90,9 @@ def held_after(move: Move, axes: str) -> str:
 
 def waits_for_words(r: Leader) -> bool:
     """Return whether the control has led a linear axis, so that a block that does not name it must not move it."""
-    return not r.led and any(letter in "XYZ" for letter in r.held)
+    return not r.is_tcp_on and any(letter in "XYZ" for letter in r.unmoved_axes)
 
 
-def held_behind(r: Leader, moves: Sequence[Move]) -> str:
+def unmoved_axes_behind(r: Leader, moves: Sequence[Move]) -> str:
     """Return the same behind the last of many moves that were made without the recorder."""
-    return held_after(moves[-1], r.held) if r.led and moves else r.held
+    return unmoved_axes_after(moves[-1], r.unmoved_axes) if r.is_tcp_on and moves else r.unmoved_axes

@@ -80,7 +80,7 @@ class Telling(Protocol):
 class Listening(Telling, Protocol):
     """Receiver that also keeps words without use."""
 
-    unused: dict[tuple[int, str], UnusedWord]
+    unused_words: dict[tuple[int, str], UnusedWord]
 
     def fault(self, text: str, column: int | None = None) -> NoReturn: ...
 
@@ -93,7 +93,7 @@ def pass_over(r: Listening, word: str, column: int, refused: bool = False, name:
     if r.setup.strict or refused:
         r.fault(f"{text}; remove it, or add the code that it belongs to", column)
     text += "; it is passed over"
-    r.unused.setdefault((r.line, word), UnusedWord(r.line, column, word, text))
+    r.unused_words.setdefault((r.line, word), UnusedWord(r.line, column, word, text))
     r.remark(text, column, f"unused {letter}")
 
 
@@ -137,12 +137,12 @@ def unknown_tool(r: Telling, number: int, called: str, column: int | None = None
     r.assume(what, "a tool without length", otherwise, blank=entry, column=column)
 
 
-def demand(assumed: Iterable[Assumption], name: str, job: str) -> None:
+def demand(assumptions: Iterable[Assumption], name: str, job: str) -> None:
     """Refuses to go on with a path that depends on what was assumed. Raises DataError, one sentence for each missing number.
 
     name: of the program, for messages; job: who asks, as in "cut".
     """
-    missing = [a for a in assumed if a.matters]
+    missing = [a for a in assumptions if a.matters]
     if missing:
         raise DataError([f"{name}:{a.line}:1: {_sentence(a, job)}" for a in missing])
 

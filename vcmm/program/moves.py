@@ -33,7 +33,7 @@ class Posture(NamedTuple):
     two (PLANE SYM+, CYCLE800). axis: "primary" (HEIDENHAIN), "first" (FANUC, Siemens): defined in vcmm.shop.motion.posture.
     binding: a position beyond the travels is refused; else the other is taken.
     along: direction of the workpiece that a free rotary axis turns along X of the machine (TABLE ROT). keeps_tip: the tip stays where
-    it is on the workpiece while they turn (G53.6, MOVE), else X, Y and Z keep their positions. said: the words of the program. by_axis: of several the
+    it is on the workpiece while they turn (G53.6, MOVE), else X, Y and Z keep their positions. words: those of the program. by_axis: of several the
     one whose one axis turns least counts before the other (FANUC), else the one whose largest turn is least.
     """
 
@@ -43,7 +43,7 @@ class Posture(NamedTuple):
     binding: bool = True
     along: Point | None = None
     keeps_tip: bool = False
-    said: str = ""
+    words: str = ""
     by_axis: bool = False
 
 
@@ -55,7 +55,7 @@ class Move(NamedTuple):
     turns: started turns of an arc, 1 up to a full circle; a helix has an end beside its plane. clockwise as seen
     against the normal of the plane (G2), None unless it is an arc.
     compensation: "left" | "right" while cutter radius compensation is on; the points are those of the centre path.
-    led: tool centre point control or a tilted plane: the points are those of the tip in the workpiece as it lies with the
+    is_tip_led: tool centre point control or a tilted plane: the points are those of the tip in the workpiece as it lies with the
     rotary axes at zero, the tool is long along its own axis, and the rotary axes follow their words or the tool axis.
     """
 
@@ -81,7 +81,7 @@ class Move(NamedTuple):
     )
     offset: str = "G54"  # work offset in force
     rewritable: bool = True  # False where the axes run in machine coordinates (G28, G53): never rewritten
-    led: bool = False  # the tip is led over the workpiece: see above
+    is_tip_led: bool = False  # the tip is led over the workpiece: see above
     tool_axis_start: Point | None = (
         None  # unit vectors from the tip to the spindle, workpiece axes; None: as A, B, C stand
     )
@@ -90,7 +90,7 @@ class Move(NamedTuple):
     work_spindle: int = 1  # which spindle holds the part: 2 = the sub-spindle
     posture: Posture | None = None  # which position of the rotary axes brings the tool along its axis
     sweeps: bool = False  # the tool axis stays in the plane of its directions at both ends; else the rotary axes run in proportion
-    held: str = ""  # axes that no word has moved since the tip was led: they stand where the control has left them, "XYABC"
+    unmoved_axes: str = ""  # axes that no word has moved since the tip was led: they stand where the control has left them, "XYABC"
 
 
 class Remark(NamedTuple):

@@ -51,7 +51,7 @@ def along(a: Vec, direction: Vec, by: float) -> Vec:
     return a[0] + by * direction[0], a[1] + by * direction[1]
 
 
-def left(a: Vec) -> Vec:
+def left_normal(a: Vec) -> Vec:
     return -a[1], a[0]
 
 
@@ -72,12 +72,16 @@ def tangent(piece: ContourPiece, at: Vec) -> Vec:
     """Return the unit direction of travel at the start or the end of a piece."""
     if piece.centre is None:
         return unit(minus(piece.end, piece.start))
-    return left(unit(minus(at, piece.centre))) if piece.sweep > 0 else left(unit(minus(piece.centre, at)))
+    return (
+        left_normal(unit(minus(at, piece.centre)))
+        if piece.sweep > 0
+        else left_normal(unit(minus(piece.centre, at)))
+    )
 
 
 def beside(piece: ContourPiece, at: Vec, h: float) -> Vec:
     """Return the point of the parallel curve that belongs to the start or end `at`."""
-    return along(at, left(tangent(piece, at)), h)
+    return along(at, left_normal(tangent(piece, at)), h)
 
 
 def parallel_radius(piece: ContourPiece, h: float) -> float:
@@ -175,7 +179,7 @@ def _square_corner(a: ContourPiece, b: ContourPiece, h: float, ends: tuple[Vec, 
 def _meeting(a: ContourPiece, b: ContourPiece, h: float) -> Vec:
     """Return the intersection of the parallel curves nearest to the programmed corner."""
     if a.centre is None and b.centre is None:
-        n, m = left(tangent(a, a.end)), left(tangent(b, b.start))
+        n, m = left_normal(tangent(a, a.end)), left_normal(tangent(b, b.start))
         scale = h / (1 + dot(n, m))
         return a.end[0] + scale * (n[0] + m[0]), a.end[1] + scale * (n[1] + m[1])
     if a.centre is None:
@@ -192,7 +196,7 @@ def _meeting(a: ContourPiece, b: ContourPiece, h: float) -> Vec:
 def _line_circle(line: ContourPiece, arc: ContourPiece, h: float) -> list[Vec]:
     assert arc.centre is not None
     direction = tangent(line, line.start)
-    foot = along(line.start, left(direction), h)
+    foot = along(line.start, left_normal(direction), h)
     middle = along(foot, direction, dot(minus(arc.centre, foot), direction))
     left_over = parallel_radius(arc, h) ** 2 - math.dist(middle, arc.centre) ** 2
     if left_over < 0:
@@ -214,7 +218,7 @@ def _circle_circle(a: ContourPiece, b: ContourPiece, h: float) -> list[Vec]:
         return []
     direction = unit(minus(b.centre, a.centre))
     foot, half = along(a.centre, direction, reach), math.sqrt(left_over)
-    return [along(foot, left(direction), half), along(foot, left(direction), -half)]
+    return [along(foot, left_normal(direction), half), along(foot, left_normal(direction), -half)]
 
 
 def trimmed_sweep(piece: ContourPiece, start: Vec, end: Vec) -> float:

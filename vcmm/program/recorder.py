@@ -13,7 +13,7 @@ from typing import ClassVar, NoReturn
 
 from vcmm.program.faults import ProgramFault
 from vcmm.program.frames import AffineMap, in_plane, rotation, translation
-from vcmm.program.leading import held_after, leading, let_go, unit
+from vcmm.program.leading import leading, let_go, unit, unmoved_axes_after
 from vcmm.program.levels import Assumption, SetupEntry, UnusedWord, tell_unknown_axes
 from vcmm.program.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.program.offsetting import sweep_of
@@ -54,7 +54,7 @@ class Recorder(ModalState):
     p: Point = ORIGIN
     q: Point = ORIGIN
     rotary: Point = ORIGIN
-    aimed: Point | None = None  # tool axis at the end of the last move
+    last_aim: Point | None = None  # tool axis at the end of the last move
     tool_data: Tool = NO_TOOL
     tool_axis: int = 2
     moves: list[Move] = field(default_factory=list)
@@ -63,10 +63,12 @@ class Recorder(ModalState):
     finishes: list[Finish] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
     remark_keys: set[str] = field(default_factory=set)
-    assumed: dict[str, Assumption] = field(default_factory=dict)  # by what it is
-    unused: dict[tuple[int, str], UnusedWord] = field(default_factory=dict)
-    selected: dict[str, Source] = field(default_factory=dict)  # work offsets, and where they are first named
-    called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
+    assumptions: dict[str, Assumption] = field(default_factory=dict)  # by what it is
+    unused_words: dict[tuple[int, str], UnusedWord] = field(default_factory=dict)
+    work_offsets: dict[str, Source] = field(
+        default_factory=dict
+    )  # work offsets, and where they are first named
+    tool_names: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
     touches: list[ProbeContact] = field(default_factory=list)
     skip: Point | None = None  # where the last probing move stopped, as programmed
     skip_axes: Point = ORIGIN  # and where the axes stood
@@ -111,7 +113,7 @@ class Recorder(ModalState):
         if self.setup.strict:  # nothing is assumed here: what both levels know is a remark
             self.remark(f"{what}: {value}")
             return
-        self.assumed.setdefault(what, Assumption(self.line, what, value, blank, matters, otherwise))
+        self.assumptions.setdefault(what, Assumption(self.line, what, value, blank, matters, otherwise))
 
     # -- positions --
     def refresh(self) -> None:
@@ -151,7 +153,7 @@ class Recorder(ModalState):
         self.offset = name
         if self.setup.work_spindles:
             self.hold(self.setup.work_spindles.get(name, 1))
-        self.selected.setdefault(name, self.source)
+        self.work_offsets.setdefault(name, self.source)
 
     def hold(self, spindle: int) -> None:
         """Set the spindle that holds the part cut from here on."""
@@ -173,7 +175,7 @@ class Recorder(ModalState):
         self.free("the tool changes")
         self.tool, self.tool_data = tool.number, tool
         if tool.number:
-            self.called[tool.number] = called
+            self.tool_names[tool.number] = called
         self.set_length(tool.offset)
 
     def set_length(self, offset: Point) -> None:
@@ -311,7 +313,7 @@ class Recorder(ModalState):
             rotary_end=self.rotary if rotary is None else rotary, plane=plane or self.plane, centre=centre, turns=turns,
             clockwise=clockwise, feed=feed, spindle=self.spindle(start, end), tool=self.tool, tool_offset=self.tool_offset,
             compensation=None, seconds=seconds, exact_stop=stop, tolerance=None if stop else self.tolerance,
-            offset=self.offset, rewritable=rewritable, work_spindle=self.work_spindle, **leading(self, rewritable), held=self.held,
+            offset=self.offset, rewritable=rewritable, work_spindle=self.work_spindle, **leading(self, rewritable), unmoved_axes=self.unmoved_axes,
         )  # fmt: skip
 
     def point_to(self, direction: Point) -> None:
@@ -326,10 +328,10 @@ class Recorder(ModalState):
         seconds: float = 0.0, rewritable: bool = True,
     ) -> None:  # fmt: skip
         """Make a move from where the tip is (or `start`) and note where the axes now are. Machine coordinates."""
-        if self.tilted and rotary is not None and math.dist(rotary, self.rotary) > 1e-9:
+        if self.is_plane_tilted and rotary is not None and math.dist(rotary, self.rotary) > 1e-9:
             wording = "a rotary axis in a tilted plane, which has turned them"
             self.assume(wording, "passed over", f"{wording}, is not understood; end the plane before")
-        if self.held:
+        if self.unmoved_axes:
             let_go(self, self.tip() if start is None else start, end, rotary)
         self.moves.append(
             self.move(
@@ -345,7 +347,7 @@ class Recorder(ModalState):
         if rotary is not None:
             tell_unknown_axes(self, self.rotary, rotary)
             self.rotary = rotary
-        self.aimed, self.held = self.aim, held_after(self.moves[-1], self.held)
+        self.last_aim, self.unmoved_axes = self.aim, unmoved_axes_after(self.moves[-1], self.unmoved_axes)
 
     def side_on(self, rewritable: bool) -> RadiusCompensation | None:
         """Return the compensation of a move; a mirror image is cut with the tool on the other side."""
@@ -373,8 +375,8 @@ class Recorder(ModalState):
         if any(side is not None for side in sides):
             moves = centre_path(moves, sides, file or self.file)
         return Program(
-            self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.called), offsets=dict(self.selected), traces=traces, steps=steps,
-            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)), touches=tuple(self.touches), unused=tuple(sorted(self.unused.values())),
+            self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.tool_names), offsets=dict(self.work_offsets), traces=traces, steps=steps,
+            assumed=tuple(sorted(self.assumptions.values(), key=lambda a: a.line)), touches=tuple(self.touches), unused=tuple(sorted(self.unused_words.values())),
         )  # fmt: skip
 
 

@@ -21,8 +21,8 @@ LATEST = 3  # moves that later ones may look back at
 FIRST = 1024  # passes backwards before states are looked at: hardly a program has as many
 OUTSIDE_STATE = frozenset({  # what is read or written only, never asked by a block: text, results, counts of blocks
     "setup", "language", "text", "main", "others", "lines", "labels", "sections", "folders", "work", "short", "current", "missing",
-    "moves", "sides", "finishes", "remarks", "remark_keys", "assumed", "unused", "misfits", "selected", "called", "markers", "tracer", "flow", "source", "column",
-    "blocks_run", "moved", "moves_seen", "idle", "repeated", "block_count", "states",
+    "moves", "sides", "finishes", "remarks", "remark_keys", "assumptions", "unused_words", "misfits", "work_offsets", "tool_names", "markers", "tracer", "flow", "source", "column",
+    "blocks_run", "last_motion", "moves_seen", "idle", "repeated", "block_count", "states",
 })  # fmt: skip
 ENDLESS = (
     "this loop is endless: position, variables and modes are exactly those of an earlier pass, and clocks and signals of the "
@@ -46,7 +46,7 @@ class RepeatedStates:
     place: Hashable = None
     values: object = None
     whole: Hashable = None
-    asked: str = ""  # what only the machine knows and blocks have asked since that pass
+    machine_value: str = ""  # what only the machine knows and blocks have asked since that pass
 
     def is_repetition(
         self, place: Hashable, values: Callable[[], object], whole: Callable[[], object]
@@ -60,23 +60,23 @@ class RepeatedStates:
             return False
         if self.passes & (self.passes - 1) == 0:
             self.place, self.values, self.whole = place, values(), content_of(whole())
-            self.asked = ""
+            self.machine_value = ""
             return False
         return place == self.place and values() == self.values and content_of(whole()) == self.whole
 
-    def left(self, recorder: Telling, column: int, sure: bool = True) -> bool:
+    def leave_wait(self, recorder: Telling, column: int, sure: bool = True) -> bool:
         """Return where a state repeats: whether the loop waits for what only the machine knows. A survey goes on behind it, and says so.
 
         Raises BlockFault where it asks for nothing of that kind and all values are `sure`: it never ends.
         """
-        if not self.asked and sure:
+        if not self.machine_value and sure:
             raise BlockFault(column, ENDLESS)
-        if not self.asked:
+        if not self.machine_value:
             return False
         recorder.assume(
-            f"the end of the wait in line {recorder.line}, for {self.asked}",
+            f"the end of the wait in line {recorder.line}, for {self.machine_value}",
             "reached: the program goes on behind the loop",
-            f"this loop waits for {self.asked}, which only the machine knows; set it in the program, or leave the wait out",
+            f"this loop waits for {self.machine_value}, which only the machine knows; set it in the program, or leave the wait out",
         )
         self.passes = FIRST - 1
         return True
@@ -90,7 +90,7 @@ def own_states(recorder: WaitingRecorder) -> Iterator[None]:
     try:
         yield
     finally:
-        outer.asked = recorder.states.asked or outer.asked
+        outer.machine_value = recorder.states.machine_value or outer.machine_value
         recorder.states = outer
 
 
@@ -100,16 +100,16 @@ def content_of(thing: Any) -> Hashable:
     return _content_of(thing, {})
 
 
-def _content_of(thing: Any, met: dict[int, int]) -> Hashable:
+def _content_of(thing: Any, numbers: dict[int, int]) -> Hashable:
     if isinstance(thing, PLAIN):
         return (type(thing).__name__, repr(thing))
-    if id(thing) in met:
-        return ("met", met[id(thing)])
-    met[id(thing)] = len(met)
+    if id(thing) in numbers:
+        return ("numbers", numbers[id(thing)])
+    numbers[id(thing)] = len(numbers)
     if isinstance(thing, dict):
-        return ("dict", tuple((_content_of(k, met), _content_of(v, met)) for k, v in thing.items()))
+        return ("dict", tuple((_content_of(k, numbers), _content_of(v, numbers)) for k, v in thing.items()))
     if isinstance(thing, list | tuple):
-        return (type(thing).__name__, tuple(_content_of(v, met) for v in thing))
+        return (type(thing).__name__, tuple(_content_of(v, numbers) for v in thing))
     if isinstance(thing, set | frozenset):
         return ("set", tuple(sorted(repr(_content_of(v, {})) for v in thing)))
     if isinstance(thing, np.ndarray):
@@ -117,7 +117,10 @@ def _content_of(thing: Any, met: dict[int, int]) -> Hashable:
     fields = sorted(_fields(thing))
     if not fields:
         return (type(thing).__name__, id(thing))  # functions and the like
-    return (type(thing).__name__, tuple((name, _content_of(getattr(thing, name), met)) for name in fields))
+    return (
+        type(thing).__name__,
+        tuple((name, _content_of(getattr(thing, name), numbers)) for name in fields),
+    )
 
 
 def _fields(thing: Any) -> Iterable[str]:

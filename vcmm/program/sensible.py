@@ -113,7 +113,7 @@ def without_axis(moves: Sequence[Move], axes: Collection[str]) -> tuple[Move, st
 def _kind(moves: Sequence[Move], machine: Machine) -> list[Remark]:
     """Return a program in ZX alone on a machine that has Y, and one with Y on a machine that has none."""
     cuts = [
-        m for m in moves if m.kind in CUTS and not m.led
+        m for m in moves if m.kind in CUTS and not m.is_tip_led
     ]  # a path over the end face is one of C, not of Y
     if not cuts:
         return []

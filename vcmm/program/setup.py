@@ -1,4 +1,4 @@
-"""Setup: data that a program does not contain. Machine, dialect, work offsets, tools, stock, reference points."""
+"""Setup: data that a program does not contain. Machine, dialect, work offsets, tools, stock and its material, reference points."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from vcmm.core.run import Series
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.run import Array, Series
 from vcmm.program.limits import Control
 from vcmm.program.moves import Move, Point, Program
 from vcmm.program.touching import Surface
@@ -185,3 +186,61 @@ def turns_with(setup: Setup, program: Program) -> bool:
     """Return whether the program cuts with turning tools of the set-up; those that it does not use are of no matter."""
     used = {m.tool for m in program.moves if m.kind != "rapid"}
     return any(t.shape == "turning" for n, t in setup.tools.items() if n in used)
+
+
+@dataclass(frozen=True)
+class LinearEdge:
+    """Coefficients of the linear edge model: cutting in N/mm2, edge in N/mm; numbers, or one per move (m,)."""
+
+    tangential: float | Array
+    radial: float | Array
+    axial: float | Array
+    edge_tangential: float | Array
+    edge_radial: float | Array
+    edge_axial: float | Array
+    source: str
+
+
+@dataclass(frozen=True)
+class Kienzle:
+    """Specific cutting force at h = b = 1 mm (N/mm2) and exponent of the main cutting force."""
+
+    kc11: float
+    mc: float
+    source: str
+
+
+LINEAR_EDGE = {
+    "Al7075": LinearEdge(
+        tangential=796.1,
+        radial=168.8,
+        axial=222.0,
+        edge_tangential=27.7,
+        edge_radial=30.8,
+        edge_axial=1.4,
+        source="CutPro example set for Al7075-T6 as found in public milling codes",
+    )
+}
+_TABLE = "fitted to the kc table of the Roehm catalogue RN-1391, 45 deg entering angle"
+KIENZLE = {
+    "St50-2": Kienzle(1991.0, 0.257, _TABLE),
+    "St60-2": Kienzle(2085.0, 0.173, _TABLE),
+    "18CrNi8": Kienzle(2272.0, 0.297, _TABLE),
+    "42CrMo4": Kienzle(2526.0, 0.250, _TABLE),
+    "16MnCr5": Kienzle(2109.0, 0.262, _TABLE),
+    "GG25": Kienzle(1186.0, 0.246, _TABLE),
+}
+
+
+def linear_edge(material: str) -> LinearEdge:
+    """Return the coefficients from the library."""
+    if material not in LINEAR_EDGE:
+        raise UsageError(f'no milling coefficients of "{material}".{choose_from(material, LINEAR_EDGE)}')
+    return LINEAR_EDGE[material]
+
+
+def kienzle(material: str) -> Kienzle:
+    """Return the coefficients from the library."""
+    if material not in KIENZLE:
+        raise UsageError(f'no Kienzle coefficients of "{material}".{choose_from(material, KIENZLE)}')
+    return KIENZLE[material]

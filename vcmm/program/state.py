@@ -56,14 +56,14 @@ class ModalState:
     offset: str = "G54"
     tool: int = 0
     tool_offset: Point = ORIGIN
-    led: bool = False  # tool centre point control is on
+    is_tcp_on: bool = False  # tool centre point control is on
     over_face: bool = False  # polar interpolation is on: X and C lead the tip
     work_spindle: int = 1  # which spindle holds the part
-    tilted: bool = False  # a tilted plane is in force, and the tool is square to it
+    is_plane_tilted: bool = False  # a tilted plane is in force, and the tool is square to it
     aim: Point | None = None  # tool axis that the program asks for, workpiece axes
     sweeps: bool = False  # the tool axis sweeps the plane of its directions at both ends of a block
     posture: Posture | None = None  # which of the positions that point the tool alike
-    held: str = (
+    unmoved_axes: str = (
         ""  # axes that no word has moved since the tip was led: only the machine knows where they stand
     )
     compensation: RadiusCompensation | None = None
@@ -77,7 +77,7 @@ class ModalState:
 
     def release(self, letter: str) -> None:
         """Release a rotary axis that a word moves."""
-        self.held = self.held.replace(letter, "")
+        self.unmoved_axes = self.unmoved_axes.replace(letter, "")
 
     def surface_speed(self) -> float:
         """Return the cutting speed with G96, mm/min."""

@@ -175,16 +175,20 @@ def _on_sphere(rows: Sequence[Row], equation: Equation) -> list[Triple] | None:
     return [(p[0] + s * v[0], p[1] + s * v[1], p[2] + s * v[2]) for s in quadratic(square, linear, constant)]
 
 
-def quadratic(two: float, one: float, none: float) -> list[float]:
+def quadratic(square: float, linear: float, constant: float) -> list[float]:
     """Return the real roots; a double one once, also where rounding makes it just complex."""
-    if abs(two) < 1e-12:
-        return [] if abs(one) < 1e-12 else [-none / one]
-    inside = one * one - 4.0 * two * none
-    scale = one * one + abs(4.0 * two * none) + 1e-300
+    if abs(square) < 1e-12:
+        return [] if abs(linear) < 1e-12 else [-constant / linear]
+    inside = linear * linear - 4.0 * square * constant
+    scale = linear * linear + abs(4.0 * square * constant) + 1e-300
     if inside < -1e-9 * scale:
         return []
     root = math.sqrt(inside) if inside > 1e-12 * scale else 0.0
-    return [(-one - root) / (2.0 * two), (-one + root) / (2.0 * two)] if root else [-one / (2.0 * two)]
+    return (
+        [(-linear - root) / (2.0 * square), (-linear + root) / (2.0 * square)]
+        if root
+        else [-linear / (2.0 * square)]
+    )
 
 
 def _circle(p: Triple) -> DirectedCircle:

@@ -27,7 +27,7 @@ from vcmm.shop.machining.result import CutResult, rms_text
 from vcmm.show import charts
 from vcmm.show.charts.bars import MOST_BARS
 from vcmm.show.charts.distribution import coarsen
-from vcmm.show.pages.check_pictures import beside_forecast, number_over_time
+from vcmm.show.pages.track import beside_forecast, number_over_time
 from vcmm.show.report.answers import answer_of, in_one_line
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.response.recording import Recording

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vcmm.answer.evaluation.dense import surface_model
-from vcmm.answer.inference.points import measured_task
+from vcmm.answer.inference.points import task_and_rows
 from vcmm.core.errors import DataError, VcmmError
 from vcmm.files.own.measured_data import read_measured_points
 from vcmm.files.own.scenario import load_scenario
@@ -107,7 +107,7 @@ def measured(
         for name in ("below", "left", "front"):
             for p in next(s for s in scenario.plan.steps if s.feature == name).points:
                 more.write(",".join([name, *map(str, p)]) + "\n")
-    task = measured_task(scenario, read_measured_points(file)[0])
+    task = task_and_rows(scenario, read_measured_points(file)[0])[0]
     found = measured_points(task, task.machine.indication_error(task.touches.run))
     return np.asarray(evaluate_all(task, fit_features(task, found)))
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.plate import edited
 from vcmm.answer.inference.given_points import GivenPoints
-from vcmm.answer.inference.points import measured_task
+from vcmm.answer.inference.points import task_and_rows
 from vcmm.core.errors import DataError
 from vcmm.core.pose import Pose
 from vcmm.face.api import measure
@@ -38,7 +38,7 @@ def values(task) -> np.ndarray:
 
 def test_the_task_gives_the_measured_points_again(scenario: Scenario) -> None:
     given, expected = handed_in(scenario)
-    task = measured_task(scenario, given)
+    task = task_and_rows(scenario, given)[0]
     again = measured_points(task, task.machine.indication_error(task.touches.run))
     assert (
         np.abs(again - given.points).max() < 1e-6
@@ -50,7 +50,7 @@ def test_rows_may_come_in_any_order(scenario: Scenario) -> None:
     given, expected = handed_in(scenario)
     order = np.random.default_rng(1).permutation(len(given.points))
     mixed = replace(given, points=given.points[order], features=tuple(np.array(given.features)[order]))
-    assert values(measured_task(scenario, mixed)) == pytest.approx(expected, abs=1e-7)
+    assert values(task_and_rows(scenario, mixed)[0]) == pytest.approx(expected, abs=1e-7)
 
 
 def test_points_in_the_machine_frame_of_a_part_that_lies_roughly_where_the_pose_says(
@@ -59,7 +59,7 @@ def test_points_in_the_machine_frame_of_a_part_that_lies_roughly_where_the_pose_
     given, expected = handed_in(scenario)
     really = Pose.from_turns(np.array([0.3, -0.2, 0.1]), np.array([1e-3, -1e-3, 2e-3])).then(scenario.pose)
     moved = replace(given, points=really.apply(given.points))
-    task = measured_task(scenario, moved, in_machine=True)
+    task = task_and_rows(scenario, moved, in_machine=True)[0]
     assert values(task) == pytest.approx(expected, abs=1e-6)
     assert (
         np.abs(task.touches.pose.apply(np.zeros(3)) - really.apply(np.zeros(3))).max() < 2e-3
@@ -70,9 +70,9 @@ def test_tip_centres_and_plan_order(scenario: Scenario) -> None:
     given, expected = handed_in(scenario)
     normals = scenario.task().touches.normals
     centres = replace(given, points=given.points + 2.0 * normals, features=None)
-    assert values(measured_task(scenario, centres, tip_centres=True)) == pytest.approx(expected, abs=1e-6)
+    assert values(task_and_rows(scenario, centres, tip_centres=True)[0]) == pytest.approx(expected, abs=1e-6)
     with pytest.raises(DataError, match=r"one tip radius \(2 mm\) outside .*--tip-centres"):
-        measured_task(scenario, centres)
+        task_and_rows(scenario, centres)[0]
 
 
 def test_centres_of_a_tip_within_the_approach_and_points_compensated_twice_are_told(
@@ -83,9 +83,9 @@ def test_centres_of_a_tip_within_the_approach_and_points_compensated_twice_are_t
     normals = scenario.task().touches.normals
     centres = replace(given, points=given.points + 2.0 * normals, features=None)
     with pytest.raises(DataError, match=r"one tip radius \(2 mm\) outside .*--tip-centres"):
-        measured_task(scenario, centres)
+        task_and_rows(scenario, centres)[0]
     with pytest.raises(DataError, match=r"one tip radius \(2 mm\) inside .*leave --tip-centres out"):
-        measured_task(scenario, given, tip_centres=True)
+        task_and_rows(scenario, given, tip_centres=True)[0]
 
 
 def changed(given: GivenPoints, row: int, point: tuple[float, float, float]) -> GivenPoints:
@@ -121,7 +121,7 @@ def without(given: GivenPoints, gone) -> GivenPoints:
 def test_points_of_something_else(scenario: Scenario, how, message: str) -> None:
     given, _ = handed_in(scenario)
     with pytest.raises(DataError) as caught:
-        measured_task(scenario, how(given, scenario))
+        task_and_rows(scenario, how(given, scenario))[0]
     assert message in str(caught.value)
 
 
@@ -130,7 +130,7 @@ def test_normals_that_point_out_of_the_material_are_taken(scenario: Scenario) ->
     given, expected = handed_in(scenario)
     normals = scenario.task().touches.normals
     assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(len(normals)))
-    assert values(measured_task(scenario, replace(given, normals=normals))) == pytest.approx(
+    assert values(task_and_rows(scenario, replace(given, normals=normals))[0]) == pytest.approx(
         expected, abs=1e-7
     )
 
@@ -141,7 +141,7 @@ def test_a_larger_bore_is_a_larger_bore(scenario: Scenario, tmp_path: Path) -> N
     bore = np.array([f == "bore" for f in given.features])
     out = np.where(bore[:, None], given.points * [1, 1, 0], 0.0)
     size = np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1.0)
-    found = values(measured_task(scenario, replace(given, points=given.points + 5e-3 * out / size)))
+    found = values(task_and_rows(scenario, replace(given, points=given.points + 5e-3 * out / size))[0])
     assert found - expected == pytest.approx([0.010, 0.0, 0.0], abs=1e-7)
 
 

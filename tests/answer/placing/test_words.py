@@ -8,7 +8,6 @@ import numpy as np
 
 from vcmm.answer.placing.words import (
     amount,
-    change,
     changes,
     goal_text,
     pose_text,
@@ -48,8 +47,6 @@ def placed():
 def test_amounts_and_poses():
     assert amount(1.5e-3, placed()) == "1.5 µm"
     assert amount(0.25, Made(objective=Made(unit="1"))) == "0.25"
-    assert change(-1.0, 4.0) == "-25.00%"
-    assert change(1.0, 0.0) == "none"
     assert pose_text(SIX) == "shift (100 20.5 0) mm, turn (0 0 90) deg"
 
 

@@ -110,7 +110,7 @@ def test_diameters_agree_with_the_other_program(tmp_path: Path) -> None:
     12.095569950907 and 12.068425921099 mm belong to bores 0.16 and 0.29 mm off their place: along the nominal normals
     they would read 1.4 and 3.7 um less.
     """
-    from vcmm.answer.inference.points import measured_task
+    from vcmm.answer.inference.points import task_and_rows
     from vcmm.task.measuring.task import evaluate_all, fit_features, measured_points
 
     path = data_file(SAMPLE)
@@ -122,7 +122,7 @@ def test_diameters_agree_with_the_other_program(tmp_path: Path) -> None:
     for name, content in made.texts.items():
         (tmp_path / name).write_text(content, encoding="utf-8")
     scenario = load_scenario(tmp_path / "scenario.toml")
-    task = measured_task(scenario, read_qif_points(path).parts[0], tip_centres=True)
+    task = task_and_rows(scenario, read_qif_points(path).parts[0], tip_centres=True)[0]
     reported = {"DIA_": 12.091599179226, "DIA_CIRCLE1": 12.095569950907, "DIA_2": 12.068425921099}
     indicated = measured_points(task, task.machine.indication_error(task.touches.run))
     found = dict(

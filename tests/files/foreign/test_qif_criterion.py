@@ -10,7 +10,7 @@ import pytest
 
 from tests.conftest import data_file
 from tests.files.foreign.test_qif import SAMPLE
-from vcmm.answer.inference.points import measured_task
+from vcmm.answer.inference.points import task_and_rows
 from vcmm.files.foreign.convert import convert
 from vcmm.files.foreign.qif_part import read_qif_part
 from vcmm.files.foreign.qif_points import read_qif_points
@@ -58,9 +58,9 @@ def test_what_convert_writes_can_be_evaluated(tmp_path: Path) -> None:
     assert "ANGLE_CPLANE" not in [c["name"] for c in tomllib.loads(part)["characteristics"]]
     for name, text in made.texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    task = measured_task(
+    task = task_and_rows(
         load_scenario(tmp_path / "scenario.toml"), read_qif_points(path).parts[0], tip_centres=True
-    )
+    )[0]
     assert "PERP1" in [c.name for c in task.part.characteristics]
 
 

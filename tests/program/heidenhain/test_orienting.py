@@ -72,8 +72,8 @@ def test_a_tool_length_of_the_program_beside_one_of_the_set_up_is_told():
 @pytest.mark.parametrize(
     ("words", "posture"),
     [
-        ("SEQ-", Posture(sign=-1, said="SEQ-")), ("SYM+ COORD ROT", Posture(larger=1, said="SYM+")), ("", None),
-        ("SEQ+ TABLE ROT", Posture(sign=1, said="SEQ+", along=(1.0, 0.0, 0.0))),
+        ("SEQ-", Posture(sign=-1, words="SEQ-")), ("SYM+ COORD ROT", Posture(larger=1, words="SYM+")), ("", None),
+        ("SEQ+ TABLE ROT", Posture(sign=1, words="SEQ+", along=(1.0, 0.0, 0.0))),
     ],
 )  # fmt: skip
 def test_the_words_of_a_plane_reach_the_moves(words, posture):
@@ -95,7 +95,7 @@ def test_stay_leaves_the_axes_until_a_block_turns_them():
     """The tip is led over the plane with the axes as they stand; A+Q120 B+Q121 C+Q122 turn the tool square to it."""
     plane = "PLANE SPATIAL SPA+0 SPB+90 SPC+0 STAY SEQ-\n"
     stays = moves(f"{plane}L X+0 Y+0 Z+5 FMAX")[-1]
-    assert (stays.end, stays.led, stays.tool_axis_end) == ((5, 0, 0), True, None)
+    assert (stays.end, stays.is_tip_led, stays.tool_axis_end) == ((5, 0, 0), True, None)
     by_words = moves(f"{plane}L B+90 C+0 FMAX\nL X+0 Y+0 Z+5 FMAX")[-1]
     assert (by_words.tool_axis_end, by_words.rotary_end) == (None, (0, math.pi / 2, 0))
     square = moves(f"{plane}L A+Q120 B+Q121 C+Q122 FMAX\nL X+0 Y+0 Z+5 FMAX")
@@ -103,7 +103,7 @@ def test_stay_leaves_the_axes_until_a_block_turns_them():
     assert square[0].tool_axis_end == pytest.approx((1, 0, 0))
     assert square[0].posture.sign == -1
     after = moves(f"{plane}L X+0 Y+0 Z+5 FMAX\nPLANE RESET STAY\nL Z+9 FMAX")[-1]
-    assert not after.led
+    assert not after.is_tip_led
 
 
 def test_spatial_angles_point_the_tool():
@@ -112,7 +112,7 @@ def test_spatial_angles_point_the_tool():
     first, second = moves(text)
     assert first.tool_axis_end == pytest.approx((0.0, 0.5, math.sqrt(0.75)))
     assert second.tool_axis_end == pytest.approx((0, 0, 1))
-    assert (first.led, first.sweeps, first.rotary_end) == (True, False, (0, 0, 0))
+    assert (first.is_tip_led, first.sweeps, first.rotary_end) == (True, False, (0, 0, 0))
     with pytest.raises(DataError, match="the first block with AXIS SPAT states A, B and C"):
         moves("FUNCTION TCPM F TCP AXIS SPAT\nL X+0 B+30 F500")
 

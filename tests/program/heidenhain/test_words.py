@@ -17,7 +17,7 @@ def words(text: str, *addresses: str, bare: str = "") -> KlartextWords:
 def test_words():
     w = words("X+10 IY-Q1 DR- RL F250 M3 M99")
     assert w.values == {"X": 10.0, "IY": -7.0}
-    assert (w.side, w.sided, w.clockwise, w.feed, w.feed_kind, w.m) == (
+    assert (w.side, w.has_side, w.clockwise, w.feed, w.feed_kind, w.m) == (
         "left",
         True,
         True,

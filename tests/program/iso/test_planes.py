@@ -61,9 +61,9 @@ def test_without_g53_1_the_rotary_axes_stay():
     for code, is_square in (("", False), ("G53.1\n", True)):
         found = moves(text.format(code))
         assert found[0].end == pytest.approx((0, 0, 2), abs=1e-12)
-        assert (found[0].led, found[0].tool_axis_end) == (False, None)
-        assert found[1].led is is_square
-        assert not found[2].led
+        assert (found[0].is_tip_led, found[0].tool_axis_end) == (False, None)
+        assert found[1].is_tip_led is is_square
+        assert not found[2].is_tip_led
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_haas_states_the_order_of_its_rotations():
     found = moves("G268 X0 Y0 Z0 I0 J90. K0 Q123\nG253\nG1 Z1.\nG269\nG1 Z2.\n", "haas")
     assert found[0].end == pytest.approx((1, 0, 0), abs=1e-12)
     assert found[0].tool_axis_end == pytest.approx((1, 0, 0), abs=1e-12)
-    assert not found[1].led
+    assert not found[1].is_tip_led
     with pytest.raises(DataError, match="state the order of its rotations"):
         moves("G268 X0 Y0 Z0 J90.\nG1 Z1.\n", "haas")
 

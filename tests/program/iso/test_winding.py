@@ -36,7 +36,7 @@ def path(text: str, dialect: str = "fanuc-lathe", setup: Setup = TOOL) -> tuple[
 
 def test_polar_interpolation_is_the_path_over_the_end_face():
     moves = path(POLAR.format(on="", off=""))
-    there = [m for m in moves if m.led]
+    there = [m for m in moves if m.is_tip_led]
     assert [m.end[:2] for m in there] == [
         pytest.approx(p) for p in ((20, 0), (20, 10), (10, 20), (-20, 20), (-20, -10), (-10, -20), (20, -20), (20, 0), (60, 0))
     ]  # fmt: skip
@@ -52,12 +52,12 @@ def test_polar_interpolation_is_the_path_over_the_end_face():
 def test_radius_compensation_lies_in_the_plane_of_the_end_face():
     """G42 with a tool of 4 mm radius: 4 mm to the right of the side at X 40 (20 in radius)."""
     moves = path(POLAR.format(on="G42 D1 ", off="G40 "))
-    side = next(m for m in moves if m.led and m.kind == "line" and abs(m.end[0] - m.start[0]) < 1e-9)
+    side = next(m for m in moves if m.is_tip_led and m.kind == "line" and abs(m.end[0] - m.start[0]) < 1e-9)
     assert (side.start[0], side.compensation) == (pytest.approx(24.0), "right")
     arc = next(m for m in moves if m.kind == "arc")
     assert math.dist(arc.start[:2], arc.centre[:2]) == pytest.approx(14.0)
     for m in moves:
-        if m.led and m.kind == "line":
+        if m.is_tip_led and m.kind == "line":
             assert math.degrees(m.rotary_end[2] - math.atan2(m.end[1], m.end[0])) % 360 == pytest.approx(0, abs=1e-6) or m.end[1] == 0  # fmt: skip
 
 

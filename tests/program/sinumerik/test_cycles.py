@@ -76,7 +76,7 @@ def test_swivelled_planes():
     twice = 'CYCLE800(0,"TC",0,57,0,0,0,90,0,0)\nTRANS X5\nCYCLE800(0,"TC",1,57,0,0,0,-90,0,0)\nG0 X1 Y2'
     check(twice, (6, 2, 0), setup=SURVEY)
     tilted = moves('CYCLE800(0,"TC",0,57,10,0,0,90,0,0)\nG0 X1')[-1]
-    assert tilted.led
+    assert tilted.is_tip_led
     assert tilted.tool_axis_end == pytest.approx((0.0, -1.0, 0.0), abs=1e-12)
     assert told("CYCLE800()") == {}
 

@@ -77,7 +77,7 @@ def test_direction_of_the_rotary_axes():
     ):
         moves(text.format(",0"))
     stays = moves(text.format(",0"), SURVEY)[-1]
-    assert (stays.led, stays.tool_axis_end) == (False, None)
+    assert (stays.is_tip_led, stays.tool_axis_end) == (False, None)
     with pytest.raises(DataError, match="DIR is -1, 0 or 1, found 2"):
         moves(text.format(",2"))
     said = [r.text for r in read(text.format(",1"), "part.mpf", SETUP).warnings]

@@ -13,7 +13,7 @@ from vcmm.shop.cutting.contactmap import Contacts, audit, contact_map
 from vcmm.shop.cutting.displacement import Displacement
 from vcmm.shop.cutting.envelope import CUT, surface_left, tips
 from vcmm.shop.cutting.sweeps import Sweep, join, lines, path
-from vcmm.shop.cutting.tools import ball, flat, offset_tool
+from vcmm.shop.cutting.tools import ball, flat
 
 UP = np.array([[0.0, 0.0, 1.0]])
 
@@ -83,7 +83,7 @@ def test_tilt_and_radius_by_hand() -> None:
     floor = contact([0, 0, 0], [0, 0, 1], f)[2]
     assert one(0.005 * floor * [1, 1, 0], [0, 0, 0], [0, 0, 1], f) == pytest.approx(0.0, abs=1e-15)
     # and the tool grown for good, cut again
-    wide = lines([[-9, 0, 0]], [[9, 0, 0]], (offset_tool(flat(5.0), 0.005),))
+    wide = lines([[-9, 0, 0]], [[9, 0, 0]], (flat(5.005),))
     again = surface_left(np.array([[0, -5, 2.0]]), np.array([[0, 1.0, 0]]), wide)
     assert again.s[0] == pytest.approx(-0.005, abs=1e-14)
 

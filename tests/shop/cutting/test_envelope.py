@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from tests.shop.cutting.numpy_twin import lowest
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.shop.cutting.envelope import BEYOND, CUT, UNCUT, surface_left, tips
-from vcmm.shop.cutting.numpy_twin import lowest
 from vcmm.shop.cutting.sweeps import Sweep, arcs, join, lines, path, position
 from vcmm.shop.cutting.tools import Cutter, ball, bull, cone, drill, flat
 

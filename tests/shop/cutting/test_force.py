@@ -1,26 +1,22 @@
-"""Cutting forces and bending: hand-computed numbers, and the mean of the model by summing over a turn."""
+"""Cutting forces: hand-computed numbers, and the mean of the model by summing over a turn."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from vcmm.core.errors import UsageError
+from vcmm.program.setup import kienzle, linear_edge
 from vcmm.shop.cutting.force import (
     at_chip,
-    compliance,
     immersion,
-    kienzle,
-    linear_edge,
     mean_chip,
     milling_force,
     to_workpiece,
     turning_force,
 )
-from vcmm.shop.cutting.tools import flat
 
 
 def test_kienzle_by_hand() -> None:
@@ -73,14 +69,6 @@ def test_climb_pushes_the_tool_away_from_the_wall() -> None:
         force[None], np.array([[0.0, 1.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
     )  # feed +y: left is -x
     assert turned[0] == pytest.approx([-force[1], force[0], force[2]])
-
-
-def test_bending_by_hand() -> None:
-    """D 10, L 40, 100 N: I = pi 8^4 / 64 = 201.06 mm4; 100 x 64000 / (3 x 580000 x 201.06) = 18.29 um."""
-    tool = replace(flat(5.0), stick_out=40.0)
-    assert 100 * compliance(tool) == pytest.approx(0.01829, abs=1e-5)
-    with pytest.raises(UsageError, match="stick-out"):
-        compliance(flat(5.0))
 
 
 def test_unknown_material_is_explained() -> None:

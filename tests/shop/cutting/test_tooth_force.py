@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vcmm.shop.cutting.force import immersion, linear_edge, milling_force
+from vcmm.program.setup import linear_edge
+from vcmm.shop.cutting.force import immersion, milling_force
 from vcmm.shop.cutting.runout import chip_at
 from vcmm.shop.cutting.tooth_force import ToothCuts
 

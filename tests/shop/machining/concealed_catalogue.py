@@ -14,7 +14,7 @@ from vcmm.core.errors import VcmmError
 from vcmm.physics import ALL
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.preparation import set_up
-from vcmm.shop.machining.scenario import CutScenario
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 LARGEST, NOISE, SCATTER = 12e-3, 0.3e-3, 0.6e-3  # mm: of what is concealed, of a point, of a move or a pass
 SEEN = 2e-3  # mm: an effect that shows less in this part, made as large as it may be, is left out

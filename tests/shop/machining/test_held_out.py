@@ -79,7 +79,13 @@ def test_the_threshold_counts_the_choice():
 
 def test_it_holds_beyond_chance_and_where_no_pass_speaks_against_it():
     proof = HeldOutProof(
-        evidence=9.0, threshold=6.0, gain=2.0, seen=1.0, unseen=0.0, largest=0.0, shift=(0.0, 0.0, 0.0)
+        evidence=9.0,
+        threshold=6.0,
+        gain=2.0,
+        visible_square=1.0,
+        rigid_square=0.0,
+        largest=0.0,
+        shift=(0.0, 0.0, 0.0),
     )
     assert proof.holds
     assert not HeldOutProof(5.0, 6.0, 2.0, 1.0, 0.0, 0.0, (0.0, 0.0, 0.0)).holds

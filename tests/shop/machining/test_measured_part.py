@@ -18,7 +18,7 @@ from vcmm.files.own.measured_data import read_measured_points
 from vcmm.files.own.recording import load_recording
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.measured_part import measured_cut
-from vcmm.shop.machining.scenario import SAME, Inspection
+from vcmm.task.measuring.cut_scenario import SAME, Inspection
 from vcmm.task.measuring.plan import Stylus
 from vcmm.task.response.observe import baseline
 

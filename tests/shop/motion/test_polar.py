@@ -16,7 +16,9 @@ CENTRE = np.zeros(3)
 
 def side(start, end, **more):
     c = tuple((0.0, 0.0, math.atan2(p[1], p[0])) for p in (start, end))
-    return Move("line", Source(4, 1, 2), (*start, 0.0), (*end, 0.0), *c, over_face=True, led=True, **more)
+    return Move(
+        "line", Source(4, 1, 2), (*start, 0.0), (*end, 0.0), *c, over_face=True, is_tip_led=True, **more
+    )
 
 
 def between(x, c):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
 
+from vcmm.answer.placing.planning import PlanPoint
 from vcmm.show.tables import placement
 from vcmm.show.tables.table import in_terminal, on_page, records
 
@@ -77,3 +79,20 @@ def test_a_choice_of_machines():
     assert [r[-1] for r in rows] == ["+0.0%", "+50.0%", "–"]
     assert rows[2][2] == "cannot take the part"
     assert records(table.columns, table.rows)[2] == {"machine": "c", "name": "C", "value": None}
+
+
+def test_plans_over_time():
+    first = PlanPoint(90.0, 4, {"bore": 4}, {}, {"bore": 1e-3, "lean": 2e-6}, 1.0)
+    second = PlanPoint(150.0, 8, {"bore": 8}, {}, {"bore": 5e-4, "lean": 1e-6}, 0.5)
+    found = SimpleNamespace(present=first, choice=second, pareto=(second,), styli={"bore": "down"})
+    kinds = (SimpleNamespace(name="bore", type="size"), SimpleNamespace(name="lean", type="angle"))
+    scenario = SimpleNamespace(part=SimpleNamespace(characteristics=kinds))
+    table = placement.curve(scenario, found)
+    assert in_terminal(table).heads == ["", "minutes", "points", "U bore", "U lean"]
+    assert in_terminal(table).rows == [
+        ["present", "1.50", "bore 4", "1.00 µm", "2.00 µrad"],
+        ["chosen", "2.50", "bore 8", "0.50 µm", "1.00 µrad"],
+    ]
+    assert on_page(table).rows[1][3:] == ["0.500", "1.00 µrad"]
+    assert table.caption == "styli: bore down"
+    assert math.isclose(table.rows[0].plan.minutes, 1.5)

@@ -85,7 +85,7 @@ def test_a_grid_plate_and_a_bar_go_round_both_ways():
 
 def test_a_hole_plate_is_read_in_its_plane():
     holes = grid_of_balls((100, 50, -200), (400, 0, 0), (0, 400, 0), (2, 2))
-    one = plate(bare(), holes, "flat", (0, 0, 0), 1e-4, seen="XY")
+    one = plate(bare(), holes, "flat", (0, 0, 0), 1e-4, axes="XY")
     assert one.m == 8
     assert read(one, SCALE) == pytest.approx([1, 0, 1, 0, 5, 0, 5, 0])
     assert own("hole plate", {"balls": "0.2 um"}, one)["hole plate balls"].shape == (8, 8)

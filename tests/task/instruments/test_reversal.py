@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 import numpy as np
@@ -10,22 +11,94 @@ import pytest
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
 from vcmm.physics.structure.component import ComponentPolynomial
 from vcmm.physics.structure.rotary import RotaryCyclic
 from vcmm.physics.structure.squareness import RotaryLocation
 from vcmm.task.instruments.reversal import ReversalTest, separate_errors
 from vcmm.task.instruments.reversal_line import LineScan, squareness_reversal, straightness_reversal
 from vcmm.task.instruments.reversal_simulation import (
+    Form,
     Sampling,
     axis_motion,
-    simulated_half_turn,
-    simulated_straightness,
-    simulated_turns,
+    simulated_values,
 )
 from vcmm.task.instruments.reversal_turns import TurnGroup, turn_group
 
 NM = 1e-6  # mm
 FACE = ReversalTest("face", "EZC", "EBC", {"centre": 0.0, "outer": 25.0})
+
+
+def simulated_turns(
+    test: ReversalTest,
+    machine: Machine,
+    artefact: Form,
+    setups: Sequence[str],
+    orders: int,
+    sampling: Sampling,
+    rng: np.random.Generator,
+    axis: str = "C",
+) -> list[TurnGroup]:
+    """Simulate the groups of a whole test. artefact: its form under the outer (or only) probe, mm over its own angle."""
+    read = simulated_values(test, machine, artefact, setups, sampling, rng=rng, axis=axis)
+    return [turn_group(setup, probe, angle, value, orders) for setup, probe, angle, value in read]
+
+
+def simulated_straightness(
+    machine: Machine,
+    axis: str,
+    direction: str,
+    straightedge: Form,
+    places: Array,
+    scans: int,
+    u: float,
+    rng: np.random.Generator,
+    lying: float = 1e-5,
+    at: Mapping[str, float] | None = None,
+    height: Sequence[float] = (0.0, 0.0, 0.0),
+) -> list[LineScan]:
+    """Simulate scans along a linear axis, `scans` in either set-up; the straightedge lies along it within `lying` rad in every scan.
+
+    height (3,) mm: the place of the probe from the axis frame (a carried probe) or of the tip offset. The straightness is the
+    axis's own motion: that of the table for an axis that carries the workpiece.
+    """
+    n, carried = len(places), axis in machine.chain.work
+    position = {a: np.full(n, (at or {}).get(a, 0.0)) for a in machine.chain.letters} | {axis: places}
+    offset = np.tile(np.asarray(height, dtype=float), (n, 1))
+    if carried:  # the probe is on the table, the straightedge on the tool's side: the place on it moves on
+        offset[:, "XYZ".index(axis)] -= places
+    moved = machine.tip_error(Run(position, offset), exact=True)[:, "XYZ".index(direction)]
+    motion = -moved if carried else moved
+    form, out = straightedge(places), []
+    for setup, sense in (("normal", 1.0), ("reversed", -1.0)):
+        for _ in range(scans):
+            line = lying * rng.standard_normal() * places
+            out.append(LineScan(setup, places, form + sense * motion + line + u * rng.standard_normal(n)))
+    return out
+
+
+def simulated_half_turn(
+    machine: Machine,
+    flat: Callable[[Array], Array],
+    places: Array,
+    scans: int,
+    u: float,
+    rng: np.random.Generator,
+    axis: str = "X",
+    turning: str = "C",
+    at: Mapping[str, float] | None = None,
+) -> list[LineScan]:
+    """Simulate scans of a flat on the turning axis, at 0 and 180 deg; flat: its height (n,) mm over its own x (n,) mm, tilt included."""
+    out = []
+    for setup, angle in (("normal", 0.0), ("reversed", np.pi)):
+        position = {a: np.full(len(places), (at or {}).get(a, 0.0)) for a in machine.chain.letters}
+        position |= {axis: places, turning: np.full(len(places), angle)}
+        moved = machine.tip_error(Run(position, np.zeros((len(places), 3))), exact=True)[:, 2]
+        indication = flat(places * (1.0 if setup == "normal" else -1.0)) - moved
+        out += [
+            LineScan(setup, places, indication + u * rng.standard_normal(len(places))) for _ in range(scans)
+        ]
+    return out
 
 
 def group(setup, probe, *turns):

@@ -30,14 +30,14 @@ RANK = 1e-9  # columns shorter than this, relative to the longest, span nothing
 
 @dataclass(frozen=True, eq=False)
 class Whitener:
-    """weight (m,) 1/u; nuisance (m, p) orthonormal; known (m, r) orthonormal with shrink (r,).
+    """weight (m,) 1/u; nuisance (m, p) orthonormal; prior (m, r) orthonormal directions of what is known, with shrink (r,).
 
     before (m,): the preceding observation of the same series, -1 for none; rho: its correlation (AR(1) noise).
     """
 
     weight: Array
     nuisance: Array
-    known: Array
+    prior: Array
     shrink: Array
     before: Ints
     rho: float = 0.0
@@ -56,11 +56,11 @@ class Whitener:
         """Map (m,) or (m, k) to the white space; the nuisance is removed, calibrated directions are shrunk."""
         x = self.scale(x)
         x = x - self.nuisance @ (self.nuisance.T @ x)
-        return x - self.known @ ((self.shrink * (self.known.T @ x).T).T)
+        return x - self.prior @ ((self.shrink * (self.prior.T @ x).T).T)
 
     def adjoint(self, x: Array) -> Array:
         """Map (m,) or (m, k) of the white space to A' x of the observations, A = `apply`: (A f)' x = f' (A' x) for any f."""
-        x = x - self.known @ ((self.shrink * (self.known.T @ x).T).T)
+        x = x - self.prior @ ((self.shrink * (self.prior.T @ x).T).T)
         x = x - self.nuisance @ (self.nuisance.T @ x)
         x = unchained_adjoint(x, self.before, self.rho)
         return np.asarray((self.weight * x.T).T)

@@ -16,7 +16,7 @@ from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.montecarlo import Accumulator, Summary, Term, adaptive, simulate
 from vcmm.answer.evaluation.streams import copy_code
 from vcmm.answer.evaluation.tallies import PackedAccumulator, pack, sum_blocks
-from vcmm.core.blocks import Block, Sharing, blocks_of
+from vcmm.core.blocks import Block, Progress, Sharing, blocks_of
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.part.gps.criteria import choose_criteria
@@ -26,7 +26,6 @@ BUDGET_TRIALS = 20_000
 EXACT_BLOCK = 500
 PLACING = 8192  # trials that say where a histogram stands
 WORK_BLOCK = 32 * 8192  # trials that a worker counts at a time: the same pieces as one process alone takes
-Progress = Callable[[str, float], None]
 
 
 class Sampler:

@@ -32,10 +32,10 @@ from vcmm.answer.evaluation.result import (
     PlottedBudget,
     UncertaintyResult,
 )
-from vcmm.answer.evaluation.sampling import Progress, Sampler
+from vcmm.answer.evaluation.sampling import Sampler
 from vcmm.answer.evaluation.truth import Additive, PredictedPart, Truth, holds
 from vcmm.answer.evaluation.world import World
-from vcmm.core.blocks import Sharing
+from vcmm.core.blocks import Progress, Sharing
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps

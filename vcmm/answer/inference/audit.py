@@ -30,7 +30,6 @@ from vcmm.answer.evaluation.inversion import (
 )
 from vcmm.answer.evaluation.pairs import UNIT, Pairs, both, pairs
 from vcmm.answer.evaluation.result import CharacteristicResult
-from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.answer.inference.audit_by_points import (
     IN_WORDS,
@@ -40,7 +39,7 @@ from vcmm.answer.inference.audit_by_points import (
 )
 from vcmm.answer.inference.job import PreparedTask
 from vcmm.answer.inference.oracle import IntervalLengths, lengths
-from vcmm.core.blocks import Sharing, blocks_of
+from vcmm.core.blocks import Progress, Sharing, blocks_of
 from vcmm.core.run import Array
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings

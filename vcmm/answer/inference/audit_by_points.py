@@ -18,9 +18,9 @@ import numpy as np
 
 from vcmm.answer.evaluation.form_family import KNOWN, OTHER
 from vcmm.answer.evaluation.pairs import Drawing, Largest, prepare_drawing, surfaces, values
-from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.inference.given_points import GivenPoints
 from vcmm.answer.inference.job import EvaluatedPart, evaluate_points
+from vcmm.core.blocks import Progress
 from vcmm.core.run import Array
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings

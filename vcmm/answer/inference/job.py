@@ -16,7 +16,6 @@ from vcmm.answer.evaluation.jointly import JointJudgement, judged_jointly
 from vcmm.answer.evaluation.one_line import answer, first_few, of_name
 from vcmm.answer.evaluation.pairs import rest_of
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
-from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate, warnings_of
 from vcmm.answer.inference.bends import bend_ranges, with_bends
 from vcmm.answer.inference.between_points import FeatureForms, FormTold, forms_of, told_by
@@ -28,6 +27,7 @@ from vcmm.answer.inference.point_checks import repetition_remarks
 from vcmm.answer.inference.points import task_and_rows
 from vcmm.answer.inference.power import NO_POINTS, memory_not_covered
 from vcmm.answer.inference.residual_tests import Ints, ResidualTests
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import DataError, choose_from
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array

@@ -42,9 +42,9 @@ NONE = -999  # rung of no error at all
 
 @dataclass(frozen=True)
 class Rung:
-    """own, white: half powers of two of a mm, 2^(n / 2); both None: the stated noise, where no Input is only a limit."""
+    """systematic, white: half powers of two of a mm, 2^(n / 2), of the machine's own errors and of each touch; both None: the stated noise, where no Input is only a limit."""
 
-    own: int | None
+    systematic: int | None
     white: int | None
 
 
@@ -56,7 +56,7 @@ class Noises:
     """Covariances (d, d) of the noise in the residuals along a base of d orthonormal waves, of n points."""
 
     machine: Array
-    own: Array
+    systematic: Array
     scatter: Array
     points: int
     _whitenings: dict[Rung, tuple[Array, float]] = field(default_factory=dict, repr=False)
@@ -64,7 +64,7 @@ class Noises:
     @property
     def is_bound(self) -> bool:
         """Whether some of it is known by a limit only."""
-        return bool(self.own.any() or self.scatter.any())
+        return bool(self.systematic.any() or self.scatter.any())
 
     def rungs(self, residuals: Array, excluded: float) -> tuple[tuple[Rung, ...], ...]:
         """Return the noises to read residuals (n,) with: for every size of the machine's own errors those of all else. excluded: see the
@@ -73,8 +73,8 @@ class Noises:
         if not self.is_bound or rms <= SMALLEST:
             return ((STATED,),)
         systematic = [NONE]
-        if self.own.any():
-            last = min(_size(self.own), MOST_OWN * rms)
+        if self.systematic.any():
+            last = min(_size(self.systematic), MOST_OWN * rms)
             systematic += range(2 * _power(FIRST_OWN * rms), 2 * math.ceil(math.log2(last)) + 1, 2)
         return tuple(tuple(Rung(a, b) for b in self._white(rms, excluded)) for a in systematic)
 
@@ -99,13 +99,13 @@ class Noises:
 
     def _whitening(self, rung: Rung) -> tuple[Array, float]:
         d = len(self.machine)
-        if rung.own is None or rung.white is None:
-            spread = self.machine + self.own + self.scatter
+        if rung.systematic is None or rung.white is None:
+            spread = self.machine + self.systematic + self.scatter
         else:
-            systematic, white = (0.0 if n == NONE else 2.0 ** (n / 2) for n in (rung.own, rung.white))
+            systematic, white = (0.0 if n == NONE else 2.0 ** (n / 2) for n in (rung.systematic, rung.white))
             spread = (
                 self.machine
-                + self.own * (systematic / max(_size(self.own), SMALLEST)) ** 2
+                + self.systematic * (systematic / max(_size(self.systematic), SMALLEST)) ** 2
                 + white**2 * np.eye(d)
             )
         spread = spread + SMALLEST**2 * np.eye(d)

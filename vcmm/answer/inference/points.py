@@ -29,13 +29,6 @@ FRAMES = ("part", "machine")
 ROUNDS = 3  # of the alignment from points in the machine frame; the second only moves the points where normals turn
 
 
-def measured_task(
-    scenario: Scenario, given: GivenPoints, in_machine: bool = False, tip_centres: bool = False
-) -> Task:
-    """Return the task of measured points, see `task_and_rows`."""
-    return task_and_rows(scenario, given, in_machine, tip_centres)[0]
-
-
 def task_and_rows(
     scenario: Scenario, given: GivenPoints, in_machine: bool = False, tip_centres: bool = False
 ) -> tuple[Task, Ints]:

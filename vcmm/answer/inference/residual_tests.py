@@ -34,7 +34,6 @@ from vcmm.core.run import Array
 from vcmm.part.part import Feature
 
 Ints = npt.NDArray[np.integer]
-Scores = tuple[Array, Array, Array, Ints]  # see `outlier_scores`
 ALARM = 0.01  # false alarms per part and test
 RATIOS = (0.0, 1.0, 4.0, 16.0, 64.0)  # form over noise of the parts of the null
 NOISES = (1.0, 0.5, 0.25)  # of what is stated: machines are often better than stated

@@ -7,7 +7,7 @@ as at its own best pose of the scan, all at once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,11 +17,11 @@ from vcmm.answer.placing.fixture_boxes import PoseBox
 from vcmm.answer.placing.objective import Objective, PoseSpread, Uncertain
 from vcmm.answer.placing.search import SearchOutcome, differences, polished_from
 from vcmm.answer.placing.sobol import sobol
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 
 SLOPES = 24  # lowest poses of the scan whose slopes are measured
-Progress = Callable[[str, float], None]
 
 
 LEAST_SHOWN = 5e-6  # shares below it are printed as 0.000 %: no better pose

@@ -6,7 +6,6 @@ laws, the products and the extreme values; batches of trials give the gain its o
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ from vcmm.answer.evaluation.montecarlo import simulate
 from vcmm.answer.evaluation.sampling import with_products
 from vcmm.answer.evaluation.streams import key
 from vcmm.answer.placing.objective import Uncertain, process, width
+from vcmm.core.blocks import Progress
 from vcmm.core.run import Array
 from vcmm.part.gps.risk import guard_band
 from vcmm.task.measuring.fixture import pose_of
@@ -50,7 +50,7 @@ def confirm(
     present: Array,
     best: Array,
     seed: int,
-    progress: Callable[[str, float], None],
+    progress: Progress,
     batches: int = BATCHES,
 ) -> Confirmation:
     """Run paired batches of trials at two poses (6,)."""

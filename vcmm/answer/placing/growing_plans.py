@@ -5,13 +5,14 @@ Standard strategies are tried on every feature along the way, so that none of th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from vcmm.answer.placing.candidates import TouchProblem, nearest
 from vcmm.answer.placing.design import Design, TouchCandidates, best_candidate, exchange_touches, least
 from vcmm.answer.placing.plan_goal import PlanGoal
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Array
 from vcmm.part.part import Feature
@@ -32,7 +33,6 @@ from vcmm.task.measuring.strategies import (
     plan_points,
 )
 
-Progress = Callable[[str, float], None]
 MOST = 400  # touches
 MOST_EXCHANGED = 48  # up to so many touches every number is exchanged anew, above every fourth
 

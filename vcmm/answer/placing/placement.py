@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +29,7 @@ from vcmm.answer.placing.relax import no_reachable_pose, relaxation
 from vcmm.answer.placing.result import At, PlacementResult
 from vcmm.answer.placing.search import SearchOutcome, search
 from vcmm.answer.placing.travels import Travels
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.task.measuring.fixture import Fixture, Goal, Placement, pose_of, six_of
@@ -37,7 +38,6 @@ from vcmm.task.measuring.scenario import Scenario
 EVALUATIONS, SCANNED = 5000, 4096
 SAME = 1e-9  # of the objective: rounding noise is no better pose
 TRIALS = 100_000  # of the full evaluation at the present and the best pose
-Progress = Callable[[str, float], None]
 
 
 def place(

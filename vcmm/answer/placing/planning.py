@@ -10,7 +10,7 @@ with standard strategies of the same number on every feature, so that no standar
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,7 @@ from vcmm.answer.placing.growing_plans import MOST, growing, standard_points
 from vcmm.answer.placing.motions import motions_of
 from vcmm.answer.placing.plan_goal import PlanGoal, goal_of
 from vcmm.answer.placing.plan_order import OrderedPlan, ordered_plan
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.pose import Array
 from vcmm.part.part import normal
@@ -28,7 +29,6 @@ from vcmm.task.measuring.plan import Plan
 from vcmm.task.measuring.scenario import Scenario
 
 CHANGE_S = 20.0  # s for another stylus or head orientation, where nothing else is stated
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import numpy as np
 from vcmm.answer.placing.fixture_boxes import PoseBox
 from vcmm.answer.placing.objective import Objective
 from vcmm.answer.placing.sobol import sobol
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 
@@ -79,7 +80,7 @@ def search(
     *,
     evaluations: int = 5000,
     seed: int = 0,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> SearchOutcome:
     """Search for the lowest value over all boxes with at most so many evaluations of the objective."""
     report = progress or (lambda text, share: None)
@@ -125,7 +126,7 @@ def _sobol(d: int, count: int, seed: int) -> Array:
 
 
 def _polish_minima(
-    objectives: Sequence[CountedObjective], evaluations: int, report: Callable[[str, float], None]
+    objectives: Sequence[CountedObjective], evaluations: int, report: Progress
 ) -> list[tuple[float, Array, CountedObjective]]:
     """Descend a few steps from many starts, the rest of the way from the best of those, with the compass at the end.
 

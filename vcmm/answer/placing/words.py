@@ -20,11 +20,6 @@ def amount(value: float, placed: PlacementResult) -> str:
     return f"{value * scale:.4g} {word}".strip()
 
 
-def change(gain: float, before: float) -> str:
-    """Return a gain as a share of what was before."""
-    return f"{gain / before:+.2%}" if before else "none"
-
-
 def pose_text(six: Array) -> str:
     shift, turn = poses(six)
     return f"shift ({shift}) mm, turn ({turn}) deg"

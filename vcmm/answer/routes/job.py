@@ -16,7 +16,6 @@ from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.one_line import first_few, of_name
 from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
-from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.answer.routes import hidden_machine
 from vcmm.answer.routes.calibrated_part import CalibratedValue, Warmth, calibrated_part
@@ -29,6 +28,7 @@ from vcmm.answer.routes.estimate import (
     agreements,
 )
 from vcmm.answer.routes.positions import Corrections, StandardReadings, corrections, several_positions
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Pose
 from vcmm.core.readable import Readable, Reading

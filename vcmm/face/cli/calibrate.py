@@ -20,6 +20,7 @@ from vcmm.files.learned.calibrated_machine import machine_texts, residual_texts
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.pose_recordings import is_poses
 from vcmm.learn.calibration.acceptance import predict_figures, without_rounding
+from vcmm.learn.calibration.cross_validation import PredictedPositions, compare_interpolations
 from vcmm.learn.calibration.interpolation import interpolation_of
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.result import Calibration, rms
@@ -27,7 +28,7 @@ from vcmm.learn.calibration.verification import IndependentTest
 from vcmm.show.console.files import output_folder, write_files, write_text
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
 from vcmm.show.tables.answers_machine import calibration_answers
-from vcmm.show.tables.calibration import TESTS, errors, independent_tests
+from vcmm.show.tables.calibration import HELD_OUT, TESTS, errors, independent_tests, interpolations
 from vcmm.show.tables.table import records
 
 
@@ -133,8 +134,6 @@ def _special(wanted: CalibrationFiles, given: dict[str, Any], compare: bool) -> 
         wanted.without("--nodes", **idle, compare_interpolations=compare)
         return NodesJob(wanted)
     if compare:
-        from vcmm.face.cli.calibrate_compare import InterpolationsJob
-
         wanted.without("--compare-interpolations", **rest("interpolation residual report growth"))
         return InterpolationsJob(wanted, errors)
     if given["thermal"]:
@@ -277,3 +276,26 @@ def _show(calibration: Calibration) -> None:
     for c in calibration.identified.combinations:
         print(f"not identified: {c.text}")
     say_warnings(calibration.warnings)
+
+
+@dataclass(frozen=True)
+class InterpolationsJob(Job[CalibrationInput, list[PredictedPositions]]):
+    """Every interpolation fitted and scored."""
+
+    request: CalibrationFiles
+    only: list[str]
+    schema = "vcmm.interpolations/1"
+
+    def load(self) -> CalibrationInput:
+        return self.request.load()
+
+    def run(self, loaded: CalibrationInput, report: Progress) -> list[PredictedPositions]:
+        return compare_interpolations(
+            loaded.recordings, loaded.machine, loaded.certificates, self.only, report
+        )
+
+    def record(self, loaded: CalibrationInput, result: list[PredictedPositions]) -> Record:
+        return Record({"interpolations": records(HELD_OUT, result)}, self.request.read(), 0)
+
+    def show(self, loaded: CalibrationInput, result: list[PredictedPositions]) -> None:
+        show_table(interpolations(result))

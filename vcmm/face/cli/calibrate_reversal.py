@@ -16,7 +16,7 @@ from vcmm.learn.calibration.reversal import ReversalFile, ReversalResult, separa
 from vcmm.show.console.documents import sources
 from vcmm.show.console.files import output_folder, write_files
 from vcmm.show.console.terminal import say, show_table
-from vcmm.show.tables.reversal import reversals
+from vcmm.show.tables.calibration import reversals
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from vcmm.show.console.terminal import show_table
 from vcmm.show.tables.table import listing
 
 if TYPE_CHECKING:
-    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.cut_scenario import CutScenario
     from vcmm.task.measuring.scenario import Scenario
     from vcmm.task.measuring.task import Task
 

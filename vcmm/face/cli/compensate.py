@@ -21,11 +21,10 @@ from vcmm.face.bodies import compensation_json
 from vcmm.face.cli.options import Decimals, InputFile, Json
 from vcmm.face.cli.proof import in_rounds, refuse_worse
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
-from vcmm.face.machine_of_setup import setup_and_machine
+from vcmm.face.programs import setup_and_machine
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.program.setup import Setup
 from vcmm.shop.machining.proof import CutProof
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
 from vcmm.show.tables.answers_machine import compensation_answers
 from vcmm.show.tables.compensation import (
@@ -33,10 +32,11 @@ from vcmm.show.tables.compensation import (
     departure_json,
     departures,
     pointings,
+    proof_text,
     shifts,
     shifts_json,
 )
-from vcmm.show.tables.proofs import proof_text
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 def compensate_command(

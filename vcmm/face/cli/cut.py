@@ -19,14 +19,14 @@ from vcmm.files.own.measured_data import read_measured_points
 from vcmm.shop.machining.job import cut
 from vcmm.shop.machining.proof import CutProof
 from vcmm.shop.machining.result import CutResult
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.complaints import about
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
 from vcmm.show.report.answers import answer_of
 from vcmm.show.tables import cut as tables
-from vcmm.show.tables.proofs import proof_json, proof_text
+from vcmm.show.tables.compensation import proof_json, proof_text
 from vcmm.show.tables.uncertainty import not_added_up
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 def cut_command(

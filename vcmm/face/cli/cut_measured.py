@@ -15,11 +15,11 @@ from vcmm.files.own.setup import load_setup
 from vcmm.files.toml import read_toml
 from vcmm.shop.machining.measured_part import MeasuredCut, measured_cut
 from vcmm.shop.machining.part_recording import part_recording
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.complaints import about
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
-from vcmm.show.tables import measured_cut as tables
+from vcmm.show.tables import cut as tables
 from vcmm.show.tables.answers_parts import cut_answers
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 @dataclass(frozen=True, eq=False)

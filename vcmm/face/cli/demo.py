@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from vcmm.answer.evaluation.result import UncertaintyResult
+from vcmm.answer.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.core.errors import UsageError
 from vcmm.face import api
 from vcmm.face.cli.options import Json
@@ -20,9 +20,9 @@ from vcmm.face.job import Flags, Job, Progress, Record, run_job
 from vcmm.face.twins import twin as load_twin
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
+from vcmm.show import report as r
 from vcmm.show.console.terminal import show_answers, show_table
-from vcmm.show.pages.first import first_blocks, first_lines
-from vcmm.show.pages.uncertainty import uncertainty_page
+from vcmm.show.pages.uncertainty import characteristic_charts, scenes, uncertainty_page
 from vcmm.show.tables.table import csv_text
 from vcmm.show.tables.uncertainty import characteristic_json
 from vcmm.task.measuring.scenario import Scenario
@@ -174,3 +174,24 @@ class GaskaJob(Job[GaskaTask, GaskaResult]):
         print(
             f"Next:\n  {COMMAND} calibrate {folder}/tracer.toml --machine {folder}/cmm.toml --nodes\n  {COMMAND} place gaska2014"
         )
+
+
+def first_lines(scenario: Scenario, c: CharacteristicResult) -> list[str]:
+    """Return the measurement and its place; then the answer."""
+    touches = sum(len(s.points) for s in scenario.plan.steps)
+    what = f"{scenario.name[:1].upper()}{scenario.name[1:]}: {touches} points on a {scenario.machine.name}, measured virtually."
+    return [what, "", r.answer_text([r.answer_of(c)])]
+
+
+def first_blocks(scenario: Scenario, result: UncertaintyResult) -> list[str]:
+    """Return the sentences, the charts of the first characteristic and the picture of its touches."""
+    c = result.characteristics[0]
+    title = "The part and its touches"
+    picture = r.scene(
+        scenes(result)[1],
+        title=title,
+        caption="Ellipsoids: where each touch may really be, k = 1.",
+        height=380,
+    )
+    what, _, _ = first_lines(scenario, c)
+    return [r.paragraph(what), r.answers_block([r.answer_of(c)]), *characteristic_charts(c), picture]

@@ -81,7 +81,7 @@ class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
     def texts(
         self, loaded: list[Path], result: DiagnosedFolder, content: str, folder: Path
     ) -> dict[str, str]:
-        from vcmm.show.pages.fleet import fleet_page
+        from vcmm.show.pages.diagnosis import fleet_page
 
         return {
             "diagnosis.json": content,

@@ -11,8 +11,7 @@ from cyclopts import Parameter
 
 from vcmm.answer.inference.job import EvaluatedPart
 from vcmm.face.api import check_inputs, evaluate
-from vcmm.face.cli.evaluated_parts import show_parts
-from vcmm.face.cli.given_measurement import GivenMeasurement
+from vcmm.face.cli.evaluated_parts import GivenMeasurement, show_parts
 from vcmm.face.cli.options import Evidence, InputFile, Json, Require
 from vcmm.face.job import Flags, Job, Pack, Progress, Record, decision_code, run_job
 from vcmm.files.own.scenario import load_scenario

@@ -17,16 +17,15 @@ from vcmm.core.knowledge import add_knowledge
 from vcmm.face.api import evaluate
 from vcmm.face.cli.cut import measured_points
 from vcmm.face.cli.cut_measured import CameBack, came_back
-from vcmm.face.cli.evaluated_parts import show_parts
-from vcmm.face.cli.given_measurement import GivenMeasurement
+from vcmm.face.cli.evaluated_parts import GivenMeasurement, show_parts
 from vcmm.face.job import Job, Progress, Record, decision_code
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.files.own.scenario import load_scenario
 from vcmm.files.toml import read_toml
-from vcmm.shop.machining.scenario import OTHER, CutScenario, Inspection
 from vcmm.show.console.complaints import about
 from vcmm.show.console.documents import sources
 from vcmm.show.tables.evaluation import evaluate_json
+from vcmm.task.measuring.cut_scenario import OTHER, CutScenario, Inspection
 from vcmm.task.measuring.scenario import Scenario
 
 

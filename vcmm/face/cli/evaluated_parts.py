@@ -1,14 +1,17 @@
-"""Output of vcmm evaluate for measured parts."""
+"""Measured parts of vcmm evaluate: their data and the output for the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from vcmm.answer.inference.job import EvaluatedPart
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
 from vcmm.show.tables.answers_parts import parts_answers
-from vcmm.show.tables.ends_known import how_well_known
 from vcmm.show.tables.evaluation import batch, joint_words, part_table, told_once, wholes
+from vcmm.show.tables.stated import how_well_known
 from vcmm.show.tables.uncertainty import (
     largest,
     not_added_up,
@@ -37,3 +40,25 @@ def show_parts(parts: Sequence[EvaluatedPart], warnings: Collection[str]) -> Non
         for sentence in not_added_up(results[0][1]):
             say(sentence)
     say_warnings(warnings)
+
+
+@dataclass(frozen=True)
+class GivenMeasurement:
+    """Measured data: a file of points or of values. frame: of the points; None for the usual one, that of the part."""
+
+    points: Path | None
+    values: Path | None
+    frame: str | None
+    tip_centres: bool
+
+    @property
+    def file(self) -> Path:
+        file = self.points or self.values
+        assert file is not None  # check_inputs refuses it
+        return file
+
+    def options(self) -> dict[str, Any]:
+        """Return the data by the names of the options."""
+        return {
+            "points": self.points, "values": self.values, "frame": self.frame, "tip_centres": self.tip_centres,
+        }  # fmt: skip

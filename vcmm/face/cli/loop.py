@@ -22,18 +22,18 @@ from vcmm.face.cli.loop_findings import LoopFindings, diagnose_cut
 from vcmm.face.cli.options import Decimals, InputFile, Json, Seed
 from vcmm.face.cli.proof import in_rounds
 from vcmm.face.job import Flags, Job, Progress, Record, run_job
-from vcmm.face.machine_of_setup import setup_and_machine
+from vcmm.face.programs import setup_and_machine
 from vcmm.learn.diagnosis.result import Diagnosis
 from vcmm.shop.machining.held_out import HeldOutProof
 from vcmm.shop.machining.job import measure_cut
 from vcmm.shop.machining.measured_part import MeasuredCut, left_of
 from vcmm.shop.machining.proof import CutProof
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say_warnings, show_answers
 from vcmm.show.pages.diagnosis import sentences
 from vcmm.show.tables.answers_machine import loop_answers
 from vcmm.show.tables.loops import loop_json, loop_text
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 def loop_command(

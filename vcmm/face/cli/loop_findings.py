@@ -132,7 +132,7 @@ def _why_not(proof: HeldOutProof, answers: Sequence[Answer]) -> str:
             f"its evidence is {proof.evidence:.1f} nats, where scatter alone reaches {proof.threshold:.1f}, and passes that it is not fitted to gain {proof.gain:.1f} nats by it: "
             "cut and measure another part, or one with more passes under these conditions"
         )
-    if _is_open(proof, answers) and proof.unseen > proof.seen:
+    if _is_open(proof, answers) and proof.rigid_square > proof.visible_square:
         return (
             f"most of what it moves is a shift or turn of the whole part (up to {proof.largest * 1e3:.2f} µm), which points in the drawing frame cannot show, and its name is "
             "open; measure in the frame of the machine (--frame machine), or the same part from its zero"
@@ -164,7 +164,7 @@ def _with_open_names(diagnosis: Diagnosis) -> Diagnosis:
 def _is_open(proof: HeldOutProof, answers: Sequence[Answer]) -> bool:
     """Does what the part cannot show rest on a name that is not sure?"""
     sure = min((_certainty(a) for a in answers), default=SURE)
-    return bool(sure < SURE and proof.unseen > 0.0)
+    return bool(sure < SURE and proof.rigid_square > 0.0)
 
 
 def _certainty(a: Answer) -> float:

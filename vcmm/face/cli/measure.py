@@ -18,7 +18,7 @@ from vcmm.show.tables.measured_points import measure_json, points_csv, values
 from vcmm.task.measuring.scenario import Scenario
 
 if TYPE_CHECKING:
-    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 def measure_command(

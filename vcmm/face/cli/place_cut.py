@@ -14,11 +14,11 @@ from vcmm.face.job import Job, Progress, Record
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.files.own.placement_writer import placed_cut as placed_texts
 from vcmm.shop.machining.placement import PlacedCut, place_cut
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import show_answers, show_table
 from vcmm.show.tables.answers import placed_cut_answers
 from vcmm.show.tables.placement import compared_cut_poses, gains
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class PlaceCutJob(Job[CutScenario, PlacedCut]):
         return Record(placed_cut_json(result), files, result.seed, result.after.warnings)
 
     def texts(self, loaded: CutScenario, result: PlacedCut, content: str, folder: Path) -> dict[str, str]:
-        from vcmm.show.pages.place_cut import place_cut_page
+        from vcmm.show.pages.place import place_cut_page
 
         moved = placed_texts(self.scenario, loaded, folder, result.best.pose, shift_of(result))
         return {"place.json": content, "report.html": place_cut_page(loaded, result), **moved}

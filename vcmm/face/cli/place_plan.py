@@ -15,7 +15,7 @@ from vcmm.part.gps import characteristics as gps
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import show_answers, show_table
 from vcmm.show.tables.answers import plan_answers
-from vcmm.show.tables.plans import curve
+from vcmm.show.tables.placement import curve
 from vcmm.task.measuring.scenario import Scenario
 
 

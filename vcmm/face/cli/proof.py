@@ -12,7 +12,7 @@ from vcmm.compensation.surface import SurfaceErrors, refined_surface
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.units import quantity
 from vcmm.shop.machining.proof import CutProof, proof_by_cut, proof_without_inspection
-from vcmm.shop.machining.scenario import CutScenario
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 NO_PART = (
     "program and set-up do not say what part is cut: name a cutting scenario (part, stock, tools) instead of the program, or cut the new "

@@ -19,7 +19,7 @@ from vcmm.compensation.job import compensate, prepare
 from vcmm.compensation.result import CompensatedProgram
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
-from vcmm.face.machine_of_setup import setup_and_machine
+from vcmm.face.programs import setup_and_machine
 from vcmm.files.own.face_scan import load_face_scan
 from vcmm.learn.calibration.face_fit import (
     FaceFit,

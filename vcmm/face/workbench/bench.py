@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.answer.evaluation.one_line import answer
+from vcmm.core.blocks import Progress
 from vcmm.core.confinement import confine
 from vcmm.core.errors import UsageError, VcmmError, choose_from
 from vcmm.core.text import read_text
@@ -40,7 +41,6 @@ WITH_FILES = ("diagnose", "calibrate", "evaluate", "cut")
 EVALUATIONS, SCANNED, TRIALS = 60, 20, 20_000  # of a placement: coarse enough for a page, and it says so
 CUT = re.compile(rb"(?m)^\s*\[cut[\].]")
 Answer = dict[str, Any]
-Progress = Callable[[str, float], None]
 
 
 def run_open(job: str, scenario: Scenario, progress: Progress) -> Answer:

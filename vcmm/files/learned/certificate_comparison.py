@@ -10,8 +10,8 @@ from typing import Any
 from vcmm.answer.evaluation.at_limit import CoveredMachines, covered_at_limit
 from vcmm.answer.evaluation.one_line import first_few
 from vcmm.answer.evaluation.result import UncertaintyResult
-from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import UsageError
 from vcmm.core.readable import Readable, Reading
 from vcmm.files.own.certificate import certificate_table

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import UsageError, VcmmError, first_of
 from vcmm.core.machine import Machine
 from vcmm.core.own_files import check_replacing
@@ -48,8 +49,6 @@ OWN = (
 )
 
 MOST = 3  # sizes of an answer that the log of an alarm states
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)

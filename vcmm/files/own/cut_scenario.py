@@ -17,7 +17,7 @@ from vcmm.core.knowledge import add_knowledge
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
-from vcmm.core.run import OFFSET_LABEL, Series
+from vcmm.core.run import FORCE_COLUMNS, OFFSET_LABEL, POWER_COLUMN, Series
 from vcmm.core.text import is_file
 from vcmm.files.own.cut_tables import CutFile, CutTable, InspectionTable, ToolKnowledge
 from vcmm.files.own.environment import (
@@ -46,12 +46,9 @@ from vcmm.files.schema import checked_model, read_model
 from vcmm.files.sheets import SheetColumn, read_csv
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
-from vcmm.physics.structure.tool_bending import ToolDeflection
+from vcmm.physics.structure.tool_bending import ToolDeflection, bending
 from vcmm.program.setup import Setup, turns_with
-from vcmm.shop.cutting.force import bending
-from vcmm.shop.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
-from vcmm.shop.machining.spindle_load import LOAD
-from vcmm.shop.machining.tool_errors import FORCES
+from vcmm.task.measuring.cut_scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
 from vcmm.task.measuring.settings import CORRECTED
 
 # Stands for the stylus of an inspection without errors.
@@ -120,7 +117,7 @@ def _check_document(document: Document, problems: Problems) -> CutScenario | Non
     setup = setup if machine is None else replace(setup, axes=frozenset(machine.axes))
     log, load = (
         problems.attempt(("cut", key), partial(_log, document, getattr(model.cut, key), names)) or {}
-        for key, names in (("force_log", FORCES), ("load_log", (LOAD,)))
+        for key, names in (("force_log", FORCE_COLUMNS), ("load_log", (POWER_COLUMN,)))
     )
     knowledge = _combine_knowledge(
         document, machine, setup, cut=model.cut, part=part, environment=environment, problems=problems
@@ -145,7 +142,7 @@ def _check_document(document: Document, problems: Problems) -> CutScenario | Non
         touch_scatter={int(n): t.u_touch for n, t in model.cut.tools.items() if t.u_touch},
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
-        u_width={int(n): t.u_width for n, t in model.cut.tools.items() if t.u_width}, work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(LOAD),
+        u_width={int(n): t.u_width for n, t in model.cut.tools.items() if t.u_width}, work_spindle=model.cut.work_spindle, batch_part=model.cut.batch_part, force_log=log, load_log=load.get(POWER_COLUMN),
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
         found_since=causes, record={**machine.record, **model.record.entries},
     )  # fmt: skip
@@ -157,7 +154,7 @@ def _log(document: Document, file: str | None, columns: tuple[str, ...]) -> dict
         return {}
     sheet = read_csv(document.path.parent / file)
     names = ("time_s", *columns)
-    what = "force" if columns == FORCES else "load"
+    what = "force" if columns == FORCE_COLUMNS else "load"
     problems = sheet.missing(
         SheetColumn(n, advice=f"; a {what} log has {', '.join(names)}{_in_other_unit(n, sheet.header)}")
         for n in names

@@ -16,7 +16,7 @@ from vcmm.files.own.scenario import (
 )
 from vcmm.files.own.setup import by_number
 from vcmm.files.schema import Compliance, Point, Size, Spread, Table
-from vcmm.shop.machining.scenario import IDEAL
+from vcmm.task.measuring.cut_scenario import IDEAL
 
 
 class OffsetTable(Table):

@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.core.pose import Array
 from vcmm.files.toml_edits import editable, move_names, with_comment_under, with_value_for_table
-from vcmm.shop.machining.scenario import CutScenario
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 def placed_text(

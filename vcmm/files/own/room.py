@@ -18,7 +18,6 @@ from vcmm.files.toml import Document, Location
 from vcmm.physics.structure.expansion import PartExpansion, ScaleExpansion
 from vcmm.physics.structure.room import RoomDrift, RoomDriftOfScale, RoomGradient
 
-DAY = 86400.0  # s
 KEYS = {  # key of [environment]: unit behind the bar, dimension, example
     "room_hour": ("h", "temperature rate", "0.5 K/h"),
     "room_day": ("d", "temperature rate", "1.5 K/d"),

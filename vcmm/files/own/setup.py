@@ -19,9 +19,8 @@ from vcmm.files.schema import Deviation as Offset
 from vcmm.files.toml import check_version, read_toml
 from vcmm.program.dialects import names
 from vcmm.program.limits import control_from
-from vcmm.program.setup import ZERO, Bar, Setup, TemperatureLog, Tool
+from vcmm.program.setup import KIENZLE, LINEAR_EDGE, ZERO, Bar, Setup, TemperatureLog, Tool
 from vcmm.program.touching import Face, Round, Surface, box_faces
-from vcmm.shop.cutting.force import KIENZLE, LINEAR_EDGE
 from vcmm.task.response.logs import sensor_of
 
 _OFFSET = re.compile(r"G5[4-9]|G59\.[123]|G54\.1 P[1-9]\d*|G505|G5[1-9]\d")

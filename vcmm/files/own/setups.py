@@ -209,7 +209,7 @@ def _plate(table: SetupTable, machine: Machine, u: float) -> Recordings:
                 f'the set-up "{table.name}": a hole plate lies in a plane of two axes here (along, across)'
             )
         directions = "XYZ".replace("XYZ"[int(upright.argmax())], "")
-    return (artefact.plate(machine, balls, table.name, table.tip, u, seen=directions),)
+    return (artefact.plate(machine, balls, table.name, table.tip, u, axes=directions),)
 
 
 def _gauge(table: SetupTable, machine: Machine, u: float) -> Recordings:

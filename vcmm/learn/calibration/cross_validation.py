@@ -10,12 +10,13 @@ theta and nu are jointly normal, so this is the law of the readings held out giv
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -74,7 +75,7 @@ def compare_interpolations(
     machine: Machine,
     certificates: Mapping[str, InstrumentCertificate] | None = None,
     only: Sequence[str] = (),
-    progress: Callable[[str, float], None] = lambda text, share: None,
+    progress: Progress = lambda text, share: None,
     names: Sequence[str] = INTERPOLATIONS,
 ) -> list[PredictedPositions]:
     """Fit every interpolation without the readings held out, and return its predictions of them.

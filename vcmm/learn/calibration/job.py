@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vcmm.core.axes import is_rotary, whole_turn
+from vcmm.core.blocks import Progress
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -59,8 +60,6 @@ REST, STILL = (
 )  # mm: an axis that moves less counts as not moved; its assumed travel then, to either side
 
 NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
-
-Progress = Callable[[str, float], None]
 
 
 def bare_machine(structure: str, kind: str = "cmm") -> Machine:

@@ -28,6 +28,7 @@ from itertools import count
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import Whitener
+from vcmm.core.blocks import Progress
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -198,7 +199,6 @@ NULLS = 2000
 USUAL_STEPS = 4  # after which half is done
 STEP_COMPARE = "compare the machine as it is written with all rows"
 PASSES = 3  # noise audit and selection look at each other's result
-Progress = Callable[[str, float], None]
 
 
 def diagnose_recording(

@@ -23,7 +23,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.answer.evaluation.sampling import Progress
+from vcmm.core.blocks import Progress
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine

@@ -37,9 +37,9 @@ def draws(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Ar
         raw = rng.standard_t(noise.dof, (m, count))
         raw /= np.sqrt(noise.dof / (noise.dof - 2))
     _add(raw, white.nuisance, -(white.nuisance.T @ raw))
-    of_known = white.known.T @ raw  # calibration: the white part has unit variance in every direction left
-    _add(raw, white.known, -of_known)
-    _add(raw, white.known, rng.standard_normal(of_known.shape))
+    of_prior = white.prior.T @ raw  # calibration: the white part has unit variance in every direction left
+    _add(raw, white.prior, -of_prior)
+    _add(raw, white.prior, rng.standard_normal(of_prior.shape))
     return raw
 
 

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import whitener
-from vcmm.answer.evaluation.sampling import Progress
+from vcmm.core.blocks import Progress
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.pose import Array
@@ -29,7 +28,6 @@ KINDS = (GAUSSIAN, SPLINE)
 PER_WAVE = 7  # points per wave of the cut-off that a profile needs (ISO 12181-2, ISO 12780-2)
 EVEN = 0.05  # of a step that evenly spaced points may be off
 FAR = 1.6  # cut-offs beyond which Gaussian weights are below 1e-15
-Ints = npt.NDArray[np.intp]
 
 
 def words(f: Filter) -> str:

@@ -11,8 +11,6 @@ from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
-FULL_SPEED = 1e4  # per min
-
 
 def _screw_heating_file_note(effect: ScrewHeating) -> str:
     return "acts with the distance travelled since the start of a job (travel_..._mm); a job without it is refused"

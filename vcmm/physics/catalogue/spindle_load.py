@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.core.declaration import UM, About, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.run import Array, Run, Series, first_order_lag
+from vcmm.core.run import POWER_COLUMN, Array, Run, Series, first_order_lag
 
 FULL_LOAD = 1e3  # W
 
@@ -24,7 +24,7 @@ class SpindleLoadGrowth(Effect):
 
     name = "spindle_load_growth"
     per = "axis"
-    needs = ("time_s", "spindle_load_W")
+    needs = ("time_s", POWER_COLUMN)
     about = About(
         cites="ISO 230-3:2020: thermal distortion caused by a rotating spindle; Bossmanns & Tu, Int. J. Mach. Tools Manuf. 39 (1999) 1345",
         words=Words(
@@ -54,7 +54,7 @@ class SpindleLoadGrowth(Effect):
         return "tool"
 
     def error_motion(self, run: Run) -> Array:
-        log = run.series.get("spindle_load_W")
+        log = run.series.get(POWER_COLUMN)
         if log is None:
             raise ModelLimit(
                 "spindle_load_growth needs a log of spindle_load_W over time_s: a cut with stock, material and teeth has one, or add load_log"

@@ -11,7 +11,7 @@ import numpy as np
 from vcmm.core.declaration import UM, About, ForDiagnosis, Site, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
-from vcmm.core.run import Array, Run
+from vcmm.core.run import FORCE_COLUMNS, Array, Run
 
 AXES = "xyz"
 
@@ -35,7 +35,7 @@ class WorkpieceBending(Effect):
 
     name = "workpiece_bending"
     per = "direction"
-    needs = ("force_x_N", "force_y_N", "force_z_N")
+    needs = FORCE_COLUMNS
     about = About(
         cites="Budak & Altintas, Int. J. Mach. Tools Manuf. 35 (1995) 459: static deflection of thin plates in peripheral milling",
         words=Words(

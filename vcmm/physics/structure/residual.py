@@ -229,9 +229,9 @@ def _check_rows(field: ResidualField) -> None:
         raise UsageError(f"residual_field: random has three numbers, x y z, not {np.size(field.random)}")
 
 
-def refuse_outside(known: FieldProcess, tip: Array) -> None:
+def refuse_outside(process: FieldProcess, tip: Array) -> None:
     """Raises ModelLimit for a place outside the hull of the nodes that were read."""
-    bad = np.flatnonzero(~known.inside(tip))
+    bad = np.flatnonzero(~process.inside(tip))
     if len(bad):
         raise outside(tip[bad[0]], "the nodes", int(bad[0]))
 

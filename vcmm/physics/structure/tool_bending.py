@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from vcmm.core.declaration import UM, About, Trade, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
-from vcmm.core.run import TOOL_AXIS_COLUMNS, Array, Run
+from vcmm.core.run import FORCE_COLUMNS, TOOL_AXIS_COLUMNS, Array, Run
+
+CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
+STIFFNESS_RATIO = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +34,7 @@ class ToolDeflection(Effect):
         belongs_to="tool",
     )
     per = "tool"
-    needs = ("force_x_N", "force_y_N", "force_z_N")
+    needs = FORCE_COLUMNS
     compliance: float = param(
         0.0,
         "um/N",
@@ -95,3 +99,13 @@ def across_tool(run: Run, force: Array) -> Array:
         return force * np.array([1.0, 1.0, 0.0])
     axis = run.vector(*TOOL_AXIS_COLUMNS)
     return np.asarray(force - np.einsum("ni,ni->n", force, axis)[:, None] * axis)
+
+
+def bending(radius: float, stick_out: float) -> float:
+    """Return the compliance of a cantilever at its end, mm/N: L^3 / 3 E I, I = pi d^4 / 64, d = 0.8 D.
+
+    Cutter and its stick-out only; holder, spindle and machine come on top.
+    """
+    diameter = STIFFNESS_RATIO * 2.0 * radius
+    inertia = math.pi * diameter**4 / 64.0
+    return stick_out**3 / (3.0 * CARBIDE * inertia)

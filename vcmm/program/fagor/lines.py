@@ -40,10 +40,10 @@ Words = list[tuple[str, str]]
 
 @dataclass(eq=False)
 class FagorLines:
-    """A text under way. told: line, the omitted word, its replacement."""
+    """A text under way. assumptions: line, the omitted word, its replacement."""
 
     text: str
-    told: list[tuple[int, str, str]] = field(default_factory=list)
+    assumptions: list[tuple[int, str, str]] = field(default_factory=list)
     offset: str = ""  # number of the tool offset in force: that of T1.1 and D1, else of the tool
     at_t: bool = False  # no M6 in the text: T itself puts the tool into the spindle
     length: bool = False  # G43 is in force
@@ -66,8 +66,8 @@ class FagorLines:
 
     def tell(self, line: int, what: str, value: str = HOLE) -> str:
         """Keep one remark for each, and return the emptied block."""
-        if all(what != w for _, w, _ in self.told):
-            self.told.append((line, what, value))
+        if all(what != w for _, w, _ in self.assumptions):
+            self.assumptions.append((line, what, value))
         return ""
 
     def block(self, line: int, text: str) -> str:

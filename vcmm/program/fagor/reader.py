@@ -44,12 +44,12 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
         )
     lines = FagorLines(text)
     made = lines.translate()
-    if setup.strict and lines.told:
-        line, what, _ = min(lines.told)
+    if setup.strict and lines.assumptions:
+        line, what, _ = min(lines.assumptions)
         raise ProgramFault(file, line, 1, f"{what} is not understood; write its motion with G1 to G3")
     language = replace(MILL, pockets=tuple(_pocket(code, given) for code, given in lines.pockets))
     program = run(
         made, language, replace(setup, unit=setup.unit or 1.0), file, trace
     )  # a Fagor wakes up in mm: G71
-    assumptions = [Assumption(line, what, value) for line, what, value in lines.told]
+    assumptions = [Assumption(line, what, value) for line, what, value in lines.assumptions]
     return replace(program, assumed=tuple(sorted([*program.assumed, *assumptions], key=lambda a: a.line)))

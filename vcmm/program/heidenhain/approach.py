@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from vcmm.program.faults import refuse
 from vcmm.program.moves import PLANES, Move, Point, Source
-from vcmm.program.offsetting import Vec, along, in_space, left, minus, piece_of, planar, tangent
+from vcmm.program.offsetting import Vec, along, in_space, left_normal, minus, piece_of, planar, tangent
 from vcmm.program.radius import RadiusCompensation
 from vcmm.program.recorder import Sides
 
@@ -80,7 +80,7 @@ def _approach(
     """Return PS to PH in the plane, down at PH, PH to PA; with what is in force on each."""
     approach, piece = block.approach, piece_of(first)
     t = tangent(piece, piece.start)
-    n = left(t) if side.side == "left" else (t[1], -t[0])
+    n = left_normal(t) if side.side == "left" else (t[1], -t[0])
     if approach.kind == "LT":
         line = _to_help_point(move, along(piece.start, t, -approach.length), block)
         return [*((m, side) for m in line), (_last(move, line, piece.start), side)]
@@ -129,7 +129,7 @@ def depart(
     height = last.end[PLANES[last.plane][2]]
     piece = piece_of(last)
     t = tangent(piece, piece.end)
-    n = left(t) if side.side == "left" else (t[1], -t[0])
+    n = left_normal(t) if side.side == "left" else (t[1], -t[0])
     leave = along(piece.end, n, side.radius)
 
     def space(v: Vec) -> Point:

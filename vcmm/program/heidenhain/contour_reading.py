@@ -57,4 +57,4 @@ def contour_moves(
         runner.at, runner.returns = labels[name], [len(runner.lines)]
         runner.run()
     vars(paths).update(modes)
-    return contour.programmed, contour.side
+    return contour.programmed_moves, contour.side

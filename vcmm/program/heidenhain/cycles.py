@@ -48,7 +48,7 @@ class KlartextCycles:
     auto_feed: float | None = None
     words: Mapping[str, WordAt] = field(default_factory=dict)  # of the definition, where traces are kept
     program: Callable[[str], None] = lambda name: None
-    named: str = ""  # the program of cycle 12
+    program_name: str = ""  # the program of cycle 12
     contours: ContourCycles = field(default_factory=ContourCycles)
 
     def __post_init__(self) -> None:
@@ -196,7 +196,7 @@ class KlartextCycles:
         if number == "12" and part == 1:
             for word in ("PGM", "PROG"):
                 reader.accept(word)
-            self.named = reader.rest()
+            self.program_name = reader.rest()
         reader.rest()
         if part:
             return
@@ -205,7 +205,7 @@ class KlartextCycles:
                 what, "passed over: its data belong to cycles of contours" if at_once else MISSING, column
             )
         if not at_once:
-            action = (lambda c: self.program(self.named)) if number == "12" else _missing
+            action = (lambda c: self.program(self.program_name)) if number == "12" else _missing
             self.active = MachiningCycle(self.recorder, number, {}, action)
 
     def old(self, number: str, part: int, reader: KlartextReader) -> None:

@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 
 from vcmm.program.faults import BlockFault
-from vcmm.program.free_contour import MOST, FreeContour, swept
+from vcmm.program.free_contour import MOST, FreeContour, travel_angle
 from vcmm.program.free_search import TooMany, Undetermined, contours
 from vcmm.program.heidenhain.free_words import FreeBlock, FreeKnown, FreeWords, merge
 from vcmm.program.heidenhain.paths import KlartextPaths
@@ -49,7 +49,7 @@ class FreeContours(FreeKnown):
     """The contour that is being read, and what makes its moves."""
 
     paths: KlartextPaths
-    selected: bool = False  # by FSELECT
+    has_fselect: bool = False  # by FSELECT
 
     def read(self, reader: KlartextReader, number: int) -> None:
         """Read a block of FREE."""
@@ -60,7 +60,7 @@ class FreeContours(FreeKnown):
         closes = merge(reader)
         if word == "FSELECT":
             reader.value("FSELECT")
-            self.selected = True
+            self.has_fselect = True
             return
         words = read_words(reader, WORDS[word])
         if word == "FPOL":
@@ -94,7 +94,7 @@ class FreeContours(FreeKnown):
     def flush(self) -> bool:
         """Evaluate the contour and make its moves. True where one of its M functions ends the program."""
         blocks, self.waiting = self.waiting, []
-        selected, self.selected = self.selected, False
+        selected, self.has_fselect = self.has_fselect, False
         rows = [b for b in blocks if b.element is not None]
         r, paths = self.paths.r, self.paths
         if not rows:
@@ -184,12 +184,12 @@ class FreeContours(FreeKnown):
         ends = [_marks(c, at)[0] for c in candidates]
         by_end = any(math.dist(p, ends[0]) > 1e-6 for p in ends if p is not None and ends[0] is not None)
         many = f"{len(candidates)} or more" if len(candidates) >= MOST else str(len(candidates))
-        places = sorted({_written(c, at, r.unit, by_end) for c in candidates})
+        places = sorted({_end_text(c, at, r.unit, by_end) for c in candidates})
         chosen = "; FSELECT counts them in an order of the control that no manual states" if selected else ""
         some = ", ".join(places[:6]) + (" ..." if len(places) > 6 else "")
         r.assume(
             f"which of {many} contours the FK blocks of lines {rows[0].source.line} to {rows[-1].source.line} mean{chosen}",
-            f"the shortest one, with {_written(best, at, r.unit, by_end)} there; possible are {some}",
+            f"the shortest one, with {_end_text(best, at, r.unit, by_end)} there; possible are {some}",
             f"{many} free contours fit (FK){chosen}: this element may have {some}; add one of them to its block",
         )  # fmt: skip
 
@@ -202,7 +202,7 @@ class FreeContours(FreeKnown):
         goal: Point = (end[0], end[1], r.p[2])
         count, r.marker = len(r.moves), "FK"
         if isinstance(carrier, DirectedCircle):
-            turns = 1 if swept(carrier, start, end, made.elements[k].is_full) else 0
+            turns = 1 if travel_angle(carrier, start, end, made.elements[k].is_full) else 0
             paths.round(goal, (*carrier.centre, r.p[2]), carrier.rho < 0, turns)
         else:
             paths.line(goal, False)
@@ -228,7 +228,7 @@ def _apart(a: FreeContour, b: FreeContour, k: int) -> bool:
     return any(p is not None and q is not None and math.dist(p, q) > 1e-6 for p, q in pairs)
 
 
-def _written(c: FreeContour, k: int, unit: float, by_end: bool) -> str:
+def _end_text(c: FreeContour, k: int, unit: float, by_end: bool) -> str:
     """End of element k as a block says it, or its centre where all end at one point."""
     end, centre = _marks(c, k)
     p, name = (end, "") if by_end or centre is None else (centre, "CC")

@@ -30,8 +30,8 @@ def retract(p: KlartextTechnology, away: float, rapid: bool) -> None:
     """Retract, as M140 MB: back along the axis of the tool; MB MAX to the end of travel, which is taken at the reference point."""
     r = p.r
     axis = r.tool_axis
-    leans = r.led and not r.tilted and (r.aim is not None or any(r.rotary))
-    if leans or (r.tilted and not math.isfinite(away)):
+    leans = r.is_tcp_on and not r.is_plane_tilted and (r.aim is not None or any(r.rotary))
+    if leans or (r.is_plane_tilted and not math.isfinite(away)):
         r.fault(
             "M140 along a tool that leans: its way is not known here; end the tilted plane or M128 before, or program the point with L"
         )

@@ -217,7 +217,7 @@ class KlartextParameters:
                 column=column,
             )
             self.is_guessing = True
-            self.recorder.states.asked = what
+            self.recorder.states.machine_value = what
         self.values[name] = value or 0.0
 
     def present(self, numbers: Mapping[str, int]) -> float | None:

@@ -32,7 +32,7 @@ class KlartextPaths(KlartextTechnology):
             absolute, relative = words.take(name), words.take(f"I{name}")
             if absolute is not None:
                 point[k] = absolute * self.r.unit
-                self.known.add(k)
+                self.moved_axes.add(k)
             if relative is not None:
                 point[k] = self.r.p[k] + relative * self.r.unit
         return _three(point)
@@ -95,14 +95,14 @@ class KlartextPaths(KlartextTechnology):
     def short(self, block: KlartextBlock) -> bool:
         """Make a plain line where nothing special is in force: as `straight`, but faster. False: nothing is done."""
         r, line = self.r, block.read()
-        if line is None or r.tracer or r.compensation or self.modal_call or self.per_turn or r.held:
+        if line is None or r.tracer or r.compensation or self.modal_call or self.per_turn or r.unmoved_axes:
             return False
         if line.feed is not None:
             r.feed, r.feed_mode = self.feed_of(line.feed, "F"), "G94"
         point = list(r.p)
         for k, value in line.axes:
             point[k] = value * r.unit
-            self.known.add(k)
+            self.moved_axes.add(k)
         self.line(_three(point), line.rapid)
         return True
 
@@ -226,7 +226,7 @@ class KlartextPaths(KlartextTechnology):
     def unfitting(self, end: Point, centre: Point) -> bool:
         """Make a line with a remark for an arc that cannot fit because the position of the tool before the program is unknown."""
         first_axis, second, _ = PLANES[self.r.plane]
-        if {first_axis, second} <= self.known or self.r.setup.strict:
+        if {first_axis, second} <= self.moved_axes or self.r.setup.strict:
             return False
         first, last = (
             math.hypot(p[first_axis] - centre[first_axis], p[second] - centre[second])
@@ -299,9 +299,13 @@ class KlartextPaths(KlartextTechnology):
             self.r.fault("APPR needs the side of the tool; add RL or RR")
         data = self.data(kind, words)
         direct = kind == "LCT"  # PS to PH at the feed of the block
-        self.said.append(ApproachBlock(data, self.last_rapid and not direct, None if direct else before))
+        self.approach_blocks.append(
+            ApproachBlock(data, self.last_rapid and not direct, None if direct else before)
+        )
         self.r.straight(self.polar(words)[0] if polar else self.target(words), False)
-        self.r.moves[-1] = self.r.moves[-1]._replace(kind="approach", seconds=float(len(self.said) - 1))
+        self.r.moves[-1] = self.r.moves[-1]._replace(
+            kind="approach", seconds=float(len(self.approach_blocks) - 1)
+        )
         self.tangent, self.last_rapid = None, False
         return self.after(words)
 
@@ -337,7 +341,7 @@ class KlartextPaths(KlartextTechnology):
         )
         if last is None or last[1] is None:
             self.r.fault("DEP needs a contour with RL or RR before it")
-        words.sided, words.side = False, None
+        words.has_side, words.side = False, None
         self.technology(words)
         data, r = self.data(kind, words), self.r
         goal = self.polar(words)[0] if polar else self.target(words)
@@ -362,7 +366,7 @@ class KlartextPaths(KlartextTechnology):
 
     def finish(self, moves: list[Move], sides: Sides) -> tuple[list[Move], Sides]:
         """Insert the approaches, once the elements after them are known."""
-        return resolve(moves, sides, self.said, self.r.file)
+        return resolve(moves, sides, self.approach_blocks, self.r.file)
 
 
 def _three(values: list[float]) -> Point:

@@ -64,13 +64,13 @@ def plane(frames: KlartextFrames, reader: KlartextReader) -> None:
 def _home(frames: KlartextFrames, kind: str) -> None:
     """Execute PLANE RESET TURN, MOVE: the rotary axes go to zero in this block, MOVE keeping the tip where it is on the workpiece."""
     r = frames.recorder
-    if kind not in ("TURN", "MOVE") or not r.held:
+    if kind not in ("TURN", "MOVE") or not r.unmoved_axes:
         return
-    led, r.led, r.rotary = r.led, kind == "MOVE", ORIGIN
+    led, r.is_tcp_on, r.rotary = r.is_tcp_on, kind == "MOVE", ORIGIN
     for letter in "ABC":
         r.release(letter)
     r.straight(r.p, True, ORIGIN)
-    r.led = led
+    r.is_tcp_on = led
 
 
 def _positioning(frames: KlartextFrames, reader: KlartextReader) -> Positioning:
@@ -88,7 +88,7 @@ def _positioning(frames: KlartextFrames, reader: KlartextReader) -> Positioning:
             reader.at += 1
             sign = 1 if sense == "+" else -1
             posture = Posture(sign=sign) if word == "SEQ" else Posture(larger=sign)
-            posture = posture._replace(said=f"{word}{sense}")
+            posture = posture._replace(words=f"{word}{sense}")
         elif word in ("TABLE", "COORD"):
             reader.expect("ROT", f"after {word}")
             table = word == "TABLE"
@@ -125,7 +125,7 @@ def asks_for_plane_angles(frames: KlartextFrames, reader: KlartextReader) -> boo
     """Return whether a block turns the rotary axes to the angles of the plane: A+Q120, B+Q121, C+Q122 behind PLANE ... STAY."""
     texts = [t.text.upper() for t in reader.tokens]
     named = any(texts[k] == "Q" and texts[k + 1] in SAID_ROTARY for k in range(len(texts) - 1))
-    return named and (frames.waits or frames.recorder.tilted)
+    return named and (frames.waits or frames.recorder.is_plane_tilted)
 
 
 def _values(reader: KlartextReader, names: tuple[str, ...]) -> dict[str, float]:

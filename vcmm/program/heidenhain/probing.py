@@ -19,11 +19,11 @@ FEED = 2000.0  # mm/min, FMAX of that table
 
 @dataclass(eq=False)
 class KlartextProbing:
-    """The cycles, on a recorder; named: result, axis and sense of TCH PROBE 0.0."""
+    """The cycles, on a recorder; probe_block: result, axis and sense of TCH PROBE 0.0."""
 
     recorder: Recorder
     values: dict[str, float] = field(default_factory=dict)  # Q parameters of the program
-    named: tuple[str, int, float] = ("", 0, 0.0)
+    probe_block: tuple[str, int, float] = ("", 0, 0.0)
 
     def first(self, reader: KlartextReader) -> None:
         """Read TCH PROBE 0.0 REF. PLANE Q5 X-"""
@@ -35,12 +35,12 @@ class KlartextProbing:
             raise reader.fault(
                 "TCH PROBE 0.0 takes a Q parameter, an axis and a direction, as in TCH PROBE 0.0 REF. PLANE Q5 X-"
             )
-        self.named = (name, axis, 1.0 if reader.upper(1) == "+" else -1.0)
+        self.probe_block = (name, axis, 1.0 if reader.upper(1) == "+" else -1.0)
         reader.at += 2
 
     def second(self, reader: KlartextReader) -> None:
         """Read TCH PROBE 0.1 X+5 Y+0 Z-5: probes."""
-        name, axis, sense = self.named
+        name, axis, sense = self.probe_block
         r, words = self.recorder, read_words(reader, ())
         if not name:
             raise reader.fault("TCH PROBE 0.1 has no TCH PROBE 0.0 before it")
@@ -51,7 +51,7 @@ class KlartextProbing:
         self.values[name] = self.probe(target, axis, sense) / r.unit
         for k, value in enumerate(r.skip or ()):
             self.values[f"Q{115 + k}"] = value / r.unit
-        self.named = ("", 0, 0.0)
+        self.probe_block = ("", 0, 0.0)
 
     def probe(self, target: tuple[float, float, float], axis: int, sense: float) -> float:
         """Return the coordinate of the surface expected at `target` (mm), along an axis in a sense."""

@@ -72,7 +72,7 @@ class _Runner:
     depth: int = 0
     labels: dict[str, int] = field(default_factory=dict)
     returns: list[int] = field(default_factory=list)
-    left: dict[int, int] = field(default_factory=dict)  # repetitions left, by block
+    repeats_left: dict[int, int] = field(default_factory=dict)  # repetitions left, by block
     at: int = 0
     blocks_run: int = 0
     pole: dict[str, WordAt] = field(default_factory=dict)  # words of the CC in force, where traces are kept
@@ -106,7 +106,7 @@ class _Runner:
                 if self.trace_block(reader, line):
                     return True
                 if self.at < after and self._endless():
-                    self.recorder.states.left(self.recorder, line.first)
+                    self.recorder.states.leave_wait(self.recorder, line.first)
                     self.at = after
             except BlockFault as fault:
                 raise ProgramFault(
@@ -119,7 +119,7 @@ class _Runner:
         r = self.recorder
 
         def values() -> object:
-            return (dict(self.parameters.values), list(self.returns), dict(self.left))
+            return (dict(self.parameters.values), list(self.returns), dict(self.repeats_left))
 
         return r.states.is_repetition(
             (self.at, r.p, r.q, r.rotary), values, lambda: (values(), self, r.moves[-LATEST:])
@@ -225,11 +225,11 @@ class _Runner:
         reader.expect("DEF", "after PATTERN")
         self.spots = pattern_points(reader)
 
-    def unknown(self, reader: KlartextReader, known: list[str]) -> bool:
+    def unknown(self, reader: KlartextReader, names: list[str]) -> bool:
         token = reader.peek()
         assert token is not None
         raise reader.fault(
-            f"{token.text} is not understood.{choose_from(token.text.upper(), known)} Rewrite the block with these"
+            f"{token.text} is not understood.{choose_from(token.text.upper(), names)} Rewrite the block with these"
         )
 
     def functions(self, reader: KlartextReader) -> bool:
@@ -345,9 +345,9 @@ class _Runner:
                 target > here
             ):  # a repetition counts its passes at the call, which the way on does not meet again
                 self.recorder.assume("CALL LBL REP with its label behind it", "a jump to the label, once")
-            remaining = self.left.pop(here, times)
+            remaining = self.repeats_left.pop(here, times)
             if remaining > 0:
-                self.left[here] = remaining - 1
+                self.repeats_left[here] = remaining - 1
                 self.at = target
             return
         if len(self.returns) >= DEEPEST:

@@ -33,9 +33,9 @@ class KlartextTechnology:
     modal_call: bool = False
     auto_feed: float | None = None
     extra_radius: float = 0.0
-    said: list[ApproachBlock] = field(default_factory=list)
+    approach_blocks: list[ApproachBlock] = field(default_factory=list)
     definitions: dict[int, Tool] = field(default_factory=dict)  # by TOOL DEF
-    known: set[int] = field(default_factory=set)  # axes that have been sent somewhere
+    moved_axes: set[int] = field(default_factory=set)  # axes that have been sent somewhere
     shortest: bool = False  # M126
     per_turn: bool = False  # M136
     spatial: list[float] | None = (
@@ -49,7 +49,7 @@ class KlartextTechnology:
         name_axes(self.r, "".join("XYZ" if n[-2:] in ("PR", "PA") else n[-1] for n in words.values))
         self.feed_words(words)
         self.beside(words)
-        if words.sided:
+        if words.has_side:
             self.side(words)
         for m in words.m:
             if m in (3, 4, 13, 14):

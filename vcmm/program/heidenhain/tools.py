@@ -15,7 +15,7 @@ PLANE_OF_AXIS = {"Z": "XY", "Y": "ZX", "X": "YZ"}
 
 def call_tool(p: KlartextPaths, reader: KlartextReader) -> None:
     """Call a tool: TOOL CALL number or name, axis, S, F, DL, DR; without a tool: new speed or oversize only."""
-    token, tool, called = reader.peek(), p.r.tool_data, p.r.called.get(p.r.tool, "")
+    token, tool, called = reader.peek(), p.r.tool_data, p.r.tool_names.get(p.r.tool, "")
     new = token is not None and (token.kind in ("number", "string") or reader.is_parameter())
     if new:
         tool, called = _find(p, reader)
@@ -57,8 +57,8 @@ def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
     named = next((t for t in tools.values() if t.name.upper() == name.upper()), None)
     if named is not None:
         return named, name
-    again = {n: k for k, n in p.r.called.items()}
-    number = again.get(name, max([*tools, *p.r.called, 0]) + 1)
+    again = {n: k for k, n in p.r.tool_names.items()}
+    number = again.get(name, max([*tools, *p.r.tool_names, 0]) + 1)
     unknown_tool(p.r, 0, name, free=number)
     return Tool(number, name=name), name
 
@@ -68,7 +68,7 @@ def define_tool(p: KlartextPaths, reader: KlartextReader) -> None:
     number = round(reader.value("TOOL DEF"))
     words = read_words(reader, ("L", "R"))
     length, radius = words.take("L"), words.take("R")
-    if words.sided and radius is None:  # R0 reads as "no compensation"
+    if words.has_side and radius is None:  # R0 reads as "no compensation"
         radius = 0.0
     if length is None and radius is None:
         return  # preparation of a tool from the table

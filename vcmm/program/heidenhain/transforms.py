@@ -191,19 +191,19 @@ class KlartextFrames:
             self.maps.pop(INNER, None)
             self.shifts[INNER] = [0.0] * 3
         self.waits, self.posture = is_plane and stays, posture
-        self.recorder.tilted = is_plane and not stays
-        self.recorder.led = self.tip_led or self.waits
+        self.recorder.is_plane_tilted = is_plane and not stays
+        self.recorder.is_tcp_on = self.tip_led or self.waits
         self.put(PLANE, made)
         self.recorder.posture = posture if is_plane else None
 
     def settle(self) -> None:
         """Execute the block behind PLANE ... STAY that turns the rotary axes to the angles of the plane (Q120 to Q122)."""
-        self.waits, self.recorder.tilted, self.recorder.led = False, True, self.tip_led
+        self.waits, self.recorder.is_plane_tilted, self.recorder.is_tcp_on = False, True, self.tip_led
 
     def lead(self, on: bool) -> None:
         """Begin or end M128, TCPM."""
         self.tip_led = on
-        self.recorder.led = on or self.waits
+        self.recorder.is_tcp_on = on or self.waits
 
 
 def turned_about(a: float, b: float, c: float) -> AffineMap:

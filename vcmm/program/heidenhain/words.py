@@ -20,7 +20,7 @@ class KlartextWords:
     values: dict[str, float] = field(default_factory=dict)
     columns: dict[str, int] = field(default_factory=dict)
     side: str | None = None
-    sided: bool = False
+    has_side: bool = False
     clockwise: bool | None = None
     rapid: bool = False
     feed: float | None = None
@@ -73,11 +73,11 @@ def _modal(reader: KlartextReader, words: KlartextWords, name: str) -> bool:
     """Read R0 RL RR, DR+ DR-, F, M; True where one of them was read."""
     if name in ("RL", "RR"):
         reader.at += 1
-        words.side, words.sided = SIDES[name], True
+        words.side, words.has_side = SIDES[name], True
         return True
     if name == "R" and reader.upper(1) == "0" and "R" not in words.values:
         reader.at += 2
-        words.side, words.sided = None, True
+        words.side, words.has_side = None, True
         return True
     if name == "DR" and not _oversize(reader):
         sign = reader.upper(1)

@@ -87,7 +87,7 @@ class IsoBlock:
         None  # how many words and assignments stand before a / within the block
     )
     blank_column: int = 0  # column of a number with blanks inside
-    called: tuple[str, int] | None = None  # M98 <NAME> L2: the subprogram by its name, and how often
+    subprogram_call: tuple[str, int] | None = None  # M98 <NAME> L2: the subprogram by its name, and how often
     beside: str = (
         ""  # what it is, where no axis has to do with it: output to a printer, a command of the console
     )
@@ -101,7 +101,7 @@ def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
         _plain_words(block, plain)
         return block
     if dialect.words == "macro" and (named := _CALL_BY_NAME.match(text)):
-        block.called = (named[1], int(named[2] or 1))
+        block.subprogram_call = (named[1], int(named[2] or 1))
         return block
     clean = without_comments(text, dialect)
     _check_characters(clean)

@@ -85,8 +85,8 @@ class IsoControl(Recorder):
     cycle: dict[str, float] = field(default_factory=dict)
     cycle_level: float | None = None  # initial level of a series of cycles
     counted_on: frozenset[str] = frozenset()  # of R and Z (the depth) of the cycle: those given under G91
-    met: bool = False  # whether the last probing move met anything
-    ended: bool = False
+    has_contact: bool = False  # whether the last probing move met anything
+    has_ended: bool = False
     state_of_m70: tuple[object, ...] | None = None  # M70
     states_of_m73: list[tuple[object, ...] | None] = field(
         default_factory=list

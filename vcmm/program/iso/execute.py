@@ -231,7 +231,7 @@ def _execute_other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def _motion(c: IsoControl, w: IsoWords) -> None:
-    if c.held and w.any_axis:
+    if c.unmoved_axes and w.any_axis:
         name_axes(c, "".join("XYZ"["UVW".index(a)] if a in "UVW" else a for a in "XYZABCUVW" if w.has(a)))
     if w.g.get("motion") in PROBING:
         probe(c, w, w.g["motion"], column_of(w, "motion"))
@@ -319,7 +319,7 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
     if (
         mode in (None, "G80")
         and c.language.survey
-        and any("remapped" in what or "tilted" in what for what in c.assumed)
+        and any("remapped" in what or "tilted" in what for what in c.assumptions)
     ):
         c.assume("the motion in force behind a remapped code", "G0", column=column)
         mode = c.motion = "G0"
@@ -391,10 +391,10 @@ def unused_words(c: IsoControl, w: IsoWords) -> None:
             refusal = f"the axis {letter} is not modelled; vcmm knows X Y Z A B C"
             c.assume(f"the axis {letter}", "not modelled: it stays", refusal, column=w.column(letter))
             continue
-        refused = c.language.unused == "refuse" or letter in "XYZABC@^"
+        refused = c.language.unused_words == "refuse" or letter in "XYZABC@^"
         pass_over(c, f"{letter}{w.words[letter].text}", w.column(letter), refused)
 
 
 def _stop(c: IsoControl, w: IsoWords) -> None:
     if w.m.get("stop") in (2, 30):
-        c.ended = True
+        c.has_ended = True

@@ -38,8 +38,8 @@ class ActiveCall:
     kind: str  # "o" | "M98" | "G65"
     label: str
     start: int
-    left: int = 0
-    own: bool = False  # has parameters of its own
+    runs_left: int = 0
+    has_parameters: bool = False  # of its own
 
 
 class IsoRunner:
@@ -75,7 +75,7 @@ class IsoRunner:
             if len(self.c.moves) != self.moves_seen:
                 self.idle, self.moves_seen = 0, len(self.c.moves)
             self.idle += 1
-            if self._endless(index) and self.c.states.left(self.c, column):
+            if self._endless(index) and self.c.states.leave_wait(self.c, column):
                 return
             if self.idle > IDLE_JUMPS and self.fragment:
                 raise EndOfReading("the loop that ends here runs for ever without its arguments")
@@ -91,7 +91,7 @@ class IsoRunner:
         c, table = self.c, self.table
 
         def values() -> object:
-            calls = [(id(k.text), k.back, k.start, k.left) for k in self.calls]
+            calls = [(id(k.text), k.back, k.start, k.runs_left) for k in self.calls]
             return (
                 calls,
                 dict(table.common),
@@ -154,7 +154,7 @@ class IsoRunner:
                 column,
                 f"subprograms call one another more than {DEEPEST} deep; {call.label} seems to call itself",
             )
-        runs = math.prod(max(1, c.left) for c in (*self.calls, call))
+        runs = math.prod(max(1, c.runs_left) for c in (*self.calls, call))
         if runs > MOST_REPETITIONS:
             raise BlockFault(
                 column,
@@ -163,21 +163,21 @@ class IsoRunner:
         if arguments is not None:
             self.table.locals.append(arguments)
             self.table.named_locals.append({})
-            call.own = True
+            call.has_parameters = True
         self.calls.append(call)
         self.c.states_of_m73.append(None)
 
     def pop(self) -> None:
         """End a subprogram: again from its start, or back."""
         call = self.calls[-1]
-        if call.left > 1:
-            call.left -= 1
+        if call.runs_left > 1:
+            call.runs_left -= 1
             self.at = call.start
             return
         self.calls.pop()
         if self.c.states_of_m73 and (saved := self.c.states_of_m73.pop()) is not None:
             restore(self.c, saved)
-        if call.own:
+        if call.has_parameters:
             self.table.locals.pop()
             self.table.named_locals.pop()
         self.text, self.at = call.text, call.back

@@ -126,7 +126,7 @@ def end_program(r: IsoRunner, w: IsoWords, column: int, here: int) -> None:
     if not r.calls:
         _main_again(r, number, column, here)
         return
-    again = r.calls[-1].left > 1
+    again = r.calls[-1].runs_left > 1
     r.pop()
     if number is not None and not again:
         index = r.text.number(number, r.at - 1)
@@ -145,7 +145,7 @@ def _main_again(r: IsoRunner, number: int | None, column: int, here: int) -> Non
         return
     where = "starts it again" if index is None else f"goes back to N{number}"
     r.c.remark(f"M99 in the main program {where} for ever; it is read once", column)
-    r.c.ended = True
+    r.c.has_ended = True
 
 
 def macro_call(r: IsoRunner, w: IsoWords, here: int) -> None:

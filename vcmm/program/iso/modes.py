@@ -94,7 +94,7 @@ def tools_and_spindle(c: IsoControl, w: IsoWords) -> None:
         if c.language.words == "o" and c.tool:
             tool_of(c, c.tool, w.m_columns["tool"], "T")
         if c.tool:
-            c.called.setdefault(c.tool, f"T{c.tool}")
+            c.tool_names.setdefault(c.tool, f"T{c.tool}")
         if c.compensation is not None:
             refusal = "a tool change while cutter radius compensation is on; cancel it with G40 before"
             if c.language.words == "o":
@@ -124,7 +124,7 @@ def _select_tool(c: IsoControl, w: IsoWords) -> None:
         c.tool, register = divmod(number, 100) if number > 99 else (number, 0)
         c.next_tool = c.tool
         if c.tool:
-            c.called.setdefault(c.tool, f"T{number:04d}")
+            c.tool_names.setdefault(c.tool, f"T{number:04d}")
         tool = tool_of(c, register, w.column("T"), "T") if register else None
         c.tool_offset = tool.offset if tool else (0.0, 0.0, 0.0)
         c.locate()

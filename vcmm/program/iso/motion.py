@@ -91,15 +91,15 @@ def probe(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     if rotary != c.rotary:
         raise BlockFault(column, f"{code} with a rotary axis: probe with linear axes only")
     away = code in ("G38.4", "G38.5")
-    c.met = (leave if away else touch)(c, p, c.tools.get(c.tool, NO_TOOL))
+    c.has_contact = (leave if away else touch)(c, p, c.tools.get(c.tool, NO_TOOL))
     what = (
         "leaves no surface: the probe touches none where it starts"
         if away
         else "meets no surface that the set-up states"
     )
-    if not c.met and code in ("G38.2", "G38.4"):
+    if not c.has_contact and code in ("G38.2", "G38.4"):
         raise BlockFault(column, f"{code} {what}: an alarm; check the target, [stock] and [[surfaces]]")
-    if not c.met:
+    if not c.has_contact:
         c.remark(f"{code} {what} and goes to its end point", column, every=True)
 
 
@@ -123,12 +123,12 @@ def arc_limits(c: IsoControl) -> tuple[float, float, float]:
 
 
 class ArcEnds(NamedTuple):
-    """Start and end of an arc as programmed; named: an axis of the plane is in the block."""
+    """Start and end of an arc as programmed; has_axis: an axis of the plane is in the block."""
 
     start: Point
     end: Point
     clockwise: bool
-    named: bool
+    has_axis: bool
 
 
 def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:

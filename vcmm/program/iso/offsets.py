@@ -221,7 +221,7 @@ def local_shift(c: IsoControl, w: IsoWords, column: int) -> None:
 def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """Turn by G68: turn the programmed points about a centre, in the plane; G69 ends it."""
     if code == "G69":
-        c.turn, c.tilt, c.tilted, c.posture, c.is_tilt_given = None, UNMOVED, False, None, False
+        c.turn, c.tilt, c.is_plane_tilted, c.posture, c.is_tilt_given = None, UNMOVED, False, None, False
         c.plane_words.clear()
     elif c.language.words == "macro" and c.language.codes != "mach3" and any(w.has(k) for k in "IJK"):
         c.assume(

@@ -39,13 +39,13 @@ class ParameterTable:
             return self.locals[-1].get(index, None if self.macro else 0.0)
         if index in self.common:
             if self.macro and index in CLOCKS:
-                self.c.states.asked = f"the clock #{index}"
+                self.c.states.machine_value = f"the clock #{index}"
             return self.common[index]
         filled = _fanuc(self.c, index) if self.macro else _linuxcnc(self.c, index)
         if filled is not None:
             return filled
         if index:
-            self.c.states.asked = f"#{index}"
+            self.c.states.machine_value = f"#{index}"
         if self.macro and (index == 0 or index < 1000):
             return None
         if self.macro:
@@ -73,7 +73,7 @@ class ParameterTable:
         if self.c.setup.strict:
             raise BlockFault(0, refusal)
         self.c.assume(f"the value of #<{name}>", "0")
-        self.c.states.asked = f"#<{name}>"
+        self.c.states.machine_value = f"#<{name}>"
         return 0.0
 
     def exists(self, name: str) -> bool:
@@ -100,7 +100,7 @@ class ParameterTable:
             self.c.assume(
                 f"the alarm #3000 = {value or 0:g}", "the program ends here", refusal, column=column
             )
-            self.c.ended = True
+            self.c.has_ended = True
             return
         if index == 3006 and self.macro:
             return
@@ -166,7 +166,7 @@ def _linuxcnc(c: IsoControl, index: int) -> float | None:
     if 5061 <= index <= 5063 and c.skip is not None:
         return c.skip[index - 5061] / c.unit
     if index == 5070:
-        return 1.0 if c.met else 0.0
+        return 1.0 if c.has_contact else 0.0
     if 5420 <= index <= 5422:
         return c.p[index - 5420] / c.unit
     if 5423 <= index <= 5425:

@@ -45,7 +45,7 @@ def tilt_plane(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 def ends(c: IsoControl) -> None:
     """End the tilted plane, G69: coordinates as before; the rotary axes keep their angles until they are moved."""
-    c.tilt, c.tilted, c.posture, c.is_tilt_given = AffineMap(), False, None, False
+    c.tilt, c.is_plane_tilted, c.posture, c.is_tilt_given = AffineMap(), False, None, False
     c.plane_words.clear()
     c.rebuild()
 
@@ -67,7 +67,7 @@ def square(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         number = 0
     sign = {1: 1, 2: -1}.get(number, 0)
     c.posture = Posture(
-        "first", sign=sign, keeps_tip=code == "G53.6", said=f"{code} P{number}" if sign else "", by_axis=not c.language.haas,
+        "first", sign=sign, keeps_tip=code == "G53.6", words=f"{code} P{number}" if sign else "", by_axis=not c.language.haas,
     )  # fmt: skip
     what = f"{code}, the tool square to the plane"
     if sign:
@@ -76,7 +76,7 @@ def square(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     c.assume(what, "the rotary axes turn before the next motion", column=column, matters=False)
     if code == "G53.6":
         _kept_point(c, w)
-    c.tilted = True
+    c.is_plane_tilted = True
     c.rebuild()
 
 
@@ -124,7 +124,7 @@ def _define(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         made = _origin(c, w).then(_turns(((2, _angle(w, "I")), (0, _angle(w, "J")), (2, _angle(w, "K")))))
     if w.has("R"):
         made = made.then(rotation(2, _angle(w, "R")))
-    c.tilt, c.tilted, c.posture, c.is_tilt_given = made, False, None, True
+    c.tilt, c.is_plane_tilted, c.posture, c.is_tilt_given = made, False, None, True
     c.rebuild()
 
 

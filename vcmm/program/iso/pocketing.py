@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from vcmm.program.iso.flow import IsoRunner
 
 Flat = tuple[float, float]
-HOLE = "a hole in the path: its moves are missing"
 
 
 def mill_pocket(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
@@ -126,11 +125,11 @@ def _subprogram(
             start_program(r, ProgramCall("M98", number), here, column)
         is_there = len(r.calls) > under
         while len(r.calls) > under:
-            if r.at >= len(r.text.lines) or c.ended:
+            if r.at >= len(r.text.lines) or c.has_ended:
                 raise BlockFault(column, f"the subprogram {number} of G150 ends without M99; add it")
             run(r.at)
     r.at = at
-    return [m for m in contour.programmed if m.kind in ("rapid", "line", "arc")] if is_there else None
+    return [m for m in contour.programmed_moves if m.kind in ("rapid", "line", "arc")] if is_there else None
 
 
 def _closed(moves: Sequence[Move], column: int) -> list[Move]:

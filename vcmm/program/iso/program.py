@@ -39,7 +39,7 @@ from vcmm.program.iso.steps import step_of, words_of
 from vcmm.program.iso.texts import Text
 from vcmm.program.iso.tools import tell_left_in_the_changer
 from vcmm.program.iso.turning import turning
-from vcmm.program.leading import held_behind, waits_for_words
+from vcmm.program.leading import unmoved_axes_behind, waits_for_words
 from vcmm.program.moves import ORIGIN, Move, MoveFlow, Program, Source
 from vcmm.program.search import folders_of
 from vcmm.program.setup import Setup
@@ -125,7 +125,7 @@ def _blocks(r: IsoRunner) -> None:
 def _loop(r: IsoRunner, started: bool) -> None:
     c = r.c
     try:
-        while not c.ended:
+        while not c.has_ended:
             if r.at >= len(r.text.lines):
                 _end_of_text(r, started)
                 continue
@@ -150,7 +150,7 @@ def _loop(r: IsoRunner, started: bool) -> None:
         raise ProgramFault(c.file, c.line, max(fault.column, 1), fault.text) from None
     except EndOfReading as end:
         c.assume("the rest of a subprogram on its own", f"not read, its arguments are missing: {end}")
-        c.ended = True
+        c.has_ended = True
 
 
 def _alone(r: IsoRunner) -> None:
@@ -162,7 +162,7 @@ def _alone(r: IsoRunner) -> None:
         if label in called:
             continue
         r.calls.clear()
-        r.c.ended, r.c.source, r.c.states_of_m73 = False, Source(start + 1, 1, 1), []
+        r.c.has_ended, r.c.source, r.c.states_of_m73 = False, Source(start + 1, 1, 1), []
         r.c.assume(f"the call of o<{label}>, a subprogram on its own", "one without arguments: they are 0")
         r.push(ActiveCall(r.main, len(r.main.lines), "o", f"o<{label}>", start + 1), {}, 1)
         r.enter(r.main, start + 1)
@@ -200,7 +200,7 @@ def _end_of_text(r: IsoRunner, started: bool) -> None:
         c.assume("the end of the program (M2)", "the end of the text", refusal, column=1, matters=False)
     else:
         c.remark("the program has no end (M30); it is taken to end with the text")
-    c.ended = True
+    c.has_ended = True
 
 
 def _text_after_end(r: IsoRunner) -> None:
@@ -222,7 +222,7 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
     """Execute one block, with its flow control and assignments."""
     c = r.c
     if block.percent:
-        c.ended = not r.calls or r.text is r.main
+        c.has_ended = not r.calls or r.text is r.main
         return
     if block.has_slash and c.setup.block_delete:
         return
@@ -232,8 +232,8 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
     r.count_runs(index, index + 1)
     if c.tracer is not None:
         c.tracer.step(step_of(r, block, index))
-    if block.called is not None:
-        call_by_name(r, block.called, index)
+    if block.subprogram_call is not None:
+        call_by_name(r, block.subprogram_call, index)
         return
     if block.optional is not None and c.setup.block_delete:
         words, assigns = block.optional
@@ -269,7 +269,7 @@ def _program_number(r: IsoRunner, block: IsoBlock, index: int) -> None:
         c.assume(
             f"the end of the program before O{flow.label}", "where that begins", refusal, column=flow.column
         )
-        c.ended = True
+        c.has_ended = True
         return
     c.assume(f"lines before O{flow.label}", "no part of the program", refusal, column=flow.column)
     c.moves.clear()
@@ -383,7 +383,7 @@ def _plain_lines(r: IsoRunner) -> None:
         start = goal
     c.source = Source(r.at + 1, 1, 1)
     r.count_runs(r.at, at)
-    r.at, c.motion, c.held = at, "G0" if rapid else "G1", held_behind(c, c.moves)
+    r.at, c.motion, c.unmoved_axes = at, "G0" if rapid else "G1", unmoved_axes_behind(c, c.moves)
     o = c.tool_offset
     c.p, c.q = (x, y, z), (start[0] + o[0], start[1] + o[1], start[2] + o[2])
 

@@ -23,8 +23,8 @@ def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None
 def tool_length(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """Execute G43, G44, G43.1, G43.2, G49."""
     offset = _offset_of(c, w, code, column)
-    c.led = code in ("G43.4", "G43.5", "G143", "G234")
-    if not c.led:
+    c.is_tcp_on = code in ("G43.4", "G43.5", "G143", "G234")
+    if not c.is_tcp_on:
         c.aim, c.vectors = None, False
     follows = c.language.length_follows and w.has("Z")
     c.tool_offset = offset
@@ -157,7 +157,7 @@ def _unknown_radius(c: IsoControl, number: int, tool: Tool | None, column: int) 
 
 def tell_left_in_the_changer(c: IsoControl) -> None:
     """Note a T without M6: it selects a tool and puts none in the spindle."""
-    if c.next_tool and not c.tool and not c.called:
+    if c.next_tool and not c.tool and not c.tool_names:
         first = next((m.source.line for m in c.moves if m.kind in ("line", "arc")), 0)
         if first:
             text = f"this cuts without a tool: T{c.next_tool} is selected, but M6, which puts it in the spindle, is missing"

@@ -3,7 +3,7 @@
 Source: FANUC B-64304EN-1, "polar coordinate interpolation", "cylindrical interpolation"; Haas operator's manuals, G107, G112.
 
 Polar: X and C (Haas: X and Y, both radii) are rectangular coordinates over the end face about the turning axis. The moves are those
-of the tip over the workpiece (`Move.led`), and C turns so that the tool stays in the plane of X: C = atan2(y, x).
+of the tip over the workpiece (`Move.is_tip_led`), and C turns so that the tool stays in the plane of X: C = atan2(y, x).
 Cylindrical: the plane of a linear axis and the developed surface s = R C. Straight lines stay straight; arcs are wound as chords.
 """
 
@@ -27,13 +27,13 @@ CHORD = 0.001  # mm, between an arc of the developed surface and its chords
 class Winding:
     """State of the winding. radius: of the cylinder, mm; 0: polar. linear: the axis whose words are arcs of the cylinder (Haas), else -1.
 
-    axis: index of the rotary axis. kept: plane, diameter before. face: of polar interpolation.
+    axis: index of the rotary axis. modes_before: plane, diameter before. face: of polar interpolation.
     """
 
     radius: float
     axis: int
     linear: int
-    kept: tuple[str, str]
+    modes_before: tuple[str, str]
     face: EndFace | None = None
 
 
@@ -57,7 +57,7 @@ def unwind(c: IsoControl) -> None:
     on, c.winding = c.winding, None
     if on is None:
         return
-    c.plane, c.diameter = on.kept
+    c.plane, c.diameter = on.modes_before
     if on.face is not None:
         face_ends(c, on.face)
 

@@ -236,7 +236,7 @@ def _lead_tip(on: bool) -> Callable[[SinumerikControl], None]:
     """Return the action of TRAORI and its end: the tip is led over the workpiece, the axes follow from the machine."""
 
     def change(i: SinumerikControl) -> None:
-        i.r.led = on
+        i.r.is_tcp_on = on
         tell_point_to_point(i)
         if on:
             what = "TRAORI (5-axis transformation)"
@@ -259,7 +259,7 @@ def _point_to_point(on: bool) -> Callable[[SinumerikControl], None]:
 
 def tell_point_to_point(i: SinumerikControl) -> None:
     """What PTP does where a transformation is on; without one nothing."""
-    if i.modes.by_axes and i.r.led:
+    if i.modes.by_axes and i.r.is_tcp_on:
         what = "PTP (under a transformation the axes go from point to point)"
         i.r.assume(what, LINES, f"{what}{LATER}", column=i.column)
 

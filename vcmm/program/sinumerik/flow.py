@@ -48,10 +48,10 @@ class SinumerikRunner:
     short: Callable[[SinumerikBlock], bool] | None = None  # executes a plain block
     memory: SinumerikMemory = field(init=False)
     blocks_run: int = 0
-    moved: tuple[int, int] = (0, 0)  # moves made, and blocks executed when the last was seen
+    last_motion: tuple[int, int] = (0, 0)  # moves made, and blocks executed when the last was seen
     missing: set[str] = field(default_factory=set)  # subprograms that are nowhere
     nesting: int = 0  # repeated parts inside one another
-    ended: bool = False
+    has_ended: bool = False
     current: Section | None = None  # the one whose blocks are being executed
 
     def __post_init__(self) -> None:
@@ -130,7 +130,7 @@ class SinumerikRunner:
                 if fault.line != block.line or not self.passes_over(fault):
                     raise
                 at, over = at + 1, False
-            if over or self.ended:
+            if over or self.has_ended:
                 return True
         if at != last + 1:
             self.recorder.fault("a jump leads out of a repeated part of the program; jump inside it only")
@@ -147,7 +147,7 @@ class SinumerikRunner:
             return (values(), self, getattr(self.work, "__self__", None), r.moves[-LATEST:])
 
         repeats = r.states.is_repetition((at, r.p, r.q, r.rotary), values, whole)
-        return repeats and r.states.left(r, r.source.first, memory.sure)
+        return repeats and r.states.leave_wait(r, r.source.first, memory.sure)
 
     def passes_over(self, fault: BlockFault | ProgramFault) -> bool:
         """Return whether a block that cannot be executed hangs on values that only caller or machine know: told, and passed over."""
@@ -160,19 +160,19 @@ class SinumerikRunner:
 
     def _count(self) -> None:
         self.blocks_run += 1
-        if len(self.recorder.moves) != self.moved[0]:
-            self.moved = len(self.recorder.moves), self.blocks_run
+        if len(self.recorder.moves) != self.last_motion[0]:
+            self.last_motion = len(self.recorder.moves), self.blocks_run
         if self.blocks_run > UNSURE + self.block_count and not self.memory.sure:
             self.recorder.assume(
                 "the end of a loop, which hangs on values that only the caller or the machine knows",
                 "the program is read no further",
             )
-            self.ended = True
+            self.has_ended = True
         if self.blocks_run > LONGEST + self.block_count:
             self.recorder.fault(
                 f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its loops and jumps"
             )
-        if self.blocks_run > IDLE + self.moved[1] + self.block_count:
+        if self.blocks_run > IDLE + self.last_motion[1] + self.block_count:
             self.recorder.fault(
                 f"{IDLE} blocks have been executed again without a motion; the program seems to be endless, check its loops and jumps"
             )
@@ -200,7 +200,7 @@ class SinumerikRunner:
 
     def _flow(self, section: Section, at: int, flow: SinumerikFlow) -> int:
         kind, data, partner = flow.kind, flow.data, section.partner.get(at, at)
-        if self.ended:
+        if self.has_ended:
             return at + 1
         if kind in ("IF", "WHILE"):
             return at + 1 if number(data[0], self) else partner + 1

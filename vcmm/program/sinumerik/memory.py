@@ -109,13 +109,13 @@ class SinumerikMemory:
     parameters: dict[int, float] = field(default_factory=dict)
     scopes: list[dict[str, Variable]] = field(default_factory=lambda: [{}])
     sure: bool = True
-    met: bool = False  # whether the last measuring move met anything
+    has_contact: bool = False  # whether the last measuring move met anything
 
     def guess(self, what: str, value: str, otherwise: str, column: int = 0) -> None:
         """Return a value that only the machine or the caller knows."""
         self.recorder.assume(what, value, otherwise, column=column or None)
         self.sure = False
-        self.recorder.states.asked = what
+        self.recorder.states.machine_value = what
 
     # -- reading --
     def parameter(self, index: int) -> float:
@@ -218,7 +218,7 @@ class SinumerikMemory:
         if r.skip is not None and axis >= 0 and name in ("$AA_MW", "$AA_MM"):
             return (r.skip if name == "$AA_MW" else r.skip_axes)[axis] / r.unit
         if r.skip is not None and name == "$AC_MEA":
-            return float(self.met)
+            return float(self.has_contact)
         simple: Mapping[str, float | None] = {
             "$P_TOOLNO": float(r.tool), "$P_TOOL": float(bool(r.tool)), "$P_F": r.feed, "$P_TOOLR": r.tool_data.radius,
             "$P_SEARCH": 0.0, "$P_SIM": 0.0, "$P_DRYRUN": 0.0, "$P_SUBPAR": 1.0,

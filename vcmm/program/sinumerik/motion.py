@@ -70,7 +70,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             or modes.cycle
             or modes.rnd
             or r.exact_once
-            or r.held
+            or r.unmoved_axes
             or r.diameter
             or not r.absolute
         ):
@@ -314,9 +314,10 @@ class SinumerikInterpreter(SinumerikSpecials):
         for tool in tools.values():
             if tool.name.upper() == name.upper():
                 return tool
-        numbers = {n: k for k, n in self.r.called.items()}
+        numbers = {n: k for k, n in self.r.tool_names.items()}
         free = (
-            max([*tools, *self.r.called, self.modes.next_tool.number if self.modes.next_tool else 0, 0]) + 1
+            max([*tools, *self.r.tool_names, self.modes.next_tool.number if self.modes.next_tool else 0, 0])
+            + 1
         )
         free = numbers.get(name, free)
         unknown_tool(self.r, 0, name, free=free)
@@ -351,7 +352,7 @@ class SinumerikInterpreter(SinumerikSpecials):
                     f"M{m} belongs to the machine builder; it is taken to move nothing", words.block.first
                 )
         if words.m and 30 in words.m and len(words.runner.scopes) == 1:
-            words.runner.ended = False
+            words.runner.has_ended = False
         return any(m in (2, 17, 30) for m in words.m)
 
     def command(self, runner: SinumerikRunner, item: Item, times: int = 1) -> None:

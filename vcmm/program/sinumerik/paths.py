@@ -8,7 +8,7 @@ from vcmm.program.chords import arc_or_chords
 from vcmm.program.frames import in_plane
 from vcmm.program.leading import name_axes
 from vcmm.program.moves import ORIGIN, PLANES, Point
-from vcmm.program.offsetting import left, piece_of, planar, tangent
+from vcmm.program.offsetting import left_normal, piece_of, planar, tangent
 from vcmm.program.probing import touch
 from vcmm.program.recorder import radius_centre
 from vcmm.program.sinumerik.blocks import Item
@@ -103,8 +103,8 @@ class SinumerikPaths(SinumerikControl):
             )  # fmt: skip
             r.straight(end, False, turned)
             return
-        words.runner.memory.met = touch(r, end, r.tool_data, stops=stops)
-        if not words.runner.memory.met:
+        words.runner.memory.has_contact = touch(r, end, r.tool_data, stops=stops)
+        if not words.runner.memory.has_contact:
             r.remark(
                 f"MEA{'S' if stops else 'W'}={number:g} meets no surface that the set-up states and goes to its end point",
                 every=True,
@@ -141,7 +141,7 @@ class SinumerikPaths(SinumerikControl):
         if last is None or last.plane != r.plane:
             r.fault("a tangential arc (CT) needs a move in its plane before it; program G1 first")
         piece = piece_of(last)
-        n, tip, end = left(tangent(piece, piece.end)), r.tip(), r.world.apply(target)
+        n, tip, end = left_normal(tangent(piece, piece.end)), r.tip(), r.world.apply(target)
         d = (end[first] - tip[first], end[second] - tip[second])
         across = n[0] * d[0] + n[1] * d[1]
         if abs(across) < 1e-9:

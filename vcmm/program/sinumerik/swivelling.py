@@ -107,7 +107,7 @@ def _rotation_by_projection(item: Item, mode: int, angles: Sequence[float]) -> A
 def _set_direction(i: SinumerikControl, item: Item, direction: float | None) -> None:
     """Set the position of the rotary axes, or none where only the coordinates turn."""
     r, is_plane = i.r, i.modes.swivel != AffineMap()
-    r.tilted, r.posture = is_plane, None
+    r.is_plane_tilted, r.posture = is_plane, None
     if not is_plane:
         return
     if direction is None:
@@ -123,10 +123,10 @@ def _set_direction(i: SinumerikControl, item: Item, direction: float | None) -> 
             "DIR = 0 of CYCLE800 turns the coordinates and leaves the rotary axes where they are, which is not understood; give DIR 1 or -1",
             column=item.first,
         )  # fmt: skip
-        r.tilted = False
+        r.is_plane_tilted = False
     elif abs(direction) == 1.0:
         sense = round(direction)
-        r.posture = Posture("first", larger=sense, binding=False, said=f"DIR = {sense} of CYCLE800")
+        r.posture = Posture("first", larger=sense, binding=False, words=f"DIR = {sense} of CYCLE800")
         what = f"DIR = {sense} of CYCLE800"
         value = f"the {'larger' if sense > 0 else 'smaller'} value of rotary axis 1, the one of the head, else the one nearer to the bed"
         r.assume(what, value, column=item.first, matters=False)

@@ -169,7 +169,7 @@ def contour_moves(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: I
             runner.run(section)
         runner.current = caller
     vars(i.modes).update(modes)
-    made = [m for m in contour.programmed if m.kind in ("rapid", "line", "arc")]
+    made = [m for m in contour.programmed_moves if m.kind in ("rapid", "line", "arc")]
     if len(made) < 2:
         raise BlockFault(item.first, f"{item.name}: {name} makes no contour; correct it")
     return made

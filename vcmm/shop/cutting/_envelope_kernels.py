@@ -1,4 +1,4 @@
-"""Ray against swept tool, compiled. Private; vcmm.shop.cutting.envelope prepares the arrays, vcmm.shop.cutting.numpy_twin checks them.
+"""Ray against swept tool, compiled. Private; vcmm.shop.cutting.envelope prepares the arrays, tests/shop/cutting/numpy_twin.py checks them.
 
 Uses the distance to a swept tool of vcmm/shop/cutting/_tool_kernels.py, where frames and columns are explained.
 """

@@ -1,4 +1,4 @@
-"""Mean cutting forces of a move from its engagement, and the bending of the tool by them.
+"""Mean cutting forces of a move from its engagement.
 
 Milling, linear edge force model (Budak, Altintas, Armarego, J. Manuf. Sci. Eng. 118 (1996) 216): each piece db of a cutting
 edge carries dF_j = (K_jc h + K_je) db, j = tangential, radial, axial, h = c sin(phi). Averaged over a turn:
@@ -16,79 +16,14 @@ numbers only goes by the tangent of that law at the mean chip of the engagement 
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-
 import numpy as np
 
-from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError
 from vcmm.core.laws import Array
-from vcmm.shop.cutting.tools import Cutter
-
-CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
-STIFFNESS_RATIO = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter
-
+from vcmm.program.setup import Kienzle, LinearEdge
 
 RADIAL = 0.3  # radial over tangential force of a milling edge
 LEAST_CHIP = 1e-4  # mm, below which no tangent is taken: edges rub
-
-
-@dataclass(frozen=True)
-class LinearEdge:
-    """Coefficients of the linear edge model: cutting in N/mm2, edge in N/mm; numbers, or one per move (m,)."""
-
-    tangential: float | Array
-    radial: float | Array
-    axial: float | Array
-    edge_tangential: float | Array
-    edge_radial: float | Array
-    edge_axial: float | Array
-    source: str
-
-
-@dataclass(frozen=True)
-class Kienzle:
-    """Specific cutting force at h = b = 1 mm (N/mm2) and exponent of the main cutting force."""
-
-    kc11: float
-    mc: float
-    source: str
-
-
-LINEAR_EDGE = {
-    "Al7075": LinearEdge(
-        tangential=796.1,
-        radial=168.8,
-        axial=222.0,
-        edge_tangential=27.7,
-        edge_radial=30.8,
-        edge_axial=1.4,
-        source="CutPro example set for Al7075-T6 as found in public milling codes",
-    )
-}
-_TABLE = "fitted to the kc table of the Roehm catalogue RN-1391, 45 deg entering angle"
-KIENZLE = {
-    "St50-2": Kienzle(1991.0, 0.257, _TABLE),
-    "St60-2": Kienzle(2085.0, 0.173, _TABLE),
-    "18CrNi8": Kienzle(2272.0, 0.297, _TABLE),
-    "42CrMo4": Kienzle(2526.0, 0.250, _TABLE),
-    "16MnCr5": Kienzle(2109.0, 0.262, _TABLE),
-    "GG25": Kienzle(1186.0, 0.246, _TABLE),
-}
-
-
-def linear_edge(material: str) -> LinearEdge:
-    """Return the coefficients from the library."""
-    if material not in LINEAR_EDGE:
-        raise UsageError(f'no milling coefficients of "{material}".{choose_from(material, LINEAR_EDGE)}')
-    return LINEAR_EDGE[material]
-
-
-def kienzle(material: str) -> Kienzle:
-    """Return the coefficients from the library."""
-    if material not in KIENZLE:
-        raise UsageError(f'no Kienzle coefficients of "{material}".{choose_from(material, KIENZLE)}')
-    return KIENZLE[material]
 
 
 def mean_chip(start: Array, exit_: Array, chip: Array) -> Array:
@@ -198,20 +133,3 @@ def to_workpiece(force: Array, feed: Array, axis: Array) -> Array:
     x = across / np.where(length > 1e-12, length, 1.0)[:, None]
     y = np.cross(axis, x)
     return force[:, 0:1] * x + force[:, 1:2] * y + force[:, 2:3] * axis
-
-
-def compliance(tool: Cutter) -> float:
-    """Return the displacement of the tip per force across the tool, mm/N; see `bending`. UsageError without a stick-out."""
-    if tool.stick_out is None:
-        raise UsageError("compliance: the tool needs its stick-out; give Cutter(..., stick_out=40.0) in mm")
-    return bending(tool.radius, tool.stick_out, tool.modulus or CARBIDE)
-
-
-def bending(radius: float, stick_out: float, modulus: float = CARBIDE) -> float:
-    """Return the compliance of a cantilever at its end, mm/N: L^3 / 3 E I, I = pi d^4 / 64, d = 0.8 D.
-
-    Cutter and its stick-out only; holder, spindle and machine come on top.
-    """
-    diameter = STIFFNESS_RATIO * 2.0 * radius
-    inertia = math.pi * diameter**4 / 64.0
-    return stick_out**3 / (3.0 * modulus * inertia)

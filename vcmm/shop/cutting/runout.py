@@ -23,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vcmm.core.laws import Array
+from vcmm.program.setup import LinearEdge
 from vcmm.shop.cutting.contactmap import Ints
-from vcmm.shop.cutting.force import LinearEdge
 
 TURN = 2.0 * np.pi
 NONE = 1e-12  # mm: of a chip, rounding

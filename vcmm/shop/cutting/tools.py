@@ -16,7 +16,7 @@ kernels in vcmm/shop/cutting/_tool_kernels.py hold the compiled twin of `implici
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class Cutter:
     """A tool. Lengths in mm, angles in rad. Use the functions below, which check their arguments.
 
     length: height over the tip up to which the tool (flutes and a shank of the same radius) removes material; infinite
-    unless stated. stick_out, modulus (N/mm2): for bending, None where not known.
+    unless stated.
     """
 
     shape: str
@@ -41,8 +41,6 @@ class Cutter:
     tip_radius: float = 0.0  # of the flat bottom of a cone
     half_angle: float = 0.0  # of a cone, from its axis
     length: float = math.inf
-    stick_out: float | None = None
-    modulus: float | None = None
 
 
 def flat(radius: float, length: float = math.inf) -> Cutter:
@@ -90,16 +88,6 @@ def insert(nose_radius: float) -> Cutter:
     return ball(nose_radius)
 
 
-def offset_tool(tool: Cutter, by: float) -> Cutter:
-    """Return the tool offset outwards by `by` mm everywhere on its cutting surface (runout +, wear -), tip at the same point.
-
-    An offset flat mill would have rounded corners; a mill is ground and worn as a mill, so its corners stay sharp.
-    """
-    corner = tool.corner + by if tool.shape in ("ball", "bull") else tool.corner
-    changed = replace(tool, radius=tool.radius + by, corner=corner)
-    return _check_tool(changed)
-
-
 def _check_tool(tool: Cutter) -> Cutter:
     if tool.shape not in SHAPES:
         raise UsageError(f'tool shape "{tool.shape}" is not known.{choose_from(tool.shape, SHAPES)}')
@@ -134,17 +122,6 @@ def parameters(tools: tuple[Cutter, ...]) -> Array:
         for t in tools
     ]
     return np.array(rows, float).reshape(-1, COLUMNS)
-
-
-def profile(tool: Cutter, height: Array) -> Array:
-    """Return the radius (...) of the tool at heights (...) over its tip, mm; nothing (-1) below the tip and above its length."""
-    h = np.asarray(height, float)
-    if tool.shape == "cone":
-        radius = np.minimum(tool.tip_radius + h * math.tan(tool.half_angle), tool.radius)
-    else:
-        below = np.clip(tool.corner - h, 0.0, tool.corner)
-        radius = tool.radius - tool.corner + np.sqrt(tool.corner**2 - below**2)
-    return np.where((h >= 0.0) & (h <= tool.length), radius, -1.0)
 
 
 def implicit(tool: Cutter, radius: Array, height: Array) -> Array:

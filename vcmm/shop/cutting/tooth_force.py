@@ -19,8 +19,9 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 
 from vcmm.core.laws import Array
+from vcmm.program.setup import LinearEdge
 from vcmm.shop.cutting.contactmap import Ints
-from vcmm.shop.cutting.force import LinearEdge, edge_force, edge_integral
+from vcmm.shop.cutting.force import edge_force, edge_integral
 from vcmm.shop.cutting.runout import NONE, ChipPiece, chip_at, chip_pieces, with_more_chip
 
 TURN = 2.0 * np.pi

@@ -17,17 +17,13 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.program.moves import Program
-from vcmm.program.setup import Setup
+from vcmm.program.setup import LINEAR_EDGE, LinearEdge, Setup, kienzle, linear_edge
 from vcmm.shop.cutting import tools as shapes
 from vcmm.shop.cutting.contactmap import Ints
 from vcmm.shop.cutting.dexels import Dexels, both, carve
 from vcmm.shop.cutting.force import (
-    LINEAR_EDGE,
     RADIAL,
-    LinearEdge,
     at_chip,
-    kienzle,
-    linear_edge,
     mean_chip,
     milling_force,
     milling_power,

@@ -15,14 +15,14 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
-from vcmm.core.run import OFFSET_LABEL, PROBE_LABEL, Array, Run
+from vcmm.core.run import OFFSET_LABEL, POWER_COLUMN, PROBE_LABEL, Array, Run
 from vcmm.program.setup import first_tool
 from vcmm.shop.cutting.contactmap import Contacts, Ints, upright
 from vcmm.shop.cutting.envelope import CutSurface
 from vcmm.shop.machining.own_logs import with_own_logs
 from vcmm.shop.machining.passes import MOVE, PASS, move_and_pass, pass_weights
 from vcmm.shop.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
-from vcmm.shop.machining.spindle_load import LOAD, measured_share, power_log
+from vcmm.shop.machining.spindle_load import measured_share, power_log
 from vcmm.shop.machining.states import later_in_batch, states_at
 from vcmm.shop.machining.tool_errors import ToolSide
 from vcmm.shop.machining.warming import add_temperatures, warmed_when_set
@@ -125,7 +125,7 @@ def logged_states(job: PreparedCut, states: Run) -> Run:
     """Add to the run the logs of the machine while it cuts: load and speed of the spindle, temperatures."""
     load = power_log(job)
     states = with_own_logs(states, job.path, job.machine.effects, job.scenario.batch_part)
-    series = states.series if load is None else {**states.series, LOAD: load}
+    series = states.series if load is None else {**states.series, POWER_COLUMN: load}
     return add_temperatures(replace(states, series=series), job.scenario.setup.log)
 
 

@@ -45,15 +45,15 @@ SMALL = 1e-12
 
 @dataclass(frozen=True)
 class HeldOutProof:
-    """evidence, threshold: nats, the second by chance; gain: nats in passes held out; seen, unseen: mm^2, squared size of the shape where the
+    """evidence, threshold: nats, the second by chance; gain: nats in passes held out; visible_square, rigid_square: mm^2, squared size of the shape where the
     part shows it, and of its share that is a shift or turn of the part; largest: mm, of that; shift: x, y, z of it in the middle of the
     points, mm."""
 
     evidence: float
     threshold: float
     gain: float
-    seen: float
-    unseen: float
+    visible_square: float
+    rigid_square: float
     largest: float
     shift: tuple[float, float, float]
 
@@ -83,8 +83,8 @@ def held_out_proof(
         evidence=float(_evidence(precision, q, y)[0]),
         threshold=max(float(np.quantile(chance, 1.0 - FALSE_ALARM)), 0.0),
         gain=float(gain),
-        seen=float(np.sum((shape - unseen) ** 2)),
-        unseen=float(unseen @ unseen),
+        visible_square=float(np.sum((shape - unseen) ** 2)),
+        rigid_square=float(unseen @ unseen),
         largest=float(np.abs(unseen).max(initial=0.0)),
         shift=(float(moved[0]), float(moved[1]), float(moved[2])),
     )

@@ -19,7 +19,7 @@ from vcmm.shop.machining.preparation import other_unit
 from vcmm.shop.machining.probing import ProbedHere
 from vcmm.shop.machining.process import DEEPEST, GOUGE, HEIGHT, PreparedCut, Words, zeros
 from vcmm.shop.machining.result import expected_deviation
-from vcmm.shop.machining.scenario import IDEAL, SAME
+from vcmm.task.measuring.cut_scenario import IDEAL, SAME
 from vcmm.task.measuring.plan import Plan, touches
 from vcmm.task.measuring.qualification import qualified_machine
 from vcmm.task.measuring.task import Task

@@ -10,10 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.answer.evaluation.sampling import Progress
 from vcmm.answer.evaluation.uncertainty import evaluate
 from vcmm.answer.evaluation.virtual_measurement import Measurement, measure_task
-from vcmm.core.blocks import Sharing
+from vcmm.core.blocks import Progress, Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.shop.cutting.envelope import CutSurface
@@ -26,9 +25,9 @@ from vcmm.shop.machining.preparation import remarks, set_up
 from vcmm.shop.machining.process import GOUGE, PreparedCut
 from vcmm.shop.machining.recut import Recut, recut
 from vcmm.shop.machining.result import CutResult, batch, extremes, shares_by_group
-from vcmm.shop.machining.scenario import IDEAL, SAME, CutScenario
 from vcmm.shop.machining.threads import threads_of
 from vcmm.shop.machining.world import Cutting
+from vcmm.task.measuring.cut_scenario import IDEAL, SAME, CutScenario
 from vcmm.task.measuring.task import Task
 
 RECUT_LIMIT = 1e-4  # mm

@@ -34,9 +34,9 @@ from vcmm.shop.machining.scatter_sizes import (
     scatter_notes,
     with_scatter,
 )
-from vcmm.shop.machining.scenario import IDEAL, OTHER, CutScenario
 from vcmm.shop.machining.waves import Wave
 from vcmm.shop.machining.world import Cutting
+from vcmm.task.measuring.cut_scenario import IDEAL, OTHER, CutScenario
 from vcmm.task.measuring.plan import Plan, Step
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.task import evaluate_all, fit_features
@@ -68,7 +68,7 @@ class MeasuredCut:
     """comparisons: by characteristic; mismatch: covariates of the difference; scatter: of one measured point, mm.
 
     observed: the points with the state of the machine when each was cut; normal (n, 3) of the cutter: along which `departure` (n,) mm
-    counts, the motion of the tool less its prediction. known: (Input id, columns (n, r)), its uncertainty, mm per draw of
+    counts, the motion of the tool less its prediction. uncertainty_columns: (Input id, columns (n, r)), its uncertainty, mm per draw of
     unit variance. noise (n,): scatter that is independent at every point, mm along `normal`. notes: points left out, statements that were
     not possible. wave: of no known cause, where
     no covariate explains the difference better.
@@ -82,7 +82,7 @@ class MeasuredCut:
     normal: Array
     in_machine: bool
     noise: Array
-    known: tuple[tuple[str, Array], ...]
+    uncertainty_columns: tuple[tuple[str, Array], ...]
     notes: tuple[str, ...] = ()
     wave: Wave | None = None
     off: Array = field(
@@ -157,7 +157,7 @@ def measured_cut(
         normal=normal,
         in_machine=not aligned,
         noise=np.hypot(scatter, np.linalg.norm(columns.single, axis=1)) / size,
-        known=tuple(
+        uncertainty_columns=tuple(
             (name, columns / size[:, None])
             for name, columns in (*columns.common, *_unknown(located.wave, observed))
         ),

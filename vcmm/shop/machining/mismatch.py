@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import UsageError
-from vcmm.core.run import Array, Run
+from vcmm.core.run import FORCE_COLUMNS, Array, Run
 from vcmm.shop.machining.significance import log_p, p_in_words
 from vcmm.shop.machining.waves import Wave, largest_wave, slow_courses
 
@@ -181,8 +181,8 @@ def covariates(points: ObservedPoints) -> Iterator[Covariate]:
             turn = [n * f(run.position[letter])[:, None] for f in (np.cos, np.sin)]
             yield Covariate(letter, f"goes with the angle of axis {letter}", np.hstack(turn))
     yield from _running(points, across)
-    if "force_x_N" in run.columns:
-        force = run.vector("force_x_N", "force_y_N", "force_z_N")
+    if FORCE_COLUMNS[0] in run.columns:
+        force = run.vector(*FORCE_COLUMNS)
         yield Covariate("cutting force", "goes with the cutting force", (n * force).sum(axis=1)[:, None])
     yield Covariate("place in the part", "is a bend of the part", _bends(points))
     yield from _label_covariates(points, across)

@@ -43,7 +43,7 @@ def part_recording(name: str, cut: MeasuredCut, machine: Machine, keep: frozense
     empty = Recording(
         name=name, kind="path", run=ordered, value=np.zeros(count), measuring=False, row=np.arange(count),
         direction=cut.normal[order], other=np.full(count, -1), nuisance={} if cut.in_machine else {"rigid": "run"},
-        **_noise(cut.noise[order]), known=tuple((word, columns[order]) for word, columns in cut.known),
+        **_noise(cut.noise[order]), known=tuple((word, columns[order]) for word, columns in cut.uncertainty_columns),
     )  # fmt: skip
     return replace(empty, value=baseline(empty, machine) + cut.departure[order])
 

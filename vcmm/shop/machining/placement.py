@@ -10,7 +10,7 @@ Turning the part would turn the program as well; only shifts are moved.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -22,6 +22,7 @@ from vcmm.answer.placing.fixture_boxes import PoseBox
 from vcmm.answer.placing.near_best import Map, Region, region, table_map
 from vcmm.answer.placing.search import search
 from vcmm.answer.placing.travels import EDGE
+from vcmm.core.blocks import Progress
 from vcmm.core.declaration import KnownRange
 from vcmm.core.effect import known_range
 from vcmm.core.errors import ModelLimit, UsageError
@@ -33,13 +34,12 @@ from vcmm.shop.machining.job import cut, finished_part
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
 from vcmm.shop.machining.result import CutResult
-from vcmm.shop.machining.scenario import SAME, CutScenario
 from vcmm.shop.machining.world import Cutting
+from vcmm.task.measuring.cut_scenario import SAME, CutScenario
 from vcmm.task.measuring.fixture import Fixture, Freedom, pose_of, six_of
 
 BATCH = 64  # poses at once
 EVALUATIONS, SCANNED = 5000, 4096
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,6 @@ from vcmm.shop.machining.process import DEPTH, PreparedCut, Process
 from vcmm.shop.machining.program_sweep import MOVING, driven_sweep, part_sweep
 from vcmm.shop.machining.rotary import point_of_part
 from vcmm.shop.machining.rotary_milling import RotaryMillingProcess
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.shop.machining.spindle_load import gap_of
 from vcmm.shop.machining.tool_errors import cutting_effects, needs_forces
 from vcmm.shop.machining.touched_zero import touched_zero, with_scatter
@@ -40,6 +39,7 @@ from vcmm.shop.machining.turning import TurningProcess
 from vcmm.shop.machining.wrong_unit import unit_hint
 from vcmm.shop.motion.tool_centre import in_machine_axes
 from vcmm.shop.motion.toolpath import CUTS, Toolpath, toolpath
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 FAR = 100.0  # times the travel
 LOG_SLACK = 1.0  # s of the cycle time by which a log may be shorter: the way home

@@ -28,11 +28,11 @@ from vcmm.shop.cutting.envelope import CutSurface
 from vcmm.shop.cutting.sweeps import Sweep
 from vcmm.shop.machining.blank import Blank
 from vcmm.shop.machining.maps import Net, net
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.shop.machining.tool_errors import ToolSide
 from vcmm.shop.machining.touched_zero import TouchedZero
 from vcmm.shop.machining.turned_blank import TurnedBlank
 from vcmm.shop.motion.toolpath import Toolpath
+from vcmm.task.measuring.cut_scenario import CutScenario
 from vcmm.task.measuring.settings import Settings
 
 DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for

@@ -19,7 +19,7 @@ from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.inspection import cut_points
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import Words
-from vcmm.shop.machining.scenario import CutScenario
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,6 @@ from vcmm.shop.machining.blank import Blank
 from vcmm.shop.machining.process import PreparedCut
 from vcmm.shop.machining.states import seconds_at
 
-LOAD = "spindle_load_W"
 GAP, LEAST_READINGS = 10.0, 10  # times the median interval; readings from which there is a rate: chosen
 
 

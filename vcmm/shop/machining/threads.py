@@ -21,14 +21,14 @@ import numpy as np
 
 from vcmm.answer.evaluation.linear import term_of
 from vcmm.answer.evaluation.montecarlo import covariance
-from vcmm.core.run import Array
+from vcmm.core.run import FORCE_COLUMNS, Array
 from vcmm.program.moves import Move
 from vcmm.shop.cutting.contactmap import Ints
 from vcmm.shop.cutting.turning import OUTWARD
 from vcmm.shop.machining.contact_path import logged_states, of_one_pass
 from vcmm.shop.machining.process import PreparedCut, by_axis
 from vcmm.shop.machining.states import later_in_batch, states_at
-from vcmm.shop.machining.tool_errors import FORCES, ToolSide
+from vcmm.shop.machining.tool_errors import ToolSide
 from vcmm.shop.machining.turning import turned_by
 
 PLACES, ANGLES = (
@@ -133,7 +133,7 @@ def uncertainty_of(side: ToolSide, operator: Array) -> Array:
 def _forces(job: PreparedCut, time: Array) -> dict[str, Array]:
     """Return logged forces (n,) N at times (n,). None are computed for a thread, so that nothing bends by them."""
     logged = {n: np.interp(time, log.time, log.value) for n, log in job.scenario.force_log.items()}
-    return {name: np.zeros(len(time)) for name in FORCES} | logged
+    return {name: np.zeros(len(time)) for name in FORCE_COLUMNS} | logged
 
 
 def asked_along(job: PreparedCut, move: Ints, share: Array, feature: str, normal: Array) -> ToolSide:

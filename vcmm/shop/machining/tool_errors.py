@@ -22,14 +22,13 @@ from vcmm.core.effect import Effect, required
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import acted_on
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm.core.run import FORCE_COLUMNS, Array, Run
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.shop.machining.zero_setting import Ints, ProbedRows, ZeroRows
 from vcmm.task.response.influence import Influence, Product, influences, products
 from vcmm.task.response.trials import Draws, exact_errors
 
 PASS = "pass"  # redraw of the scatter of a cut
-FORCES = ("force_x_N", "force_y_N", "force_z_N")
 
 
 def cutting_effects(machine: Machine) -> tuple[Machine, Machine, tuple[str, ...]]:
@@ -42,7 +41,7 @@ def cutting_effects(machine: Machine) -> tuple[Machine, Machine, tuple[str, ...]
 
 def needs_forces(effect: Effect) -> bool:
     """Return whether an effect follows the cutting force."""
-    return bool(set(required(effect)) & set(FORCES))
+    return bool(set(required(effect)) & set(FORCE_COLUMNS))
 
 
 @dataclass(frozen=True, eq=False)

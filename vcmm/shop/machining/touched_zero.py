@@ -37,8 +37,8 @@ from vcmm.program.moves import PLANES, Move, Program
 from vcmm.program.offsetting import sweep_of
 from vcmm.program.setup import Setup, turns_with
 from vcmm.program.touching import ProbeContact
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.shop.motion.tool_centre import leads
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 Bools = np.typing.NDArray[np.bool_]
 STEP = 1e-3  # mm by which readings and zeros are varied

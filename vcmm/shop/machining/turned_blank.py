@@ -4,7 +4,7 @@ The outside and the bore are kept as radii at places along Z. A move that remove
 L takes a chip of cross-section S = dA f / L, f = feed per turn. With the length b of edge at work (arc of the nose, then
 straight) the mean thickness is h = S / b, the equivalent chip thickness of Woxen (CIRP: h_eq), and Kienzle gives
 
-    Fc = b kc1.1 h^(1 - mc)        (Kienzle, VDI-Z 94 (1952) 299; coefficients in vcmm.shop.cutting.force)
+    Fc = b kc1.1 h^(1 - mc)        (Kienzle, VDI-Z 94 (1952) 299; coefficients in vcmm.program.setup)
 
 along the cut. Across the edge acts thrust x Fc, square to the chord of the edge at work (Colwell, Trans. ASME 76 (1954) 199):
 away from the surface, and against the feed. A move towards the work, square to the axis within CLEARANCE, faces: the edge beside the nose
@@ -22,9 +22,9 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.program.moves import Move, Program
-from vcmm.program.setup import Bar, Setup
+from vcmm.program.setup import Bar, Setup, kienzle
 from vcmm.shop.cutting import nose
-from vcmm.shop.cutting.force import kienzle, turning_force
+from vcmm.shop.cutting.force import turning_force
 from vcmm.shop.machining.turned_surface import Turning
 
 NODES = 4000  # along the axis

@@ -16,8 +16,8 @@ from vcmm.part.part import Feature, frame, normal, surface_point
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.maps import MARGIN, Net
 from vcmm.shop.machining.maps import net as usual_net
-from vcmm.shop.machining.scenario import IDEAL, CutScenario
 from vcmm.shop.machining.turned_surface import Turning, turned_surface
+from vcmm.task.measuring.cut_scenario import IDEAL, CutScenario
 
 LOOKS, NEAR, FILLET = 400, 0.1, 0.01  # radii that are looked at; mm from nominal, and from the face itself
 RINGS, AROUND, OFF = 4, 24, 0.05  # of the usual points of a face; rad, no point on an axis

@@ -22,10 +22,10 @@ from vcmm.shop.cutting.envelope import BEYOND, CUT, UNCUT, CutSurface
 from vcmm.shop.cutting.sweeps import Sweep
 from vcmm.shop.cutting.turning import OUTWARD, meridian
 from vcmm.shop.machining.program_sweep import sweep_of_moves
-from vcmm.shop.machining.scenario import CutScenario
 from vcmm.shop.machining.spindle import TURN, Spindle, moves_at, spindle_of
 from vcmm.shop.machining.states import seconds_at
 from vcmm.shop.motion.toolpath import Toolpath
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 SEEDS, EACH = 4, 2  # moves whose passes are evaluated, passes before and after the place of contact
 MOST_PASSES = 6  # passes that may cut a point

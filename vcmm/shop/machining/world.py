@@ -19,10 +19,10 @@ from vcmm.answer.evaluation.world import Measuring
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm.core.run import FORCE_COLUMNS, Array, Run
 from vcmm.shop.cutting.contactmap import Contacts, Ints
 from vcmm.shop.machining.probing import NoMeasuringWorld, ProbedHere
-from vcmm.shop.machining.tool_errors import FORCES, ToolSide
+from vcmm.shop.machining.tool_errors import ToolSide
 from vcmm.task.response.influence import Influence, Product
 from vcmm.task.response.trials import Draws
 
@@ -88,9 +88,9 @@ class Cutting:
         Of two passes along the same line that leave the same height (into a slot and out of it) the one makes a wall towards which the force bends
         the tool: every mill gives way, and only away from the force. `LEAST_BEND` is too little to matter where heights differ.
         """
-        if not all(name in self.tool.run.columns for name in FORCES):
+        if not all(name in self.tool.run.columns for name in FORCE_COLUMNS):
             return self.contacts.deepest(self.tool_errors)
-        return self.contacts.deepest(self.tool_errors + LEAST_BEND * self.tool.run.vector(*FORCES))
+        return self.contacts.deepest(self.tool_errors + LEAST_BEND * self.tool.run.vector(*FORCE_COLUMNS))
 
     def influences(self) -> tuple[Influence, ...]:
         row, gain = self.makers()

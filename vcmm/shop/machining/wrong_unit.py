@@ -14,7 +14,7 @@ from vcmm.core.errors import VcmmError
 from vcmm.program.interpret import interpret
 from vcmm.program.moves import Program
 from vcmm.program.reading import guess, read_bytes
-from vcmm.shop.machining.scenario import CutScenario
+from vcmm.task.measuring.cut_scenario import CutScenario
 
 ENOUGH = 0.5  # share of the inspection points
 CODES = {"G20": "G21", "G21": "G20", "G70": "G71", "G71": "G70", "G700": "G710", "G710": "G700"}

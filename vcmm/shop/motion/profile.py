@@ -20,7 +20,6 @@ import numpy as np
 
 from vcmm.core.run import Array
 
-Ints = np.typing.NDArray[np.intp]
 Need = tuple[float, float, float, float, float]
 Phase = tuple[float, float, float, float, float]
 SAME = 1e-9  # relative difference of speeds that is none

@@ -158,7 +158,7 @@ def _fastest(work: _Work) -> Timing:
 def _try(work: _Work, part: Ints, way: Ints, widest: float) -> tuple[Bools, Bools, Array]:
     """Try a plan: for each way of the moves `part`, return (is it faster than the tolerance itself, does it stop at corners, its tolerance)."""
     kept = [work.moves[i] for i in work.moving[part]]
-    small = replace(work, moves=kept, moving=np.arange(len(part)), own=_only(work.own, part))
+    small = replace(work, moves=kept, moving=np.arange(len(part)), curves=_only(work.curves, part))
     ends = np.diff(way) > 0
     joints = len(ends)
     trials = [Wish(stop=ends), Wish(np.ones(joints, dtype=bool), stop=ends)]
@@ -176,7 +176,7 @@ class _Work:
 
     moves: Sequence[Move]
     moving: Ints
-    own: Curves
+    curves: Curves
     control: Control
     limits: Limits
     kernel: bool
@@ -184,7 +184,7 @@ class _Work:
 
 def _plan(work: _Work, wish: Wish) -> Timing:
     """Plan the motion with a stop at some corners, or below some tolerance."""
-    curves, moves = work.own, work.moves
+    curves, moves = work.curves, work.moves
     joints = joints_of(
         moves, work.moving, curves, work.control, work.limits, replace(wish, kernel=work.kernel)
     )

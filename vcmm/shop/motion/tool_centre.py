@@ -77,7 +77,7 @@ class Leading:
 
 def leads(moves: Sequence[Move]) -> bool:
     """Return whether a program leads the tip over the workpiece anywhere."""
-    return any(m.led for m in moves)
+    return any(m.is_tip_led for m in moves)
 
 
 def in_machine_axes(
@@ -121,7 +121,7 @@ def orient_moves(
             rotary_start=_point(ends[i, 0]), rotary_end=_point(ends[i, 1]), tool_axis_start=_point(axes[i, 0]),
             tool_axis_end=_point(axes[i, 1]),
         )
-        if m.led or turned[i]
+        if m.is_tip_led or turned[i]
         else m
         for i, m in enumerate(moves)
     ]  # fmt: skip
@@ -136,13 +136,13 @@ def _lacks_linear(machine: Machine) -> bool:
 def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
     """Return the state of the axes before the first move. Raises UsageError for a machine that cannot lead the tip."""
     if not rotary_of(machine):
-        line = next(m.source.line for m in moves if m.led)
+        line = next(m.source.line for m in moves if m.is_tip_led)
         raise UsageError(
             f"{name}:{line}: the program leads the tool over the workpiece (tool centre point control or a tilted plane), but "
             f"{machine.name} has no rotary axes; add them to its structure, for example structure = \"w C' B' Y' b X Z t\", with "
             "[axes.B] centre"
         )
-    led = next((m for m in moves if m.led and not m.over_face), None)
+    led = next((m for m in moves if m.is_tip_led and not m.over_face), None)
     if led is not None and _lacks_linear(machine):
         raise ModelLimit(
             f"{name}:{led.source.line}: the tip is led over the workpiece here (tool centre point control or a tilted plane), which is simulated on "
@@ -172,7 +172,7 @@ def _take_move(state: Leading, m: Move) -> None:
             m._replace(start=here, end=here, rotary_start=_point(state.angle), rotary_end=_point(state.angle))
         )
         return
-    if not m.led:
+    if not m.is_tip_led:
         _plain(state, m)
         return
     if m.over_face:
@@ -202,7 +202,7 @@ def _plain(state: Leading, m: Move) -> None:
     if np.abs(angle - state.angle).max() > STILL:
         state.last_posture = None
     end = np.array(m.end)
-    stays = [i for i, a in enumerate("XYZ") if a in m.held and m.centre is None]
+    stays = [i for i, a in enumerate("XYZ") if a in m.unmoved_axes and m.centre is None]
     end[stays] = state.tip[stays]
     state.moves.append(
         m._replace(start=start, end=_point(end), rotary_start=_point(state.angle), rotary_end=_point(angle))
@@ -213,7 +213,7 @@ def _plain(state: Leading, m: Move) -> None:
 def _programmed_angles(state: Leading, m: Move) -> Array:
     """Return angles (3,) that the words of the program give; for axes that the control has turned, their present angles."""
     angle = np.array(m.rotary_end)
-    stays = [i for i, a in enumerate(ROTARY) if a in m.held]
+    stays = [i for i, a in enumerate(ROTARY) if a in m.unmoved_axes]
     angle[stays] = state.angle[stays]
     return angle
 
@@ -248,7 +248,7 @@ def _angle(state: Leading, m: Move, axis: Array) -> Array:
     state.last_posture = None if m.posture is None else (m.posture, aim)
     if angles is None:
         letters = " and ".join(ROTARY[i] for i in rotary_of(state.machine))
-        as_asked = f" as {m.posture.said} asks for" if m.posture is not None and m.posture.said else ""
+        as_asked = f" as {m.posture.words} asks for" if m.posture is not None and m.posture.words else ""
         raise ModelLimit(
             f"{state.name}:{m.source.line}: no position of {letters} within their travels{as_asked} points the tool along ({axis[0]:.4f} {axis[1]:.4f} "
             f"{axis[2]:.4f}) of the workpiece; turn the part in its fixture, or check travels and structure of {state.machine.name}"
@@ -273,7 +273,7 @@ def _bring_tool(state: Leading, m: Move, angle: Array) -> None:
     here = _point(state.tip)
     plain = m._replace(
         kind="rapid", start=here, end=here, rotary_start=_point(state.angle), rotary_end=_point(angle), centre=None,
-        clockwise=None, feed=None, led=False, tool_axis_start=None, tool_axis_end=None, compensation=None,
+        clockwise=None, feed=None, is_tip_led=False, tool_axis_start=None, tool_axis_end=None, compensation=None,
     )  # fmt: skip
     state.moves.append(plain)
     state.angle = angle
@@ -345,7 +345,7 @@ def _moves_between(m: Move, at: Array, tip: Array, angle: Array, axis: Array | N
     tips, angles = _points(tip), _points(angle)
     axes = None if axis is None else _points(axis)
     kind, last = "rapid" if m.kind == "rapid" else "line", len(at) - 2
-    plain = m._replace(kind=kind, centre=None, clockwise=None, turns=1, led=False, exact_stop=False)
+    plain = m._replace(kind=kind, centre=None, clockwise=None, turns=1, is_tip_led=False, exact_stop=False)
     out = []
     for i, (w, r, t) in enumerate(zip(way.tolist(), run.tolist(), turn.tolist())):
         led = (m.tool_axis_start, m.tool_axis_end) if axes is None else (axes[i], axes[i + 1])

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from vcmm.show.charts.bars import bars, contributions, probabilities
-from vcmm.show.charts.boxes import boxes, is_grouped
 from vcmm.show.charts.callouts import Callout, callouts
 from vcmm.show.charts.canvas import ChartSheet, panels
-from vcmm.show.charts.curves import Band, PlotSeries, band, curve, readings
-from vcmm.show.charts.distribution import distribution
+from vcmm.show.charts.curves import Band, PlotSeries, band, curve, over_time, readings
+from vcmm.show.charts.distribution import boxes, distribution, is_grouped
 from vcmm.show.charts.inline import on_page
 from vcmm.show.charts.maps import heat_map, is_of_one_colour
 from vcmm.show.charts.polar import polar
 from vcmm.show.charts.positioning import positioning_band
 from vcmm.show.charts.space import heights, motions, touches
-from vcmm.show.charts.time import over_time
 from vcmm.show.charts.tolerance_zones import flatness_zone, position_zone
 from vcmm.show.charts.traces import PolarTrace, ReferenceCircle, traces
 from vcmm.show.charts.waterfall import waterfall

@@ -1,4 +1,6 @@
-"""Curves over an axis: errors with their bands (style of ISO 230-2 reports), drift, U against time, readings by the sense of motion."""
+"""Curves over an axis: errors with their bands (style of ISO 230-2 reports), drift, U against time, readings by the sense of motion,
+and a number that is followed over days with its checks, alarms and forecast.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError
-from vcmm.show.charts.canvas import ChartSheet, add_legend, as_data, canvas, carrying, plain, plain_label
+from vcmm.show.charts.canvas import (
+    ChartSheet,
+    add_legend,
+    add_title,
+    as_data,
+    canvas,
+    carrying,
+    plain,
+    plain_label,
+)
 from vcmm.show.report.palette import LIGHT, SERIES
+from vcmm.show.report.text import unit_word
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -148,3 +160,30 @@ def readings(
     if len(series) == 1:
         series = [PlotSeries(position, value, marker=True, line=False)]
     return curve(series, x_label=label, y_label=unit, title=title, ax=ax)
+
+
+BAND = 1.96  # of the standard uncertainty: 95 %
+
+
+def over_time(
+    days: Array, value: Array, u: Array, *, name: str, unit: str, start: str, alarms: Sequence[float], ahead: Array,
+    what: str = "", ax: Axes | ChartSheet | None = None,
+) -> Axes:  # fmt: skip
+    """Plot value, u (n,) in `unit` over days (n,) since `start`; alarms: their days; ahead (k, 3): days after the last, value, u."""
+    future = np.concatenate([[[0.0, value[-1], u[-1]]], np.reshape(ahead, (-1, 3))])
+    later = days[-1] + future[:, 0]
+    series = [
+        PlotSeries(days, value, "checks, ± 1.96 u", value - BAND * u, value + BAND * u, marker=True),
+        PlotSeries(
+            later, future[:, 1], "forecast", future[:, 1] - BAND * future[:, 2], future[:, 1] + BAND * future[:, 2],
+            dashed=True,
+        ),
+    ]  # fmt: skip
+    title = f"{name}{f' ({what})' if what else ''}"
+    drawn = curve(
+        series, x_label=f"days since {start}", y_label=unit_word(unit), title=title, zero_line=False, ax=ax
+    )
+    for number, day in enumerate(alarms):
+        label = None if number else "alarm"
+        drawn.axvline(day, color=LIGHT["bad"], linewidth=1.0, linestyle=":", label=label)
+    return add_title(add_legend(drawn), title) if len(alarms) else drawn

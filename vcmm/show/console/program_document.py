@@ -19,7 +19,10 @@ def move_text(move: Move, axes: str = "ABC") -> str:
     from vcmm.show.tables.program import move_json
 
     turned = (
-        move.rotary_end != ORIGIN or move.rotary_start != ORIGIN or move.led or move.tool_axis_end is not None
+        move.rotary_end != ORIGIN
+        or move.rotary_start != ORIGIN
+        or move.is_tip_led
+        or move.tool_axis_end is not None
     )
     if turned or move.work_spindle != 1 or move.kind not in ("rapid", "line"):
         return json.dumps(move_json(move, axes), separators=(",", ":"), allow_nan=False)

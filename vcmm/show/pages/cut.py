@@ -24,7 +24,7 @@ from vcmm.show.tables.uncertainty import computation_table
 
 if TYPE_CHECKING:
     from vcmm.shop.machining.result import CutResult, Patch
-    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.cut_scenario import CutScenario
 
 
 def cut_page(scenario: CutScenario, result: CutResult, files: Sequence[Path] = ()) -> str:

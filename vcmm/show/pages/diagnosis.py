@@ -1,7 +1,8 @@
-"""The report of a diagnosis: missing effects, their certainty, rivals, and the next measurement."""
+"""The report of a diagnosis: missing effects, their certainty, rivals, and the next measurement; and that of a folder of recordings."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from inspect import cleandoc
 from typing import TYPE_CHECKING
 
@@ -29,7 +30,9 @@ from vcmm.show.pages.diagnosis_pictures import (
     zone_maps,
 )
 from vcmm.show.pages.header import OF_MACHINES, facts
+from vcmm.show.tables import fleet as tables
 from vcmm.show.tables.answers_machine import diagnosis_answers
+from vcmm.show.tables.answers_runs import folder_answers
 from vcmm.show.tables.diagnosis import (
     answers,
     detectable_table,
@@ -47,6 +50,7 @@ from vcmm.show.tables.table import ResultTable, html
 if TYPE_CHECKING:
     from vcmm.core.machine import Machine
     from vcmm.core.run import Array
+    from vcmm.files.learned.fleet import Change
     from vcmm.learn.diagnosis.result import Answer, Diagnosis
     from vcmm.learn.diagnosis.several import Several
     from vcmm.task.response.recording import Recording
@@ -349,3 +353,17 @@ def _power(d: Diagnosis) -> list[str]:
         )
         out.append(r.paragraph(f"Not testable, columns missing: {lacking}."))
     return out
+
+
+def fleet_page(folder: str, records: Sequence[tables.Record], changes: Sequence[Change]) -> str:
+    """Return one self-contained HTML file."""
+    far = [i for i, c in enumerate(changes) if not c.steady]
+    blocks = [r.heading("What changed"), html(tables.changes(changes), emphasise=far)] if changes else []
+    blocks += [r.heading("What each holds"), html(tables.recordings(folder, records))]
+    return r.page(
+        f"Recordings of {folder}",
+        blocks,
+        footer=f"vcmm {__version__}",
+        answers=folder_answers(records, changes),
+        facts=facts(more=[("recordings", f"{len(records)}")]),
+    )

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from vcmm.core.machine import Machine
     from vcmm.core.run import Array
 
-LINES = 5  # grid lines per axis in the picture
-
 
 def field_page(machine: Machine, error_map: ErrorField) -> str:
     """Return one self-contained HTML file."""

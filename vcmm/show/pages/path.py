@@ -27,7 +27,7 @@ from vcmm.show.tables.table import html
 if TYPE_CHECKING:
     from vcmm.compensation.result import CompensatedProgram
     from vcmm.shop.machining.proof import CutProof
-    from vcmm.shop.machining.scenario import CutScenario
+    from vcmm.task.measuring.cut_scenario import CutScenario
 
 MOST_LISTED = 4000  # lines of a program beside its path
 MOST = 40_000  # pieces of a picture, about 2 MB

@@ -13,13 +13,15 @@ from vcmm.show import charts as draw
 from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.pages.view import part_items, touch_items, volume_items
-from vcmm.show.tables.answers import place_answers
-from vcmm.show.tables.placement import OTHER_DRAWS, compared_poses
-from vcmm.show.tables.table import html
+from vcmm.show.tables.answers import place_answers, placed_cut_answers
+from vcmm.show.tables.placement import OTHER_DRAWS, compared_cut_poses, compared_poses, gains
+from vcmm.show.tables.table import html, listing
 from vcmm.task.measuring.fixture import DOFS, pose_of
 
 if TYPE_CHECKING:
     from vcmm.answer.placing.result import PlacementResult
+    from vcmm.shop.machining.placement import PlacedCut
+    from vcmm.task.measuring.cut_scenario import CutScenario
 
 WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
 
@@ -178,3 +180,36 @@ def scene(placed: PlacementResult) -> str:
     return r.scene(
         items, title="Part at the pose found", caption="Machine frame; the wire box is the reach of the tip."
     )
+
+
+def place_cut_page(scenario: CutScenario, placed: PlacedCut) -> str:
+    """Return one self-contained HTML file."""
+    blocks = [
+        r.heading("Poses"),
+        html(compared_cut_poses(placed)),
+        r.heading("What each characteristic gains"),
+        html(gains(placed)),
+    ]
+    blocks += [r.heading("Map over the table"), _map(placed)]
+    sure = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
+    blocks += [r.heading("How sure, how flat"), html(listing("", ["", ""], sure, words=(0, 1)))]
+    footer = f"vcmm {__version__}, seed {placed.seed}. Part and work offset move together; the program stays as it is."
+    return r.page(
+        f"Placement report: {scenario.name}",
+        blocks,
+        footer=footer,
+        answers=placed_cut_answers(placed),
+        facts=facts(
+            "", scenario.machine.name, scenario.record, placed.seed, [("program", scenario.program.name)]
+        ),
+    )
+
+
+def _map(placed: PlacedCut) -> str:
+    chart = placed.map
+    if len(chart.names) < 2:
+        return r.paragraph("One degree of freedom or none: no map.")
+    return draw.on_page(draw.heat_map,
+        chart.values, chart.x, chart.y, x_label=f"{chart.names[0]} / mm", y_label=f"{chart.names[1]} / mm", unit="",
+        title="objective", marks=[("found", placed.best.pose[0], placed.best.pose[1]), ("present", placed.present.pose[0], placed.present.pose[1])],
+        ax=draw.ChartSheet(900, 480))  # fmt: skip

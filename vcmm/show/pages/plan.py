@@ -14,7 +14,7 @@ from vcmm.show import report as r
 from vcmm.show.pages.header import facts
 from vcmm.show.pages.view import part_items
 from vcmm.show.tables.answers import plan_answers
-from vcmm.show.tables.plans import curve
+from vcmm.show.tables.placement import curve
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.table import SMALL, html
 

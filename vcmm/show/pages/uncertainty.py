@@ -33,8 +33,8 @@ from vcmm.show.pages.callouts import callout_picture
 from vcmm.show.pages.header import facts, files_block
 from vcmm.show.pages.view import Item, part_items, rounded_down, task_in_machine, touch_names, touches_of
 from vcmm.show.report import Lines, Points
-from vcmm.show.tables.ends_known import how_well_known
 from vcmm.show.tables.quantities import SMALL_SCALE
+from vcmm.show.tables.stated import how_well_known
 from vcmm.show.tables.table import SMALL, ResultTable, html, on_page
 from vcmm.show.tables.uncertainty import (
     BUDGET,

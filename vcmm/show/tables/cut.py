@@ -9,17 +9,28 @@ from typing import TYPE_CHECKING, Any
 
 from vcmm.answer.evaluation.result import CharacteristicResult, budget_interaction
 from vcmm.shop.machining.result import CutResult, SurfaceExtremes, expected_deviation
+from vcmm.shop.machining.significance import LEAST_P
 from vcmm.show.tables.quantities import (
     DEVIATION,
     LENGTH,
     SHARE,
     SIZE,
     SPAN,
+    fixed,
     in_file,
     percent_text,
     whole_percent,
 )
-from vcmm.show.tables.table import Column, ResultTable, Writing, csv_text, listing, records
+from vcmm.show.tables.table import (
+    NUMBER_TEXT,
+    Column,
+    ResultTable,
+    Writing,
+    csv_text,
+    entry,
+    listing,
+    records,
+)
 from vcmm.show.tables.uncertainty import (
     BUDGET,
     DECISION,
@@ -34,6 +45,8 @@ from vcmm.show.tables.uncertainty import (
 
 if TYPE_CHECKING:
     from vcmm.core.run import Array
+    from vcmm.shop.machining.measured_part import BesidePrediction, MeasuredCut
+    from vcmm.shop.machining.mismatch import MismatchEntry
 
 PART: tuple[Column[CharacteristicResult], ...] = (
     Column("characteristic", lambda c: c.name),
@@ -260,3 +273,41 @@ def surface_text(s: SurfaceExtremes) -> str:
         f"surface: largest departure {s.max_um:.2f} µm, rms {s.rms_um:.2f} µm over {s.points} points of the nets on all "
         f"features; {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} µm){without}"
     )
+
+
+PREDICTION_COLUMNS: tuple[Column[BesidePrediction], ...] = (
+    Column("characteristic", lambda r: r.name, key="name"),
+    Column("nominal", lambda r: r.nominal, LENGTH),
+    Column("measured", lambda r: r.measured - r.nominal, DEVIATION),
+    Column("predicted", lambda r: r.prediction - r.nominal, DEVIATION),
+    Column("u of the difference", lambda r: r.u, SIZE, key="u_difference_{unit}"),
+    Column("E_n", lambda r: r.e_n, fixed(2), key="E_n"),
+    entry("measured_{unit}", lambda r: r.measured),
+    entry("predicted_{unit}", lambda r: r.prediction),
+)
+MISMATCH: tuple[Column[MismatchEntry], ...] = (
+    Column("feature", lambda m: m.feature, key="feature"),
+    Column("line", lambda m: m.line, NUMBER_TEXT, key="line"),
+    Column("goes with", lambda m: m.covariate, key="covariate"),
+    Column("p", lambda m: f"{m.p:.1g}" if m.p > 0 else f"< {LEAST_P:.0g}", NUMBER_TEXT),
+    entry("p", lambda m: m.p),
+    entry("rms_um", lambda m: m.rms * 1e3),
+    Column("what", lambda m: m.text, key="text"),
+)
+
+
+def prediction_table(cut: MeasuredCut) -> ResultTable[BesidePrediction]:
+    return ResultTable("measured against predicted, from nominal", PREDICTION_COLUMNS, list(cut.comparisons))
+
+
+def mismatch(cut: MeasuredCut) -> ResultTable[MismatchEntry]:
+    return ResultTable("where the part departs from its prediction", MISMATCH, cut.mismatch)
+
+
+def measured_json(cut: MeasuredCut) -> dict[str, Any]:
+    """Return keys of the document: measured, mismatch, scatter_um."""
+    return {
+        "measured": records(PREDICTION_COLUMNS, list(cut.comparisons)),
+        "mismatch": records(MISMATCH, list(cut.mismatch)),
+        "scatter_um": cut.scatter * 1e3,
+    }

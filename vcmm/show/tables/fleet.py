@@ -8,8 +8,8 @@ from typing import Any
 
 from vcmm.files.learned.fleet import Change, name_of
 from vcmm.learn.diagnosis.trend import ALWAYS, DRIFT, IRREGULAR, STEADY, STEP
+from vcmm.show.tables.quantities import value_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
-from vcmm.show.tables.value_text import value_text
 
 Record = Mapping[str, Any]
 CHANGE_COLUMNS = (

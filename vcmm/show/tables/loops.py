@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
-from vcmm.show.tables.proofs import proof_json
+from vcmm.show.tables.compensation import proof_json
 
 if TYPE_CHECKING:
     from vcmm.answer.evaluation.virtual_measurement import Measurement
@@ -132,7 +132,7 @@ def _held_out(proof: HeldOutProof | None) -> dict[str, Any] | None:
     if proof is None:
         return None
     return {
-        "holds": proof.holds, "evidence_nats": proof.evidence, "threshold_nats": proof.threshold, "held_out_nats": proof.gain, "seen_um2": proof.seen * 1e6, "unseen_um2": proof.unseen * 1e6,
+        "holds": proof.holds, "evidence_nats": proof.evidence, "threshold_nats": proof.threshold, "held_out_nats": proof.gain, "seen_um2": proof.visible_square * 1e6, "unseen_um2": proof.rigid_square * 1e6,
         "largest_unseen_um": proof.largest * 1e3,
     }  # fmt: skip
 

@@ -1,22 +1,33 @@
-"""A placement as tables: poses compared, reasons, certainty; of a measured part, of a cut part, and of the choice of a machine."""
+"""A placement as tables: poses compared, reasons, certainty; of a measured part, of a cut part, and of the choice of a machine and of a plan."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from vcmm.answer.placing.words import UNITS, amount, changes, goal_text, poses, region_text
 from vcmm.part.gps.characteristics import unit
-from vcmm.show.tables.quantities import DEVIATION, LEAST_SMALL, SHARE, Writing, percent
-from vcmm.show.tables.table import Column, ResultTable, entry, listing
+from vcmm.show.tables.quantities import (
+    DEVIATION,
+    LEAST_SMALL,
+    SHARE,
+    deviation_text,
+    fixed,
+    percent,
+    small,
+)
+from vcmm.show.tables.table import Column, ResultTable, Writing, entry, listing
 from vcmm.show.tables.uncertainty import p_conform
 
 if TYPE_CHECKING:
     from vcmm.answer.evaluation.result import CharacteristicResult
+    from vcmm.answer.placing.planning import PlanPoint, PlanResult
     from vcmm.answer.placing.result import PlacementResult
     from vcmm.core.run import Array
     from vcmm.shop.machining.placement import PlacedCut
+    from vcmm.task.measuring.scenario import Scenario
 
 VALUE = Writing(lambda text, unit: text)  # the objective in the words of its unit
 
@@ -219,3 +230,45 @@ def ranking(order: Sequence[str], results: Mapping[str, Mapping[str, Any]]) -> R
         if m not in order:
             rows.append(RankedMachine(m, row["name"], "cannot take the part", "–", None, first))
     return ResultTable("machines, the part at the best pose found on each", RANKING, rows)
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A plan of the curve; word: "present", "chosen" or nothing."""
+
+    word: str
+    plan: PlanPoint
+
+
+def curve(
+    scenario: Scenario, result: PlanResult, plans: Sequence[PlanPoint] | None = None
+) -> ResultTable[CurvePoint]:
+    """Return the present plan, then those of the curve (or `plans`); the chosen one is marked."""
+    units = {c.name: unit(c) for c in scenario.part.characteristics}
+    shown = (result.present, *(result.pareto if plans is None else plans))
+    rows = [
+        CurvePoint("present" if p is result.present else "chosen" if p is result.choice else "", p)
+        for p in shown
+    ]
+    columns: list[Column[CurvePoint]] = [
+        Column("", lambda row: row.word),
+        Column("minutes", lambda row: row.plan.minutes, fixed(2)),
+        Column("points", lambda row: ", ".join(f"{f} {n}" for f, n in row.plan.per_feature.items())),
+    ]
+    columns += [
+        Column(f"U {n}", partial(_plan_uncertainty, n), _of_unit(units[n])) for n in result.choice.expanded
+    ]
+    caption = f"styli: {', '.join(f'{f} {s}' for f, s in result.styli.items())}"
+    on_page = f"U in µm (angles µrad), {caption}."
+    return ResultTable("U against measuring time, form of the part included", columns, rows, caption, on_page)
+
+
+def _plan_uncertainty(name: str, row: CurvePoint) -> float:
+    return row.plan.expanded[name]
+
+
+def _of_unit(unit: str) -> Writing:
+    """Return a column of its own unit: its characteristic is a length or an angle in every row."""
+    return Writing(
+        lambda value, _: deviation_text(value, unit, signed=False), lambda value, _: small(value, unit)
+    )

@@ -61,12 +61,12 @@ def move_json(m: Move, axes: str = "ABC") -> dict[str, Any]:
     led: the points are those of the tip in the workpiece as it lies with the rotary axes at zero. axes: those of the machine.
     """
     out = records(MOVES, [m])[0]
-    if any(m.rotary_start) or any(m.rotary_end) or m.led:
+    if any(m.rotary_start) or any(m.rotary_end) or m.is_tip_led:
         out["rotary_start_rad"] = _angles(m.rotary_start, m.tool_axis_start, axes)
         out["rotary_end_rad"] = _angles(m.rotary_end, m.tool_axis_end, axes)
-    if m.led or m.tool_axis_end is not None:
+    if m.is_tip_led or m.tool_axis_end is not None:
         ways = (("tool_axis_start", m.tool_axis_start), ("tool_axis_end", m.tool_axis_end))
-        out |= {name: None if way is None else list(way) for name, way in ways} | {"led": m.led}
+        out |= {name: None if way is None else list(way) for name, way in ways} | {"led": m.is_tip_led}
     if m.over_face:
         out["over_face"] = True
     if m.work_spindle != 1:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from vcmm.core.units import plain
 from vcmm.show.tables.table import SMALL, Unit, Writing, written_out
 
 DASH = "–"
@@ -130,3 +131,14 @@ def in_file(decimals: int, scale: float = 1.0) -> Any:
 def small_in_file(value: float | None, unit: Unit) -> str:
     """Return, for CSV files, µm or µrad, six significant digits."""
     return written_out(None if value is None else value * SMALL_SCALE[unit], unit)
+
+
+def value_text(value: tuple[float, float] | None, unit: str) -> str:
+    """Return 1.50 ± 0.12 um: standard uncertainty to two digits."""
+    if value is None:
+        return "not found"
+    if value[1] is None or not value[1] > 0:
+        return f"{plain(value[0])} {unit}".rstrip()
+    u = float(f"{value[1]:.2g}")
+    digits = max(0, 1 - int(f"{u:e}".split("e")[1]))
+    return f"{value[0]:.{digits}f} ± {u:.{digits}f} {'' if unit == '1' else unit}".rstrip()

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from vcmm.files.learned.track_result import NumberOverTime, Track, last_good
 from vcmm.learn.tracking.dates import date_of
+from vcmm.show.tables.quantities import value_text
 from vcmm.show.tables.table import NUMBER_TEXT, Column, ResultTable
-from vcmm.show.tables.value_text import value_text
 
 if TYPE_CHECKING:
     from vcmm.learn.tracking.doubtful import CharacteristicShift, DoubtfulParts

@@ -60,11 +60,11 @@ def plate(
     offset: Sequence[float],
     u: float,
     features: Sequence[str] | None = None,
-    seen: str = "XYZ",
+    axes: str = "XYZ",
 ) -> Recording:
     """Lay out x, y and z of balls at centres (n, 3) mm, workpiece axes; pose: label of this placement; u mm per coordinate.
 
-    seen: the directions that are read, "XY" of a hole plate that lies flat.
+    axes: the directions that are read, "XY" of a hole plate that lies flat.
     """
     tips = np.asarray(centres, dtype=float) - np.asarray(offset, dtype=float)
     position = {
@@ -74,7 +74,7 @@ def plate(
     run = rows(position, np.asarray(offset), {"pose": [pose] * len(tips), "feature": names})
     recording = layout(f"plate {pose}", "probe", run, np.eye(3)[0], {"rigid": "pose"}, u)
     plain = {k: v for k, v in recording.run.columns.items() if k not in ("nx", "ny", "nz")}
-    n, directions = run.n, np.eye(3)[["XYZ".index(a) for a in sorted(seen)]]
+    n, directions = run.n, np.eye(3)[["XYZ".index(a) for a in sorted(axes)]]
     m = n * len(directions)
     return replace(
         recording,

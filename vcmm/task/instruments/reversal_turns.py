@@ -12,7 +12,6 @@ from vcmm.core.run import Array
 
 Complex = npt.NDArray[np.complex128]
 TURN = 2 * np.pi
-FULL = 0.98  # of a turn
 ANGLES = 360  # at which turns are compared
 
 

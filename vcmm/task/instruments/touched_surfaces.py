@@ -25,11 +25,10 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.task.response.recording import Ints, Recording
 
-SPHERE, PLANE, RING = "sphere", "plane", "ring"
+PLANE, RING = "plane", "ring"
 ROUNDS = 8  # of Gauss-Newton; from 1 mm beside a ball of 25 mm four reach a nanometre
 FAR = 5.0  # mm: a touch further from its surface belongs to another feature, or to another zero
 ANGLE_DIGITS = 6  # of rotary positions, rad, that are one pose
-LEAST = 3  # touches that find the middle of a sphere; fewer move it along their normals only
 
 
 @dataclass(frozen=True)

@@ -96,18 +96,16 @@ def _chosen_from(recordings: Sequence[Recording]) -> int:
 
 def _join_knowledge(recordings: Sequence[Recording], machine: Machine) -> tuple[tuple[str, Array], ...]:
     """Join the knowledge of recordings: knowledge of numbers of the machine acts on all rows together, knowledge of one recording on its own rows."""
-    m, known = (
-        [r.m for r in recordings],
-        {i.id for i in machine.inputs if i.effect != Scatter.name},
-    )
+    m = [r.m for r in recordings]
+    of_machine = {i.id for i in machine.inputs if i.effect != Scatter.name}
     out: list[tuple[str, Array]] = []
     for k, recording in enumerate(recordings):
         for name, columns in recording.known:
             whole = np.zeros((sum(m), columns.shape[1]))
             whole[sum(m[:k]) : sum(m[: k + 1])] = columns
-            if name not in known:
+            if name not in of_machine:
                 out.append((f"{recording.name}: {name}", whole))
-    common = known & set[str].intersection(*({name for name, _ in r.known} for r in recordings))
+    common = of_machine & set[str].intersection(*({name for name, _ in r.known} for r in recordings))
     for name in sorted(common):
         out.append((name, np.concatenate([dict(r.known)[name] for r in recordings])))
     return tuple(out)

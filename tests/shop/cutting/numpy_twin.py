@@ -2,7 +2,7 @@
 
 Slow and simple, and another formula than the kernels': they look for the root of the distance to the whole sweep, here the
 lowest entry into the tool among samples of the path is refined by looking closer and closer at the best one. It checks
-the kernels (tests/shop/cutting/test_envelope.py) and is what the benchmark compares with.
+the kernels in test_envelope.py.
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from vcmm.face import api
+from vcmm.face.cli.demo import first_blocks, first_lines
 from vcmm.files.own.library import example
 from vcmm.files.own.scenario import load_scenario
-from vcmm.show.pages.first import first_blocks, first_lines
 
 
 @pytest.mark.thorough

@@ -1,4 +1,4 @@
-"""A cutting scenario: program, machine tool, set-up, part and inspection of the part, as data."""
+"""CutScenario: a part that is cut and then measured, as data: program, machine tool, set-up, part and inspection."""
 
 from __future__ import annotations
 
