@@ -30,7 +30,7 @@ HEAD = """# Gallery
 
 Pictures of the trade, as the reports hold them: in a page each carries its numbers as data (`data-chart`), and tests compare these with the
 table beside it. `python docs/make_gallery.py` takes each out of the report that its command writes. `vcmm new plate`, `ballbar`, `traced_cmm` and `worn_cmm`
-write the files that the commands name; `axis.toml` stands in `docs/gallery/`.
+write the files that the commands name; `axis.toml` is in `docs/gallery/`.
 """
 
 

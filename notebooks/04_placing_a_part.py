@@ -12,7 +12,7 @@
 # # 4. Placing a part
 #
 # The job of `vcmm place`, in Python: the pose, among those that the fixture allows, with the smallest uncertainty of what matters.
-# For the command the goal stands in the file; `vcmm place plate.toml --evaluations 500 --scan 128 --trials 5000` then gives the same:
+# For the command the goal is in the file; `vcmm place plate.toml --evaluations 500 --scan 128 --trials 5000` then gives the same:
 #
 #     [placement]
 #     objective = { U = 1.0 }

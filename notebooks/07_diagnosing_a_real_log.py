@@ -23,7 +23,7 @@ recording, machine = vcmm.load_recording(vcmm.example("worn_cmm"))
 print(recording.name, recording.m, "observations,", ", ".join(sorted(recording.run.series)))
 
 # %% [markdown]
-# The answer: names with parameters and intervals, how probable each name is, what it cannot be told from.
+# The answer: names with parameters and intervals, how probable each name is, what it cannot be distinguished from.
 
 # %%
 found = vcmm.diagnose(recording, machine, seed=1)
@@ -102,15 +102,15 @@ if table.is_file():
     Path("axis.toml").write_text(MACHINE)
     Path("slit.toml").write_text(RECORDING)
     log, axis = vcmm.load_recording("slit.toml")
-    told = vcmm.diagnose(log, axis, seed=1)
-    print(f"{told.verdict}: {log.m} readings")
-    for answer in told.answer:
+    diagnosis = vcmm.diagnose(log, axis, seed=1)
+    print(f"{diagnosis.verdict}: {log.m} readings")
+    for answer in diagnosis.answer:
         print(
             f"    {answer.effect} {dict(answer.where)}, {answer.share:.0%} of the excess, or {', '.join(answer.cannot_be_told_from) or 'nothing else'}"
         )
     assert any(
-        a.effect in ("lost_motion", "backlash") for a in told.answer
+        a.effect in ("lost_motion", "backlash") for a in diagnosis.answer
     )  # what the makers found by least squares: 2.44 um
-    told.plot()
+    diagnosis.plot()
 else:
     print("VCMM_DATA does not name a folder with this table")

@@ -13,8 +13,8 @@
 #
 # A machine file is the machine of one day. `vcmm new tracked_mill` writes a machining centre as it was known at the turn of the year, and 21 checks of the year
 # after: a plate of spheres every fourth Monday, a ball bar every other month, a laser once, each with the temperatures of the scales. The screw of X wears, all scales go
-# with the season, and once something happened. What is known of the machine each day, when was a check not as expected, which parts are doubtful, what may be said of a part
-# in February, and which check is due?
+# with the season, and once something happened. What is known of the machine each day, when was a check not as expected, which parts are doubtful, what can be stated about a part
+# in February, and which check comes next?
 
 # %%
 from pathlib import Path

@@ -15,7 +15,7 @@
 # (Gaska) in one fit, with arms from where the optics stood (Abbe); the part placed; its NC program rewritten (Marin); the part measured on the machine
 # that cut it, whose known errors are taken off the reading (X-C-Z lathe). What is then left belongs to none of the papers: `diagnose` names it.
 #
-# `truth.toml` stands for the real machine. Only the commands that simulate (`--simulate`, `measure`) see it.
+# `truth.toml` represents the real machine. Only the commands that simulate (`--simulate`, `measure`) see it.
 
 # %%
 import contextlib
@@ -32,11 +32,11 @@ from vcmm.face.cli import run
 def vcmm(line: str) -> dict:
     """Run one command as a shell would, and return its JSON document."""
     print("$ vcmm", line)
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
         code = run([*shlex.split(line), "--json"])
-    assert code in (0, 1), said.getvalue()  # 1: something does not conform
-    return json.loads(said.getvalue())
+    assert code in (0, 1), printed.getvalue()  # 1: something does not conform
+    return json.loads(printed.getvalue())
 
 
 source = package.example("five_papers")  # what `vcmm new five_papers` copies
@@ -46,7 +46,7 @@ shutil.copytree(source.with_suffix(""), "five_papers", dirs_exist_ok=True)
 # %% [markdown]
 # ## Calibrated: laser and tracer jointly
 #
-# Three lines of a six-dimensional laser and three stations of a LaserTracer, nobody knows where exactly. Where the optics stood is in the readings, so that
+# Three lines of a six-dimensional laser and three stations of a LaserTracer at places that are not known exactly. The places of the optics are in the readings, so that
 # the share of the rotations is counted once.
 
 # %%
@@ -95,15 +95,15 @@ for row in back["mismatch"]:
 # %% [markdown]
 # ## What none of the papers has
 #
-# Laser, level, tracer and reversals read a machine that stands still between its readings. The recording that `cut --measured` wrote holds speeds.
+# Laser, level, tracer and reversals read a machine at rest between its readings. The recording that `cut --measured` wrote holds speeds.
 
 # %%
-said = vcmm("diagnose cut/job-measured.toml --out diagnosed")
-for answer in said["answer"]:
+diagnosis = vcmm("diagnose cut/job-measured.toml --out diagnosed")
+for answer in diagnosis["answer"]:
     print(f"{answer['effect']} {answer['where']}, probability {answer['probability']:.2f}")
-assert {a["effect"] for a in said["answer"] if not a.get("doubtful")} == {"servo_lag"}
+assert {a["effect"] for a in diagnosis["answer"] if not a.get("doubtful")} == {"servo_lag"}
 
 # %% [markdown]
-# On a contour X late by half a millisecond and Y early by as much are one and the same, which is why both stand there; a circle in both senses
-# does not tell either. The axis that is out of step is the drive engineer's to find, the lag is found. The machine file
+# On a contour X late by half a millisecond and Y early by as much are one and the same, which is why both are listed; a circle in both senses
+# does not separate them either. The lag is found; which axis is out of step, its drive shows. The machine file
 # `diagnosed/machine.toml` has it.

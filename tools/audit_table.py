@@ -282,7 +282,7 @@ the middle one {ratios[len(ratios) // 2]:.2f}; of the {len(claimed)} claimed one
 
 The bar over the prior was 93 to 97 %, and most tasks lie above it. Why, in means over the tasks: the theoretical best attains {oracle:.1%}; the
 belts of the part's own family {own:.1%}, because they hold at every size of the form, also where a perfect part would do and only the upper end can
-miss; the belts of both families together, which are given, {held:.1%}, because nobody knows which family a part is of. Both are the
+miss; the belts of both families together, which are given, {held:.1%}, because the family of a part is not known. Both are the
 price of holding at a fixed form and for forms of another kind; shorter intervals with 95 % over the prior would fail there."""
 
 
@@ -301,7 +301,7 @@ def page(done: dict[str, Counted]) -> str:
 another machine drawn from what is known, and the share of 95 % intervals that held the true value was counted. The columns: parts over
 the whole prior (forms from nothing to 40 times the noise of the machine); forms of 0, 2, 6 and 20 times the noise; parts of another
 family of forms that the inverse has never seen. *Claimed* is what `vcmm evaluate` says of itself (`coverage_claimed`); what is not claimed
-is decided by nobody. {len(rows)} of {len(order)} tasks are counted; the next run counts those that are missing or have too few parts, and
+is not decided. {len(rows)} of {len(order)} tasks are counted; the next run counts those that are missing or have too few parts, and
 `--fresh` all of them. A count of 200 parts errs by 1.5 %, one of 2000 by 0.5 % (one standard deviation). How it works: [evaluate](evaluate.md).
 
 This table counts the belts by themselves, on machines as they are stated. `vcmm audit` of a scenario also counts what users get: points of parts with form (sizes

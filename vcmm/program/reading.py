@@ -58,7 +58,7 @@ def guess(text: str, path: Path | None) -> tuple[str, str]:
             f"{path or 'the program'}:1:1: no line of this text holds a word of a control (a letter with a number, as X12.5); name the NC program"
         )
     if not ranking:
-        return "fanuc", "nothing tells it apart, so name it with --dialect where that is wrong"
+        return "fanuc", "nothing distinguishes it, so name it with --dialect where that is wrong"
     here = [c for c in ranking if c.dialect in names()]
     best = ranking[0]
     if best.dialect not in HERE and (not here or best.score > here[0].score):

@@ -171,7 +171,7 @@ def ranking_text(ranking: list[Candidate]) -> str:
     """Return the reason for the first dialect, and the runner-up; doubt is stated."""
     best = ranking[0]
     if best.score <= 1:
-        return "nothing tells it apart, so name it with --dialect where that is wrong"
+        return "nothing distinguishes it, so name it with --dialect where that is wrong"
     other = next((c for c in ranking[1:] if kin(c.dialect) != kin(best.dialect)), None)
     second = f"; runner-up {ranking[1]}" if len(ranking) > 1 else ""
     near = other is not None and other.score >= SURE * best.score

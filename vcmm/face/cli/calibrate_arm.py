@@ -138,7 +138,7 @@ class ArmJob(Job[ArmInput, ArmFound]):
         if result.tests:
             show_table(pose_tests(result.tests))
         for combination in fit.redundant:
-            print(f"not told apart: {combination.text}")
+            print(f"not separated: {combination.text}")
         say_warnings(remarks(fit))
 
 

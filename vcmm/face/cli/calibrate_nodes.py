@@ -37,7 +37,7 @@ class NodesJob(Job[CalibrationInput, Nodes]):
     def check(self) -> None:
         if len(self.request.files) != 1:
             raise UsageError(
-                f"--nodes takes one recording with all stations, not {len(self.request.files)}; put their rows into one file, told apart by setup"
+                f"--nodes takes one recording with all stations, not {len(self.request.files)}; put their rows into one file, distinguished by setup"
             )
 
     def load(self) -> CalibrationInput:

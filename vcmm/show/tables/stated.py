@@ -28,7 +28,7 @@ def meaning_of_U(results: Iterable[CharacteristicResult]) -> str:
         sentences.append(f"{_of(with_bias, every)}, k u + |bias|, the known bias not corrected")
     if added := [c for c in every if c.half_width]:
         sentences.append(
-            f"{_of(added, every)}, half of what the machine adds to parts that are off or rough; of the part itself the interval tells"
+            f"{_of(added, every)}, half of what the machine adds to parts that are off or rough; for the part itself see the interval"
         )
     if read := [c for c in every if c.true_value and not c.half_width]:
         sentences.append(

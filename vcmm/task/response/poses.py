@@ -142,7 +142,9 @@ def settle_placement(
     too similar to determine it.
     """
     if poses.n < 3:
-        raise ModelLimit(f"{poses.name}: {poses.n} poses; three or more tell where the tracker stands")
+        raise ModelLimit(
+            f"{poses.name}: {poses.n} poses; three or more are needed to find the place of the tracker"
+        )
     if start is not None:
         return _refine(poses, frames, start)[0]
     stated = poses.run.offset[0]
