@@ -32,8 +32,8 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 from vcmm.learn.diagnosis.constants import MOST_SHAPES
-from vcmm.learn.diagnosis.log_units import unit_forms
 from vcmm.learn.diagnosis.scans import MOST_STEPS
+from vcmm.learn.diagnosis.units_and_signs import unit_forms
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.observe import Observer
 from vcmm.task.response.recording import Recording
@@ -198,28 +198,28 @@ def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Ite
             )
 
 
-class _Watched(dict[str, Any]):
+class _TableOfReads(dict[str, Any]):
     """A table of a run that notes which of its names are read."""
 
-    def __init__(self, table: Mapping[str, Any], kind: str, asked: set[Name]) -> None:
+    def __init__(self, table: Mapping[str, Any], kind: str, names_read: set[Name]) -> None:
         super().__init__(table)
-        self.kind, self.asked = kind, asked
+        self.kind, self.names_read = kind, names_read
 
     def __getitem__(self, name: str) -> Any:
-        self.asked.add((self.kind, name))
+        self.names_read.add((self.kind, name))
         return super().__getitem__(name)
 
     def get(self, name: str, default: Any = None) -> Any:
-        self.asked.add((self.kind, name))
+        self.names_read.add((self.kind, name))
         return super().get(name, default)
 
     def __contains__(self, name: object) -> bool:
-        self.asked.add((self.kind, str(name)))
+        self.names_read.add((self.kind, str(name)))
         return super().__contains__(name)
 
     def __iter__(self) -> Iterator[str]:
         names = list(super().__iter__())
-        self.asked.update((self.kind, name) for name in names)
+        self.names_read.update((self.kind, name) for name in names)
         return iter(names)
 
     def keys(self) -> Any:
@@ -241,7 +241,7 @@ def names_read(observer: Observer) -> set[Name]:
     names: set[Name] = {(PLACES, ""), *ZEROED}
     run = copy(observer.run)
     for kind in TABLES:
-        object.__setattr__(run, kind, _Watched(getattr(run, kind), kind, names))
+        object.__setattr__(run, kind, _TableOfReads(getattr(run, kind), kind, names))
     for effect in observer.usable.effects:
         effect.error_motion(run)
     return names

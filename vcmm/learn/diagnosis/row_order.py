@@ -18,7 +18,7 @@ from vcmm.task.response.observe import Observer
 from vcmm.task.response.recording import Ints, Recording
 
 
-def in_order(recording: Recording, machine: Machine) -> Recording:
+def sort_rows(recording: Recording, machine: Machine) -> Recording:
     """Return the same recording, rows by time (else by position, columns and labels), the observations of a row by direction."""
     recording = replace(recording, run=_run_with_counts(recording, machine))
     run = recording.run
@@ -28,7 +28,7 @@ def in_order(recording: Recording, machine: Machine) -> Recording:
     return replace(moved, run=run.take(rows), lines=lines)
 
 
-def as_in_the_file(recording: Recording, machine: Machine, values: Array) -> Array:
+def in_file_order(recording: Recording, machine: Machine, values: Array) -> Array:
     """Return the values (m,) of `in_order(recording, machine)`, such as residuals, in the order of the recording itself."""
     out = np.empty_like(values)
     out[_order(replace(recording, run=_run_with_counts(recording, machine)))[3]] = values
