@@ -17,7 +17,7 @@ from vcmm.learn.diagnosis.problem import Problem
 from vcmm.task.response.logs import RememberingRun
 from vcmm.task.response.recording import Recording
 
-ROWS = 80  # of the recording repeated in an add-on
+ROWS = 80  # of the recording repeated in an add-on, and quantiles of the evidence that it adds
 PER_TOUCH = 10.0  # s
 STANDS = 0.05  # component of the normal below which an axis has stopped before the touch
 ALONG = 15.0  # minutes to set an instrument up along an axis

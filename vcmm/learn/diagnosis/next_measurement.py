@@ -21,6 +21,7 @@ from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.addons import (
     ADDONS,
     PER_TOUCH,
+    ROWS,
     AddOn,
     along_axes,
     extend_recording,
@@ -42,7 +43,6 @@ PLACES = 60  # along the covariate of something unknown
 LEAST_GAIN = 0.08  # gain of separability below which an add-on is not proposed
 MOST_SHOWN = 3
 CONFIRMED = 30.0  # minutes for a measurement of another kind
-QUANTILES = 80  # of the evidence that an add-on adds
 
 
 def next_steps(
@@ -215,9 +215,9 @@ def expected_probability(odds: float, more: float) -> float:
     """Return the probability of whichever of two names is right, expected after an add-on that adds `more` of squared distance between them.
 
     The added ln BF is normal about +more/2 where the first is right and about -more/2 where the other is, with variance `more`
-    (Lindley, Ann. Math. Stat. 27 (1956) 986); it is evaluated at QUANTILES even quantiles.
+    (Lindley, Ann. Math. Stat. 27 (1956) 986); it is evaluated at ROWS even quantiles.
     """
-    z = np.array([NormalDist().inv_cdf((k + 0.5) / QUANTILES) for k in range(QUANTILES)])
+    z = np.array([NormalDist().inv_cdf((k + 0.5) / ROWS) for k in range(ROWS)])
     added = 0.5 * more + np.sqrt(max(more, 0.0)) * z
     first = 1.0 / (1.0 + np.exp(-odds))
     right = np.mean(1.0 / (1.0 + np.exp(np.clip(-odds - added, -SUREST, SUREST))))
