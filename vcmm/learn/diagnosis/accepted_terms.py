@@ -164,7 +164,7 @@ def _is_named_before(first: AcceptedTerms, second: AcceptedTerms) -> bool:
 
 
 def _count_numbers(terms: Sequence[SelectedTerm]) -> int:
-    """Free numbers of some names, scanned ones among them."""
+    """Return the number of free numbers of the terms, scanned values included."""
     return sum(t.option.freedom for t in terms)
 
 
@@ -181,7 +181,7 @@ def _loses_name(first: AcceptedTerms, second: AcceptedTerms) -> bool:
 
 
 def _probable_ids(judgement: AcceptedTerms) -> set[str]:
-    """Ids of the names that are more probable than not, with what repeats them exactly; none that a field makes superfluous."""
+    """Return the ids of the names that are more probable than not together with their exact aliases; a field makes none of them superfluous."""
     refused = (
         judgement.field.superfluous if judgement.field is not None and judgement.field.is_probable else ()
     )

@@ -200,7 +200,7 @@ def _continue_log(log: Series, until: float, rise: float) -> Series:
 
 
 def along_axes(problem: Problem) -> tuple[AddOn, ...]:
-    """Runs of an instrument along one axis alone, where the recording moves several at once."""
+    """Return runs of an instrument along one axis alone, where the recording moves several axes at once."""
     moving = [a for a, q in problem.run.position.items() if a in "XYZ" and np.ptp(q) > 0]
     if problem.recording.kind != "displacement" or len(moving) < 2:
         return ()

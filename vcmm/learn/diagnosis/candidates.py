@@ -324,7 +324,7 @@ def linear_parameters(effect: Effect) -> list[str]:
 
 
 def _amplitudes(effect: Effect, names: Sequence[str], columns: Array) -> tuple[tuple[str, ...], Array]:
-    """Label and typical amplitude of every column; parameters without one are scaled to 1 um rms over the recording."""
+    """Return label and typical amplitude of every column; parameters without one are scaled to 1 um rms over the recording."""
     labels: list[str] = []
     unit: list[float] = []
     for name in names:

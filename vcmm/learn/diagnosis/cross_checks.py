@@ -1,8 +1,7 @@
 """Check that every part of the rows gives the same answer: names are searched again in alternating rows and in the halves in time.
 
 The columns of the catalogue, the noise and the threshold are those of the whole. A part is tested for a name that should rank first in
-it: the signal of
-the name in its rows, other names projected out, is at least SECURE_DELTA of the noise. A part of the rows holds a part of the evidence, and
+it: the signal of the name in its rows, other names projected out, is at least SECURE_DELTA of the noise. A part of the rows holds a part of the evidence, and
 what is decided by all rows may be open in it: it contradicts a name only where its own findings are worth STRONG nats more in its rows
 than all names of the whole; nearer both are rivals, and the part does not count. A name that n parts test and k of them find is claimed with at
 most (k + 1) / (n + 2), the rule of succession (Laplace; Jaynes, Probability Theory (2003), 18.2), unless all find it.
@@ -11,8 +10,8 @@ A second opinion: forward selection by the extended Bayesian information criteri
 
     EBIC = n ln(RSS) + k (ln n + 2 ln P)      k columns of P chosen, gamma = 1 (Chen & Chen, Biometrika 95 (2008) 759)
 
-Chosen is the better of what forward selection finds and of our names: its steps go astray, and where the criterion itself prefers our names it
-agrees. Of columns that lower it equally it takes the first, and has the names of all. It uses no priors, no folds and no rows held out,
+The second opinion is the better of the forward selection and of our names, since the steps of a forward selection may miss the best set; where the criterion
+prefers our names it agrees. Of columns that lower it equally it takes the first, and has the names of all. It uses no priors, no folds and no rows held out,
 and names something in many recordings that hold nothing; its value is that its errors
 differ. With d the EBIC of our names less that of its own, exp(-d / 2) are its odds for ours; a name of ours that it
 does not have is claimed with the mean of both probabilities, and with even odds at least: two opinions that disagree decide nothing.
@@ -296,10 +295,7 @@ def _forward_selection(
         given = scorer(candidates, white_columns(chosen))
         rest = y - given.basis @ (given.basis.T @ y)
         left = max(float(rest @ rest), NOTHING)
-        whole = np.repeat(given.size, np.diff(np.append(given.blocks.start, len(given.blocks.size))))
-        firm = given.blocks.size > UNSEEN * whole
-        b2 = (given.blocks.column.T @ rest) ** 2
-        gain = np.add.reduceat(np.where(firm, b2 / np.where(firm, given.blocks.size, 1.0), 0.0), given.blocks.start)  # fmt: skip
+        gain = given.explained(rest)
         change = dof * np.log(np.maximum(1.0 - gain / left, NOTHING)) + price * ranks(given)
         taken = {t.family.id for t in chosen}
         taken |= {f.id for f in candidates.families if is_stale(f.name, f.where.get("component"))}

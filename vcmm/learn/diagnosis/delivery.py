@@ -1,9 +1,9 @@
 """Deliver a diagnosis: exactly the terms that are written, fitted again to all rows without the others.
 
 Where a term is an Input of the machine file (its squareness, stated with an uncertainty), the statement no longer holds once
-the rows have contradicted it: the quantity is then free, and the rows alone say how large it is.
+the rows have contradicted it: the quantity is then free, and the rows alone determine its size.
 
-A set of terms that makes its own rows worse, or rows held out beyond the chance of a fold, is not handed over: terms go until
+A set of terms that makes its own rows worse, or rows held out beyond the chance of a fold, is not delivered: terms are removed until
 it does neither. `reasons_withheld` says which and why.
 """
 
@@ -30,8 +30,7 @@ OWN_ROWS = "the rows to which it was fitted become worse with it"
 class DeliveredTerms:
     """problem: without the statements that the terms replace; selection: the refit; parts: its folds.
 
-    number: the terms by their numbers in the selection they came from; withheld: number -> why it is not handed over;
-    worse: folds that even the terms handed over make worse.
+    number: the terms by their numbers in the selection they came from; withheld: number -> why it is not delivered.
     """
 
     problem: Problem
@@ -41,7 +40,7 @@ class DeliveredTerms:
     reasons_withheld: Mapping[int, str]
 
     def term(self, i: int) -> int | None:
-        """Place in the refit of term i, None where it is not handed over."""
+        """Return the place of term i in the refit; None where it is not delivered."""
         return self.number.index(i) if i in self.number else None
 
 

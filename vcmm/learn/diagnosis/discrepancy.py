@@ -3,9 +3,8 @@
     d(z1, z2, z3) = f1(z1) + f2(z2) + f3(z3) + g(z1, z2), times one component of the sensitive direction
 
 Each part has a squared-exponential kernel (periodic in an angle) in low rank: its principal functions on the rows. The
-nuisance, the calibration and the named terms are projected out first, so the shape holds only what they cannot say
-(Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy). A picture of the inside, no law: it says nothing
-beyond the range.
+nuisance, the calibration and the named terms are projected out first, so the shape holds only what they cannot describe
+(Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy). It describes the range of the rows and does not extrapolate.
 """
 
 from __future__ import annotations
@@ -69,7 +68,7 @@ def covariate_values(problem: Problem, name: str) -> Array | None:
 
 
 def is_angle(problem: Problem, name: str) -> bool:
-    """Does the covariate come back after a turn?"""
+    """Return whether the covariate is an angle, which is periodic."""
     return is_rotary(name) or any(
         without_unit(c) == name and c.endswith("_rad") and "since" not in c for c in problem.run.columns
     )

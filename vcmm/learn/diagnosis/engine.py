@@ -257,7 +257,7 @@ def diagnose_recording(
 
 
 def _progress_reporter(progress: Progress | None) -> Callable[[str], None]:
-    """Tells what is done now; how much is left depends on what is found, so the share done only grows towards one."""
+    """Return a function that reports the present step; how many steps follow depends on the findings, so the share done grows towards one."""
     steps = count()
 
     def tell(text: str) -> None:

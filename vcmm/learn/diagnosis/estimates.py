@@ -59,7 +59,7 @@ class TermDraws:
 def draw_term(
     problem: Problem, selection: Selection, i: int, refiner: Refiner, rng: np.random.Generator, count: int
 ) -> TermDraws:
-    """Draws of term i."""
+    """Return random numbers from the joint posterior of term i."""
     term = selection.terms[i]
     names = scanned_names(term.option)
     others = [t for j, t in enumerate(selection.terms) if j != i]
@@ -349,7 +349,7 @@ def _rms_estimate(problem: Problem, selection: Selection, i: int, mean: Array, v
 
 
 def invisible_directions(nuisance: Array, columns: Array) -> Array:
-    """Directions (k, r) of the numbers of a term of which the nuisance (m, p) leaves less than VANISHING_SHARE of the signal; columns (m, k)."""
+    """Return the directions (k, r) of the numbers of a term of which the nuisance (m, p) leaves less than VANISHING_SHARE of the signal; columns (m, k)."""
     u, size, v = np.linalg.svd(columns, full_matrices=False)
     large = size > VANISHING_SHARE * size.max(initial=0.0)
     signals = u[:, large]

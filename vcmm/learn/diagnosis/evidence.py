@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.answer.evaluation import gaussian
 from vcmm.answer.evaluation.gaussian import (
@@ -157,7 +158,7 @@ def _renormalise(weight: Array, first: Ints) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Scorer:
-    """A dictionary given some chosen columns: those are projected out of templates and residuals alike."""
+    """A dictionary given some chosen columns: these are projected out of templates and residuals."""
 
     candidates: Dictionary
     blocks: ColumnBlocks
@@ -167,6 +168,19 @@ class Scorer:
     @property
     def dof(self) -> int:
         return self.candidates.dof - self.basis.shape[1]
+
+    @property
+    def is_seen(self) -> npt.NDArray[np.bool_]:
+        """Whether a column (K,) of an option keeps more than UNSEEN of the energy of the option."""
+        whole = np.repeat(self.size, np.diff(np.append(self.blocks.start, len(self.blocks.size))))
+        return np.asarray(self.blocks.size > UNSEEN * whole)
+
+    def explained(self, rest: Array) -> Array:
+        """Return the sum of squares (options,) that each option explains of a white residual (m,) outside the basis."""
+        square, is_seen = (self.blocks.column.T @ rest) ** 2, self.is_seen
+        return np.add.reduceat(
+            np.where(is_seen, square / np.where(is_seen, self.blocks.size, 1.0), 0.0), self.blocks.start
+        )
 
     def options(self, r: Array) -> Array:
         """Return ln BF (options, M) for white residuals r (m, M)."""
@@ -228,7 +242,7 @@ def orthonormal(x: Array) -> Array:
 
 
 def best_mimic(candidates: Dictionary, family: int, signal: Array) -> int:
-    """Number of the option of a family that repeats a white signal (m,) best."""
+    """Return the number of the option of a family that repeats a white signal (m,) best."""
     return min(
         candidates.of_family(family),
         key=lambda k: float(np.sum(left_beside(signal, candidates.columns(k)) ** 2)),

@@ -107,7 +107,7 @@ def _link(setting: Setting, family: int) -> str:
 
 
 def simplest_member(kin: Kin, answer: int) -> int:
-    """Number of the simplest member that is open where the family is secure; else the answer itself."""
+    """Return the number of the simplest member that is open where the family is secure; else the answer itself."""
     if kin.probability < SECURE:
         return answer
     best = kin.members[0].probability

@@ -1,16 +1,16 @@
 """Weigh names against physics without a name: test whether a smooth field explains more than some of them.
 
-A name with many free numbers, or two names on top of each other, follow much that they are not: a scale glued from pieces is
-nearly a changed guide and nearly a table's gaps. The unknown deserves the same freedom. Its law is a Gaussian process (see
+A name with many free numbers, or two names together, can follow signals of other causes: a scale glued from pieces looks
+much like a changed guide, or like the gaps of a table. The unknown gets the same freedom. Its law is a Gaussian process (see
 kernels) over a covariate that the residual follows, with or without the other names; its evidence is the mean over its
 smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds what machines usually have. The shapes of the localisation
-stand in the same list; all of them share the prior of one name, which is their price.
+are in the same list and share the prior of one name, which is their price.
 
     S(names, field) = evidence(names, field) - price(names) - price(field) - mismatch - [the threshold, where names are left out]
     p(name) = sum of exp S of what was weighed with it / sum of exp S of all that was weighed
 
-price: what was free in choosing the names, the prior of their places and scanned values, and the threshold for each of
-them; the unknown is one thing, and several names that together follow one smooth course are a coincidence. Weighed are the names with
+price: the prior of places and scanned values of the names, and the threshold for each of them; the unknown is one hypothesis, while several
+names that together follow one smooth course are a coincidence. Weighed are the names with
 nothing beside them, and every subset of them beside each of the fields and shapes that explain most, or with nothing but these.
 
 The names of the best are kept. Where all are, the field is no rival: it is the residual.
@@ -80,7 +80,7 @@ class Hypothesis:
 
 
 def probability_left(name: str, weighed: Sequence[Hypothesis]) -> float:
-    """Of a name: what was weighed with it, among all that was weighed."""
+    """Return the probability of a name: the share of the hypotheses that contain it."""
     has = [np.array([h.score for h in weighed if (name in h.names) is with_it]) for with_it in (True, False)]
     mine, others = (float(np.logaddexp.reduce(np.append(s, -np.inf))) for s in has)
     return float(1.0 / (1.0 + np.exp(min(others - mine, SUREST))))
@@ -114,7 +114,7 @@ def rival_field(
     null: Array,
     generic: Dictionary | None = None,
 ) -> Field | None:
-    """The best field, and which names it makes superfluous, perhaps none; None where nothing is seen of any. null (m, M):
+    """Return the best field and the names that it makes superfluous, if any; None where the rows show no field. null (m, M):
     white null recordings; generic: shapes that compete too.
     """
     white, threshold = setting.white, setting.threshold
@@ -163,7 +163,7 @@ def rival_field(
 def _field_weighings(
     problem: Problem, selection: Selection, setting: Setting, null: Array
 ) -> list[_Weighing]:
-    """The fields that the residual follows most, without what simple names hold of them."""
+    """Return the fields that the residual follows most, without their part in the span of simple names."""
     of_place, of_both = (_simple_columns(selection, setting, timed) for timed in (True, False))
     out = []
     for question in _trial_kernels(problem, selection, setting.white, null):
@@ -267,7 +267,7 @@ class _Weighing:
     def of_shape(
         generic: Dictionary, family: int, option: int, simple: Array, selection: Selection, white: Whitener
     ) -> _Weighing | None:
-        """A shape of the localisation; None where simple names are all of it."""
+        """Return the weighing of a shape of the localisation; None where simple names contain it."""
         columns = generic.options[option].columns
         free = remove_simple_part(columns, simple, white)
         x = white.apply(free)
@@ -365,7 +365,7 @@ def _trial_kernels(problem: Problem, selection: Selection, white: Whitener, null
 
 
 def _covariates_of(family: Family) -> set[str]:
-    """The covariate of a change of geometry or of a drift with a temperature: a freer curve over the same axis or the same
+    """Return the covariate of a change of geometry or of a drift with a temperature: a freer curve over the same axis or the same
     thermometer is the same physics, better fitted.
     """
     if "sensor" in family.where:
@@ -376,7 +376,7 @@ def _covariates_of(family: Family) -> set[str]:
 
 
 def _shape_weighings(generic: Dictionary, selection: Selection, setting: Setting) -> list[_Weighing]:
-    """The shapes that explain most beside nothing, or beside all names but one, but those that say the same as a name."""
+    """Return the shapes that explain most alone or beside all names but one, without those that describe the same as a name."""
     if not generic.families:
         return []
     names = set[str]().union(*(_covariates_of(t.family) for t in selection.terms))

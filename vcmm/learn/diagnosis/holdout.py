@@ -1,7 +1,7 @@
 """Hold-out gate: test whether a term predicts rows it has not seen, where the conditions go beyond those of the fit.
 
 Folds extrapolate: another pose, the later time, the warmer rows, another speed, the far zone. Nuisance of the held-out
-rows (their own pose) is fitted on them, which no method can avoid. A term must win log score in most folds that excite
+rows (their own pose) is fitted on them, which no method can avoid. A term must gain log score in most folds that excite
 it, and never lose much.
 """
 

@@ -45,7 +45,7 @@ from vcmm.core.effect import Effect, motion
 from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.constants import FALSE_ALARM, NOTHING, UNSEEN, VANISHING_SHARE
 from vcmm.learn.diagnosis.evidence import orthonormal
-from vcmm.learn.diagnosis.locate import direction_factors
+from vcmm.learn.diagnosis.locate import direction_factors, direction_text
 from vcmm.learn.diagnosis.neighbourhoods import component_shapes, neighbourhoods, observe_component
 from vcmm.learn.diagnosis.null_recordings import upper_quantile
 from vcmm.learn.diagnosis.problem import Problem
@@ -290,8 +290,7 @@ def propose_unknown(kernel: Kernel, problem: Problem, rms: float, says: str) -> 
     elif kernel.component:
         what = f"a shape of {kernel.component} over {over}"
     else:
-        along = "along the normal" if direction == "normal" else f"in {direction}"
-        what = f"a dependence on {over} {along} without a name"
+        what = f"a dependence on {over} {direction_text(direction)} without a name"
     is_drawable = kernel.component[1:2] not in tuple("ABC") and not kernel.what
     text = f"{what} {says.format('the names' if kernel.component == '' else 'its names')}"
     return Unknown(kernel.names[:3], text, rms, direction, len(kernel.names) > 1, is_drawable=is_drawable)

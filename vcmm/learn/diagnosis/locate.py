@@ -125,7 +125,7 @@ def path_speed(run: Run) -> Array | None:
 
 
 def without_unit(column: str) -> str:
-    """Name of a column without its unit: time_s -> time, temp_part_C -> temp_part, speed_X_mm_s -> speed_X."""
+    """Return the name of a column without its unit: time_s -> time, temp_part_C -> temp_part, speed_X_mm_s -> speed_X."""
     for unit in (
         "_mm_s2",
         "_rad_s2",
@@ -227,6 +227,10 @@ def score_map(generic: Scorer, y: Array) -> tuple[Place, ...]:
     return tuple(best.values())
 
 
+def direction_text(direction: str) -> str:
+    """Return 'in x', or 'along the normal'."""
+    return "along the normal" if direction == "normal" else f"in {direction}"
+
+
 def _words(covariate: str, direction: str) -> str:
-    along = "along the normal" if direction == "normal" else f"in {direction}"
-    return f"the residual {along} depends on {covariate}"
+    return f"the residual {direction_text(direction)} depends on {covariate}"

@@ -56,7 +56,7 @@ class ClockMistake:
 
 
 def clock_mistakes(run: Run) -> Iterator[ClockMistake]:
-    """Offset and drift of all logs together, where there are logs with a clock of their own."""
+    """Yield offset and drift of all logs together, where there are logs with a clock of their own."""
     if "time_s" not in run.columns:
         return
     time = run.column("time_s")
@@ -272,7 +272,7 @@ def _is_same(first: Any, second: Any) -> bool:
 
 
 def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection, str]]]]:
-    """Kind, and of each form of it what is meant, the run that should have been written, and what no kind says."""
+    """Yield a kind, and for each of its forms the columns, the corrected run, and words that the kind does not have."""
     for what, forms in _forms(run):
         yield what, [(columns, corrected, "") for columns, corrected in forms]
     yield UNIT, list(_units(sorted(n for n, v in run.columns.items() if np.ptp(v) > 0)))
@@ -310,8 +310,8 @@ def _forms(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
 
 
 def _units(names: Sequence[str]) -> Iterator[tuple[str, RunCorrection, str]]:
-    """One column in another unit, all of one unit and all of a kind: who takes m/min for mm/s does so of every linear axis, who writes speeds
-    per minute perhaps of rotary ones too."""
+    """Yield one column in another unit, all columns of one unit, and all of a kind: m/min in place of mm/s concerns every linear axis, a speed
+    per minute perhaps the rotary axes too."""
     for start, forms in unit_forms().items():
         alike = tuple(n for n in names if n.startswith(start))
         of_unit = (tuple(n for n in alike if _ending(n) == end) for end in dict.fromkeys(map(_ending, alike)))
@@ -326,7 +326,7 @@ def _groups(names: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _ending(name: str) -> str:
-    """The unit of a column, and nothing of its place: temp_air_C, temp_scale_x_C -> C, speed_X_mm_s -> mm_s, sense_X -> ''."""
+    """Return the unit of a column without its place: temp_air_C, temp_scale_x_C -> C, speed_X_mm_s -> mm_s, sense_X -> ''."""
     parts = name.split("_")
     return parts[-1] if parts[0] == "temp" else "_".join(parts[2:])
 

@@ -116,7 +116,7 @@ def _scale_to_unit(v: Array) -> Array:
 
 
 def _ranks(v: Array) -> Array:
-    """Place of every value among the different ones, 0 to 1."""
+    """Return the rank of every value among the different ones, 0 to 1."""
     kinds, number = np.unique(v, return_inverse=True)
     return np.asarray(number / max(len(kinds) - 1, 1))
 

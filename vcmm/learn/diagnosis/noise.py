@@ -110,7 +110,7 @@ def _limit(spread: Array, problem: Problem, white: Whitener, rho: float, seed: i
 
 
 def _by_speed(rest: Array, problem: Problem, growth: float) -> float:
-    """Scale over all rows, over that at the lowest speed: a scatter that grows with speed is judged where it is least."""
+    """Return the scale over all rows divided by that at the speed of least scatter, where the stated noise is compared."""
     speed = speeds(problem)
     if speed is None or growth == 0:
         return 1.0

@@ -141,22 +141,14 @@ def _elsewhere(
 
 def separability(given: Scorer, signal: Array) -> Array:
     """Return s (options,) of a white signal (m,) against every option."""
-    basis = given.basis
-    e = signal - basis @ (basis.T @ signal)
-    b2 = (given.blocks.column.T @ e) ** 2
-    whole = np.repeat(given.size, np.diff(np.append(given.blocks.start, len(b2))))
-    firm = given.blocks.size > UNSEEN * whole
-    share = np.add.reduceat(
-        np.where(firm, b2 / np.where(firm, given.blocks.size, 1.0), 0.0), given.blocks.start
-    )
-    return np.sqrt(np.clip(1.0 - share / max(float(e @ e), NOTHING), 0.0, 1.0))
+    rest = signal - given.basis @ (given.basis.T @ signal)
+    share = given.explained(rest) / max(float(rest @ rest), NOTHING)
+    return np.sqrt(np.clip(1.0 - share, 0.0, 1.0))
 
 
 def ranks(given: Scorer) -> Array:
-    """Number of columns (options,) that each option has on this recording: those of which something is seen."""
-    whole = np.repeat(given.size, np.diff(np.append(given.blocks.start, len(given.blocks.size))))
-    is_visible = (given.blocks.size > UNSEEN * whole).astype(float)
-    return np.asarray(np.add.reduceat(is_visible, given.blocks.start))
+    """Return the number of columns (options,) of each option that this recording shows."""
+    return np.asarray(np.add.reduceat(given.is_seen.astype(float), given.blocks.start))
 
 
 def rank_of(columns: Array, basis: Array) -> int:
@@ -199,7 +191,7 @@ def _rivals(
 
 
 def _total_weight(setting: Setting, scores: Array, larger: set[str]) -> float:
-    """ln of the weight of all names and of nothing, which weighs as much as all names together.
+    """Return ln of the weight of all names and of the hypothesis that nothing is missing, which weighs as much as all names together.
 
     Names that hold the answer as a special case do not count against it.
     """

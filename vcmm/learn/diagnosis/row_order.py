@@ -36,7 +36,7 @@ def in_file_order(recording: Recording, machine: Machine, values: Array) -> Arra
 
 
 def _order(recording: Recording) -> tuple[Ints, Ints, Ints, Ints]:
-    """Run rows in their order, row and other of every observation among these, and the observations in their order."""
+    """Return the run rows in their order, row and other of every observation among these, and the observations in their order."""
     rows = rows_in_order(recording.run, recording)
     place = np.empty(recording.run.n, dtype=np.intp)
     place[rows] = np.arange(recording.run.n)
@@ -54,7 +54,7 @@ def _run_with_counts(recording: Recording, machine: Machine) -> Run:
 
 
 def rows_in_order(run: Run, recording: Recording) -> Ints:
-    """Run rows in their order; rows that agree in everything stand in the order of what was observed there."""
+    """Return the run rows in their order; rows that agree in everything are sorted by their observations."""
     if "time_s" in run.columns and bool((np.diff(run.columns["time_s"]) > 0).all()):
         return np.arange(run.n)
     position = [run.position[a] for a in sorted(run.position)]
@@ -67,5 +67,5 @@ def rows_in_order(run: Run, recording: Recording) -> Ints:
 
 
 def _lexical(keys: Sequence[Array]) -> Ints:
-    """Order by the first key, then the second ..."""
+    """Return the order by the first key, then the second ..."""
     return np.lexsort(list(reversed(keys))).astype(np.intp)

@@ -1,7 +1,7 @@
 """Check that a recording is fit to be diagnosed: copies, dead or saturated sensors, impossible numbers, gaps, signs, belonging.
 
 Rows that are no observations (copies of another row, a sensor at its stop) are left out, with a remark and
-their lines; a recording that is rubbish as a whole is refused. `doubtful` lowers what may be claimed.
+their lines; a recording that is unusable as a whole is refused. `doubtful` lowers what may be claimed.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def _may_be_chance(value: Array, rows: Array, u: float) -> bool:
 
 
 def _within(value: Array, place: Ints, reach: float) -> int:
-    """Number of pairs of one place whose values differ by no more than reach."""
+    """Return the number of pairs of one place whose values differ by no more than reach."""
     total = 0
     order = np.lexsort((value, place))
     v, p = value[order], place[order]
@@ -195,7 +195,7 @@ def series_of(row: Ints) -> list[Ints]:
 
 
 def stuck_rows(recording: Recording) -> tuple[Mask, str]:
-    """Runs of one and the same reading, longer than the coarseness of the readings explains."""
+    """Return runs of one and the same reading, longer than the coarseness of the readings explains."""
     out = np.zeros(recording.m, dtype=bool)
     for series in series_of(recording.row):
         value = recording.value[series]

@@ -113,7 +113,7 @@ def fit_jointly(terms: Sequence[SelectedTerm], setting: Setting) -> Selection:
 
 
 def _spread(fit: Posterior, dof: int, width: Array) -> float:
-    """Factor on a covariance: sigma^2 is the sum of squares over the rows, less one for each number that the rows fix.
+    """Return a factor on a covariance: sigma^2 is the sum of squares over the rows, less one for each number that the rows fix.
 
     A number with prior width w and posterior standard deviation s is fixed by them in the share 1 - (s / (sigma w))^2.
     """
@@ -278,7 +278,7 @@ def family_scores(candidates: Dictionary, options: Array) -> Array:
 
 
 def best_option(candidates: Dictionary, options: Array, family: int) -> int:
-    """Number of the option of highest evidence within a family."""
+    """Return the number of the option of highest evidence within a family."""
     members = candidates.of_family(family)
     return members[int(np.argmax((options + candidates.weight)[members.start : members.stop]))]
 

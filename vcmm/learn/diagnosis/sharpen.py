@@ -83,7 +83,7 @@ class Spectrum:
 
     @cached_property
     def price(self) -> float:
-        """Ln of the number of independent lines, by simulation."""
+        """The logarithm of the number of independent lines, by simulation."""
         rng = np.random.default_rng(0)
         low = self.lowest()
         highest, mean = [], []

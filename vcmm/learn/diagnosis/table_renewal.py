@@ -157,7 +157,7 @@ def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | N
 def _numbers(
     blocks: Sequence[_TableInput], fit: Posterior, width: float, held_out: tuple[HeldOut, ...]
 ) -> RenewedTables:
-    """Draws to numbers: change and covariance are linear in them."""
+    """Return the renewed tables: change and covariance are linear in the fitted numbers of unit variance."""
     k, r = sum(len(b.errors) for b in blocks), sum(b.factor.shape[1] for b in blocks)
     factor, row, column = np.zeros((k, r)), 0, 0
     for b in blocks:

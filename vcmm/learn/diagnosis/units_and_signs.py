@@ -206,7 +206,7 @@ def _varies(speed: Array) -> bool:
 
 
 def _of_another_unit(axis: str, motion: Array, speed: Array) -> list[str]:
-    """Speeds that go with the motion in most rows, at one ratio, which is that of two units. A pause between two runs is no motion of that speed."""
+    """Return speeds that go with the motion in most rows, at one ratio, which is that of two units. A pause between two runs is no motion of that speed."""
     large = np.abs(speed) > 0.5 * np.abs(speed).max()
     ratio = motion[large] / speed[large]
     usual = float(np.median(ratio))

@@ -34,7 +34,14 @@ from vcmm.learn.diagnosis.constants import MISMATCH, STRONG, UNSEEN
 from vcmm.learn.diagnosis.discrepancy import covariate_values, fit_shape, is_angle
 from vcmm.learn.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.learn.diagnosis.holdout import Fold, failing_terms, predict_fold
-from vcmm.learn.diagnosis.locate import Place, direction_factors, locate, path_speed, without_unit
+from vcmm.learn.diagnosis.locate import (
+    Place,
+    direction_factors,
+    direction_text,
+    locate,
+    path_speed,
+    without_unit,
+)
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.result import Unknown
 from vcmm.learn.diagnosis.scans import spectral_lines
@@ -88,7 +95,7 @@ def describe_family(
     family = generic.families[best]
     names = tuple(dict.fromkeys([family.name, *(p.covariate for p in places)]))[:3]
     covariates = tuple(dict.fromkeys(covariate_name(c) for n in names for c in n.split(" and ")))
-    along = "along the normal" if family.where["direction"] == "normal" else f"in {family.where['direction']}"
+    along = direction_text(family.where["direction"])
     words = f"a dependence on {family.name} {along} that no effect of the catalogue explains"
     return Unknown(covariates[:3], words, rms, family.where["direction"], " and " in family.name)
 
@@ -260,8 +267,7 @@ def _formula_text(atoms: Sequence[Atom], longer: Selection, direction: str, size
     terms = [
         f"{numbers[i]:+.3g} {texts[i]}" for i in order if abs(numbers[i]) > MISMATCH * np.abs(numbers).max()
     ]
-    along = "along the normal" if direction == "normal" else f"in {direction}"
-    return f"({' '.join(terms)}) {along}"
+    return f"({' '.join(terms)}) {direction_text(direction)}"
 
 
 CONDITIONS = (
