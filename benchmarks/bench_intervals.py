@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from tests.learn.diagnosis import generator as make
-from vcmm.learn.diagnosis.candidates import Family, catalogue
+from vcmm.learn.diagnosis.candidates import Family, build_catalogue
 from vcmm.learn.diagnosis.estimates import draw_term
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.problem import Problem, make_problem
@@ -66,7 +66,7 @@ def main() -> None:
     a = parser.parse_args()
     case = make.make(("thermal_drift",), a.delta, 5, replace(make.RICH, n=ROWS))
     problem = make_problem(case.recording, make.machine())
-    every = catalogue(problem).families
+    every = build_catalogue(problem).families
     for number, (parameter, (name, *_)) in enumerate(ASKED.items()):
         rng = np.random.default_rng([a.seed, number])
         families = [f for f in every if f.name == name]

@@ -28,13 +28,13 @@ UNITS = (1e3, 1e6, 60, 3600, 100)
 KINDS = {  # what the numbers of a file are for
     "which recording can be read, and in which unit": "sanity machine_match units_and_signs result",
     "which shapes are tried: periods that rows can show, polynomials, bumps, lengths, wrong units": (
-        "periods scans closeness kernels locate discrepancy field adequacy candidates mistakes log_mistakes improve"
+        "periods scans neighbourhoods kernels locate discrepancy field unknown_shapes candidates mistakes log_mistakes improve"
     ),
-    "how finely scanned values are searched": "refine sharpen select evidence table_renewal power",
+    "how finely scanned values are searched": "refine sharpen select evidence table_renewal",
     "how many recordings are simulated, and of how many rows": (
-        "engine estimates comparison judgement noise search thinning very_long null problem statement_tests several"
+        "engine estimates comparison accepted_terms noise search thinning null_recordings problem statement_tests several"
     ),
-    "which measurements are proposed, and how long they take": "nextstep confirming job",
+    "which measurements are proposed, and how long they take": "next_measurement addons job",
 }
 
 

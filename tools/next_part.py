@@ -26,7 +26,7 @@ from vcmm.compensation.job import compensate
 from vcmm.compensation.surface import surface_errors
 from vcmm.core.run import Array
 from vcmm.files.own.library import example as example
-from vcmm.learn.diagnosis.written_fit import handed_over
+from vcmm.learn.diagnosis.written_machine import written_machine
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.measured_part import known_columns
 from vcmm.shop.machining.preparation import set_up
@@ -80,7 +80,7 @@ def next_part(job: PreparedCut, machine: Path, word: str, *, seed: int, delta: f
     shape = effect.build(points.world.tool.run, again)
     size = delta / points.strength(np.einsum("pi,pi->p", gain, shape[row]))
     _, found = asked(job, machine, given, folder)
-    known = handed_over(found, vcmm.load_machine(machine))
+    known = written_machine(found, vcmm.load_machine(machine))
     surface = surface_errors(replace(job.scenario, machine=known))
     result = compensate(job.scenario.program, job.scenario.setup, known, surface=surface)
     program = folder / "next.nc"

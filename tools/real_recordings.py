@@ -88,7 +88,7 @@ def all_rows(problem: Problem, source: Path) -> np.ndarray:
 
 
 def cooling(problem: Problem, source: Path) -> np.ndarray:
-    return problem.of_rows(problem.run.column("time_s")) > convert.switched_off(source)
+    return problem.per_observation(problem.run.column("time_s")) > convert.switched_off(source)
 
 
 HEATING = partial(convert.gantry_heating, every=3, heating=True)

@@ -106,10 +106,10 @@ def least_squares(problem: Problem, terms: Sequence[Term]) -> float:
 
 def _columns(problem: Problem, term: Term, scanned: Any) -> Array:
     axis = max(problem.run.position, key=lambda a: float(np.ptp(problem.run.position[a])))
-    q = problem.of_rows(problem.run.position[axis])
+    q = problem.per_observation(problem.run.position[axis])
     if term["effect"] in ("places", "reversals"):
         at = (np.round(q, 6)[:, None] == np.unique(np.round(q, 6))).astype(float)
-        sense = problem.of_rows(problem.run.columns[f"sense_{axis}"])[:, None]
+        sense = problem.per_observation(problem.run.columns[f"sense_{axis}"])[:, None]
         return at * (sense if term["effect"] == "reversals" else 1.0)
     if term["effect"] == "harmonic":
         return np.column_stack([np.cos(term["order"] * q), np.sin(term["order"] * q)])

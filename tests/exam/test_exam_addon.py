@@ -28,7 +28,7 @@ def _both(case: blocks.Case, change: str):
 
 
 def test_sentences_of_the_command_are_understood() -> None:
-    from vcmm.learn.diagnosis.nextstep import ADDONS
+    from vcmm.learn.diagnosis.addons import ADDONS
 
     assert [addon.change_of(a.do) for a in ADDONS[:7]] == [
         "faster", "other side", "after a reversal", "longer stylus", "turned", "warmer", "longer log"

@@ -119,6 +119,10 @@ TERMS = {  # participles that are the adjective of a term, or a key of files and
 KEPT = {  # module -> names that stay though they are bare participles, and why
     "answer.inference.audit": (("attained", "claimed"), "keys of the rows that workers and shards hand back"),
     "answer.inference.audit_by_points": (("claimed",), "key of the rows that workers and shards hand back"),
+    "learn.diagnosis.result": (
+        ("fitted", "found"),
+        "`Diagnosis.found` and `Answer.fitted`, which docs/diagnose.md and the notebooks take of what `vcmm.diagnose` returns",
+    ),
     "files.own.track_document": (
         ("added", "changed", "foretold", "kept", "passed", "said"),
         "keys of the JSON document vcmm.track/1",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.learn.diagnosis.written_machine import answers_to_write
 
 
 def left(problem: Problem, d: Diagnosis) -> np.ndarray:

@@ -210,7 +210,7 @@ def cool_down(run: str, tmp_path: Path) -> tuple[set[str], float, float]:
     source = data_file(f"data/recordings/klipper_frame_thermal/{run}.csv")
     found = diagnose(*load_recording(gantry_heating(source, tmp_path / "hot", every=3, heating=True)), seed=1)
     problem = make_problem(*load_recording(gantry_heating(source, tmp_path / "all", every=3)))
-    hidden = problem.of_rows(problem.run.column("time_s")) > switched_off(source)
+    hidden = problem.per_observation(problem.run.column("time_s")) > switched_off(source)
     before, after = (
         rms(without_nuisance(r, problem, ~hidden)[hidden]) for r in (problem.residual, left(problem, found))
     )

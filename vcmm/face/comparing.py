@@ -38,7 +38,7 @@ def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int,
 
     from vcmm.files.own.recording import load_recording
     from vcmm.learn.diagnosis.comparison import compare_machines
-    from vcmm.learn.diagnosis.unread import for_effects
+    from vcmm.learn.diagnosis.sensor_gaps import rows_for_effects
     from vcmm.show.console.complaints import about
 
     pairs = []
@@ -46,7 +46,7 @@ def _compare(recordings: list[Path], file: Path | None, machine: Any, seed: int,
         recording, machine_of_file = load_recording(path, machine, gaps=True)
         if recording.unread:
             own_machine = machine_of_file if machine is None else load_recording(path, gaps=True)[1]
-            recording = for_effects(recording, (*every, *own_machine.effects))
+            recording = rows_for_effects(recording, (*every, *own_machine.effects))
         pairs.append(
             (replace(recording, name=str(path)) if len(recordings) > 1 else recording, machine_of_file)
         )

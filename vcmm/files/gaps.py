@@ -2,7 +2,7 @@
 
 Between two readings a temperature is linear in time, as a log is between its entries. Rows before the first and after the last
 reading have no value: the nearest one is held there, and `unread` of the recording names them, since no effect of that sensor can be evaluated
-there (see vcmm.learn.diagnosis.unread). Where that would be more than half of the rows the column is set aside instead. Notes
+there (see vcmm.learn.diagnosis.sensor_gaps). Where that would be more than half of the rows the column is set aside instead. Notes
 report both.
 """
 

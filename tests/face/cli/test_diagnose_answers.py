@@ -172,7 +172,7 @@ def test_a_comparison_that_fails_leaves_what_was_found(tmp_path, capsys, monkeyp
     def beyond(*_: object) -> float:
         raise ModelLimit("beyond what the model holds for")
 
-    monkeypatch.setattr("vcmm.learn.diagnosis.written_fit.rms_left", beyond)
+    monkeypatch.setattr("vcmm.learn.diagnosis.written_machine.rms_under", beyond)
     recording = written(tmp_path, HEATED, HEAT, HEAT_HEADER, heat_rows())
     found = document(capsys, recording)
     assert found["failed"] == [

@@ -77,6 +77,7 @@ def document(words: list[str], capsys: pytest.CaptureFixture[str]) -> dict:
 
 def test_every_recording_has_its_row_and_changes_are_told(shop, tmp_path, capsys):
     found = document(["diagnose", str(shop), "--json", "--out", str(tmp_path / "out")], capsys)
+    assert found["schema"] == "vcmm.diagnosis-folder/1"
     rows = {r["file"]: r for r in found["recordings"]}
     assert list(rows) == [
         "a_bad.toml",

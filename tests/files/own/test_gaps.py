@@ -11,7 +11,7 @@ from vcmm.core.errors import DataError
 from vcmm.files import large_tables
 from vcmm.files.own.recording import load_recording
 from vcmm.learn.diagnosis.job import diagnose
-from vcmm.learn.diagnosis.unread import rows_read
+from vcmm.learn.diagnosis.sensor_gaps import rows_with_all_readings
 
 MACHINE = """vcmm = "machine/1"
 structure = "w b Z t"
@@ -54,7 +54,7 @@ def test_a_blank_between_readings_is_linear_in_time_and_one_at_the_end_names_its
     assert found.m == 100
     ((name, rows),) = found.unread
     assert (name, list(np.flatnonzero(rows))) == ("temp_frame_C", [99])
-    read = rows_read(found)
+    read = rows_with_all_readings(found)
     assert read.m == 99
     assert read.value[-1] == pytest.approx(0.098)
     (note,) = found.notes
@@ -82,7 +82,7 @@ def test_rows_beyond_the_end_of_a_log_are_named(tmp_path):
     log = "time_s,temp_frame_C\n" + "".join(f"{10 * k},{20 + 0.01 * k}\n" for k in range(98))
     found, _ = load_recording(written(tmp_path, None, log), gaps=True)
     assert found.m == 100
-    assert rows_read(found).m == 99
+    assert rows_with_all_readings(found).m == 99
     assert "1 of 100 rows lie beyond it" in found.notes[0]
     assert np.isfinite(found.run.lag("frame", 60.0)).all()
 
@@ -159,7 +159,7 @@ def test_rows_without_a_sensor_are_left_to_the_effects_that_need_none(tmp_path):
     recording, machine = load_recording(heating(tmp_path, drift=0.0, scale=60.0), gaps=True)
     found = diagnose(recording, machine)
     assert [a.effect for a in found.found] == ["scale_factor"]
-    assert found.searched == (80, 80)  # not the 60 with a reading
+    assert found.search_counts == (80, 80)  # not the 60 with a reading
     assert "thermal_drift" not in found.not_testable  # it was asked, in 60 rows
     assert any("looked for in the 60 observations" in w and "looked for in 80" in w for w in found.warnings)
 
@@ -169,7 +169,7 @@ def test_rows_without_a_sensor_on_which_a_name_depends_are_set_aside(tmp_path):
     recording, machine = load_recording(heating(tmp_path, drift=6.0, scale=0.0), gaps=True)
     found = diagnose(recording, machine)
     assert {a.effect for a in found.found} == {"thermal_drift"}
-    assert found.searched == (60, 60)
+    assert found.search_counts == (60, 60)
     assert any("20 observations without a reading of temp_frame_C are not used" in w for w in found.warnings)
 
 

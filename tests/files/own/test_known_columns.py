@@ -9,7 +9,7 @@ from vcmm.core.errors import DataError
 from vcmm.core.laws import Normal
 from vcmm.core.run import Run
 from vcmm.files.own.known_columns import known_text, read_known
-from vcmm.learn.diagnosis.comparison import without_nuisance
+from vcmm.learn.diagnosis.comparison import remove_nuisance
 from vcmm.task.response.recording import Recording
 
 
@@ -54,7 +54,7 @@ def test_known_columns_go_with_their_rows():
 
 def test_what_rows_share_is_weighed_by_its_covariance():
     """u = 1, K = (sqrt 3, 0): covariance diag(4, 1), its inverse root diag(1/2, 1): departures (2, 1) count as (1, 1)."""
-    rest, rank = without_nuisance(
+    rest, rank = remove_nuisance(
         np.array([2.0, 1.0]), np.zeros((2, 0)), np.ones(2), np.array([[np.sqrt(3.0)], [0.0]])
     )
     assert rest == pytest.approx([1.0, 1.0])

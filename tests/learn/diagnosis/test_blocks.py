@@ -10,9 +10,9 @@ from vcmm.answer.evaluation.gaussian import posterior
 from vcmm.core.declaration import UM
 from vcmm.core.run import Run
 from vcmm.learn.diagnosis.candidates import Family, Option
-from vcmm.learn.diagnosis.holdout import fold_of, predicts_blocks, worsened_folds
+from vcmm.learn.diagnosis.holdout import make_fold, predicts_blocks, worsened_folds
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.select import Selection, Term
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection
 from vcmm.task.response.folds import fold_masks
 from vcmm.task.response.recording import Recording
 
@@ -38,7 +38,7 @@ def judged(true: np.ndarray, columns: np.ndarray) -> tuple[tuple[str, ...], tupl
     noise = (problem.u, 0.0)
     white = problem.whitener()
     columns = UM * columns
-    term = Term(
+    term = SelectedTerm(
         Family("shape", {}, ()),
         Option(None, columns, np.ones(columns.shape[1]), ("k",) * columns.shape[1], 0.0),
         white.apply(columns),
@@ -47,7 +47,7 @@ def judged(true: np.ndarray, columns: np.ndarray) -> tuple[tuple[str, ...], tupl
     y = white.apply(problem.residual)
     fit = posterior(term.white, y, white.dof, np.full(columns.shape[1], 100.0))
     selection = Selection((term,), fit, y, y - term.white @ fit.mean)
-    parts = [fold_of(problem, *noise, name, rows) for name, rows in fold_masks(run, recording.row)]
+    parts = [make_fold(problem, *noise, name, rows) for name, rows in fold_masks(run, recording.row)]
     return (
         worsened_folds(problem, parts, selection),
         worsened_folds(problem, parts, selection, noise),

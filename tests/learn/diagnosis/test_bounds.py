@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from vcmm.core.declaration import ForDiagnosis
-from vcmm.learn.diagnosis.answers import beyond
+from vcmm.learn.diagnosis.answers import reason_impossible
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.physics.catalogue.laser import AirIndex, CosineError
 from vcmm.physics.structure.expansion import ScaleExpansion
@@ -26,7 +26,7 @@ def size(value: float, u: float, unit: str) -> Estimate:
 
 
 def said(effect: object, offset: np.ndarray = NO_OFFSET, **found: Estimate) -> str:
-    return beyond(effect, found, MACHINE, offset)  # type: ignore[arg-type]
+    return reason_impossible(effect, found, MACHINE, offset)  # type: ignore[arg-type]
 
 
 def test_an_air_index_is_corrected_not_at_all_twice_or_with_the_wrong_sign():

@@ -10,7 +10,7 @@ from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.files.columns import run_columns
-from vcmm.learn.diagnosis.candidates import catalogue
+from vcmm.learn.diagnosis.candidates import build_catalogue
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.task.response.recording import Recording
 
@@ -48,7 +48,7 @@ def everything(structure: str, kind: str) -> tuple[Recording, Machine]:
     [("w C' A' b X Y Z t", "probe"), ("w X' b Y Z C B t", "path"), ("w b C1 B2 A3 t", "angle")],
 )
 def test_every_effect_finds_its_places_on_a_rotary_machine(structure, kind):
-    found = catalogue(make_problem(*everything(structure, kind)))
+    found = build_catalogue(make_problem(*everything(structure, kind)))
     places = {(f.name, w) for f in found.families for w in f.where.values()}
     rotary = [a for a in parse_structure(structure).letters if a[0] in "ABC"]
     assert {("backlash", a) for a in rotary} <= places

@@ -9,8 +9,8 @@ import pytest
 
 from tests.learn.diagnosis.test_field import UM, searched
 from vcmm.learn.diagnosis.field import rival_field
-from vcmm.learn.diagnosis.kernels import departure, over_clock, stretching
-from vcmm.learn.diagnosis.select import Term, joint
+from vcmm.learn.diagnosis.kernels import clock_bumps, find_departure, scale_courses
+from vcmm.learn.diagnosis.select import SelectedTerm, fit_jointly
 
 
 def course(run) -> np.ndarray:
@@ -33,7 +33,7 @@ def growing(run, direction):
 
 def test_bumps_over_the_clock_are_half_their_width_apart():
     """Width 0.4 of 1000 s: centres each 200 s; one width (400 s) away exp(-1/2) = 0.6065, half a width 0.8825."""
-    bumps = over_clock(np.array([0.0, 200.0, 400.0, 1000.0]), 0.4)
+    bumps = clock_bumps(np.array([0.0, 200.0, 400.0, 1000.0]), 0.4)
     assert bumps.shape == (4, 6)
     assert bumps[:3, 0] == pytest.approx([1.0, 0.8825, 0.6065], abs=1e-4)
     assert bumps[3, 5] == 1.0
@@ -46,13 +46,13 @@ def test_scales_and_part_are_felt_through_the_chain():
     """
     problem, *_ = searched((), 0.0, 11)
     q, n = problem.run.position["Y"], problem.recording.direction
-    total = problem.of_rows(over_clock(problem.run.column("time_s"), 0.15)).sum(axis=1)
-    found = [c for c in stretching(problem) if c.names == ("time", "Y")]
+    total = problem.per_observation(clock_bumps(problem.run.column("time_s"), 0.15)).sum(axis=1)
+    found = [c for c in scale_courses(problem) if c.names == ("time", "Y")]
     factor = (
         found[2].columns.sum(axis=1) / total
     )  # widths 0.06, 0.15, 0.4, of each about the zero and about anywhere
     assert np.abs(factor) == pytest.approx(np.abs(q / np.abs(q).max() * n[:, 1]), abs=1e-9)
-    (_, part, _) = (c for c in stretching(problem) if c.names == ("time",))
+    (_, part, _) = (c for c in scale_courses(problem) if c.names == ("time",))
     away = (problem.run.part_point * n).sum(axis=1)
     assert np.abs(part.columns.sum(axis=1) / total) == pytest.approx(
         np.abs(away) / np.abs(away).max(), abs=1e-9
@@ -63,14 +63,14 @@ def test_scales_and_part_are_felt_through_the_chain():
 @pytest.mark.thorough
 def test_a_course_without_a_name_is_seen_and_takes_the_place_of_names(hidden, what):
     problem, white, null, selection, setting = searched((), 0.0, 7, hidden)
-    alone = departure(problem, joint((), setting), white, null)
+    alone = find_departure(problem, fit_jointly((), setting), white, null)
     assert alone is not None
     assert "time" in alone.covariates
     assert selection.terms  # sensors follow it, or a load
     field = rival_field(problem, selection, setting, null)
     assert field is not None
-    assert field.wins
-    assert field.refused == tuple(range(len(selection.terms)))
+    assert field.replaces_names
+    assert field.superfluous == tuple(range(len(selection.terms)))
     assert field.unknown.description.startswith(f"{what} that changes with time")
 
 
@@ -79,16 +79,18 @@ def test_a_right_course_of_a_sensor_keeps_its_name():
     problem, _white, null, selection, setting = searched(("thermal_drift",), 12.0, 23)
     assert {t.family.name for t in selection.terms} == {"thermal_drift"}
     field = rival_field(problem, selection, setting, null)
-    assert field is None or not field.wins
+    assert field is None or not field.replaces_names
 
 
 @pytest.mark.thorough
 def test_names_pay_their_priors_and_each_beyond_the_first_the_threshold():
     """Two names against one field: with priors 2 nats lower the lead rises by 2 each, with the threshold 1 nat higher by 1."""
     problem, white, null, selection, setting = searched((), 0.0, 7, growing)
-    play = next(f for f in setting.found.families if f.id == "backlash[X]")
+    play = next(f for f in setting.candidates.families if f.id == "backlash[X]")
     option = play.options[0]
-    selection = joint((*selection.terms, Term(play, option, white.apply(option.columns), 1.0)), setting)
+    selection = fit_jointly(
+        (*selection.terms, SelectedTerm(play, option, white.apply(option.columns), 1.0)), setting
+    )
     terms = selection.terms
     assert len(terms) == 2
 
@@ -99,7 +101,7 @@ def test_names_pay_their_priors_and_each_beyond_the_first_the_threshold():
         asked = replace(setting, threshold=setting.threshold + more)
         field = rival_field(problem, replace(selection, terms=dearer), asked, null)
         assert field is not None
-        assert field.refused == tuple(range(len(terms)))
+        assert field.superfluous == tuple(range(len(terms)))
         return field.lead
 
     assert lead(2.0, 0.0) - lead(0.0, 0.0) == pytest.approx(2.0 * len(terms))

@@ -11,8 +11,8 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from vcmm.face.cli import run
-from vcmm.learn.diagnosis.confirming import expected_probability
-from vcmm.learn.diagnosis.cross_checks import lowered_claim
+from vcmm.learn.diagnosis.cross_checks import lower_claim
+from vcmm.learn.diagnosis.next_measurement import expected_probability
 
 MACHINE = """vcmm = "machine/1"
 structure = "w b X t"
@@ -80,9 +80,9 @@ def test_what_half_of_the_parts_lacks_is_unstable_and_claimed_with_one_half(tmp_
 
 
 def test_two_opinions_that_disagree_leave_even_odds(tmp_path):
-    assert lowered_claim(0.998, 0.0) == pytest.approx(0.5)  # (0.998 + 0) / 2 = 0.499 is less than even
-    assert lowered_claim(0.9, 0.5) == pytest.approx(0.7)
-    assert lowered_claim(0.3, 0.0) == pytest.approx(0.3)  # what was improbable is not raised
+    assert lower_claim(0.998, 0.0) == pytest.approx(0.5)  # (0.998 + 0) / 2 = 0.499 is less than even
+    assert lower_claim(0.9, 0.5) == pytest.approx(0.7)
+    assert lower_claim(0.3, 0.0) == pytest.approx(0.3)  # what was improbable is not raised
 
 
 @pytest.mark.parametrize(("odds", "more"), [(0.0, 6.0), (1.5, 2.0), (-1.0, 12.0)])

@@ -13,9 +13,9 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.core.run import Run
 from vcmm.face.cli import run
-from vcmm.learn.diagnosis.delivery import left_over, rms_left
+from vcmm.learn.diagnosis.delivery import residual_after_terms, rms_after_terms
 from vcmm.learn.diagnosis.engine import diagnose_recording
-from vcmm.learn.diagnosis.row_order import in_order
+from vcmm.learn.diagnosis.row_order import sort_rows
 from vcmm.physics.structure.squareness import Squareness
 from vcmm.task.response.recording import Recording
 
@@ -72,7 +72,7 @@ def test_the_order_of_the_rows_does_not_matter_where_nothing_tells_the_time():
 
 def test_rows_stand_in_one_order_whatever_the_order_of_the_file():
     recording = positioning(1.9 * UM, 0.1 * UM)
-    one, two = (in_order(r, make.machine()) for r in (recording, shuffled(recording)))
+    one, two = (sort_rows(r, make.machine()) for r in (recording, shuffled(recording)))
     assert np.array_equal(one.value, two.value)
     assert np.array_equal(one.run.position["X"], two.run.position["X"])
     assert sorted(one.value) == sorted(recording.value)
@@ -141,14 +141,14 @@ def test_terms_are_taken_off_as_they_were_fitted():
         residual=np.array([3.0, 4.0, 5.0]),
         nuisance=np.zeros((3, 0)),
         u=np.ones(3),
-        drawn_here=np.zeros((3, 0)),
+        own_uncertainty=np.zeros((3, 0)),
     )
     option = SimpleNamespace(columns=np.array([[1.0], [2.0], [3.0]]))
     selection = SimpleNamespace(
         terms=(SimpleNamespace(option=option),), fit=SimpleNamespace(mean=np.array([2.0]))
     )
-    assert left_over(problem, selection) == pytest.approx([1.0, 0.0, -1.0])
-    assert rms_left(problem, selection) == pytest.approx(np.sqrt(2.0 / 3.0))
+    assert residual_after_terms(problem, selection) == pytest.approx([1.0, 0.0, -1.0])
+    assert rms_after_terms(problem, selection) == pytest.approx(np.sqrt(2.0 / 3.0))
 
 
 MACHINE = """vcmm = "machine/1"

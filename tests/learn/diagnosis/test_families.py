@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from vcmm.face.cli import run
-from vcmm.learn.diagnosis.acceptance import notes
 from vcmm.learn.diagnosis.estimates import Estimate
-from vcmm.learn.diagnosis.families import Kin, Member, kin_of, open_text, simplest
+from vcmm.learn.diagnosis.families import Kin, Member, kin_of, open_members_text, simplest_member
 from vcmm.learn.diagnosis.result import Answer
+from vcmm.learn.diagnosis.written_machine import writing_remarks
 from vcmm.physics.catalogue.scale import ScaleFactor
 
 MACHINE = """vcmm = "machine/1"
@@ -50,10 +50,10 @@ def answer(**changes: object) -> Answer:
 
 
 def test_the_simplest_member_within_three_nats_is_taken():
-    assert simplest(play(0.17, 0.83), 1) == 0  # ln(0.83 / 0.17) = 1.6 nats
-    assert simplest(play(0.04, 0.95), 1) == 1  # ln(0.95 / 0.04) = 3.2 nats: refused
-    assert simplest(play(0.17, 0.70), 1) == 1  # 0.87 of the family: it is not secure
-    assert simplest(play(0.83, 0.17), 0) == 0
+    assert simplest_member(play(0.17, 0.83), 1) == 0  # ln(0.83 / 0.17) = 1.6 nats
+    assert simplest_member(play(0.04, 0.95), 1) == 1  # ln(0.95 / 0.04) = 3.2 nats: refused
+    assert simplest_member(play(0.17, 0.70), 1) == 1  # 0.87 of the family: it is not secure
+    assert simplest_member(play(0.83, 0.17), 0) == 0
 
 
 def test_a_secure_family_is_a_finding_whatever_its_shape():
@@ -63,14 +63,14 @@ def test_a_secure_family_is_a_finding_whatever_its_shape():
     assert answer(kin=play(0.17, 0.83).times(0.5)).doubtful  # half of it is the instrument's
     assert kin_of("backlash") == kin_of("lost_motion") == kin_of("hysteresis") == "play"
     assert kin_of("servo_lag") == "servo_lag"
-    assert "lost_motion p 0.83, backlash p 0.17" in open_text(play(0.17, 0.83))
+    assert "lost_motion p 0.83, backlash p 0.17" in open_members_text(play(0.17, 0.83))
 
 
 def test_a_size_that_may_be_anything_is_no_finding():
     def size(value: float, u: float) -> Estimate:
         return Estimate(value, u, (value - 2 * u, value + 2 * u), "um/K")
 
-    one = answer(probability=0.99, scanned=("tau",))
+    one = answer(probability=0.99, scanned_parameters=("tau",))
     lag = {"tau": size(900.0, 800.0)}
     assert replace(one, parameters={"k": size(25, 24), **lag}).doubtful
     assert not replace(
@@ -80,13 +80,13 @@ def test_a_size_that_may_be_anything_is_no_finding():
     assert replace(one, parameters={**two, **lag}).doubtful
     assert not replace(one, parameters={**two, "k": size(89, 40)}).doubtful
     known = replace(one, parameters={"k": size(25, 24)}, fitted=ScaleFactor("Y"))
-    assert "its size is not known" in notes([known])[0]
+    assert "its size is not known" in writing_remarks([known])[0]
 
 
 def test_what_may_as_well_be_the_instruments_is_not_written():
     scale = answer(probability=0.5, fitted=ScaleFactor("Y"), of_instrument=("air_index",))
-    assert "air_index" in notes([scale])[0]
-    assert "not written" in notes([scale])[0]
+    assert "air_index" in writing_remarks([scale])[0]
+    assert "not written" in writing_remarks([scale])[0]
 
 
 @pytest.fixture

@@ -11,17 +11,17 @@ import pytest
 from tests.learn.diagnosis import generator as make
 from vcmm.answer.evaluation.gaussian import evidence_from, posterior, thin_svd, whitener
 from vcmm.learn.diagnosis import kernels
-from vcmm.learn.diagnosis.candidates import Family, Option, catalogue
-from vcmm.learn.diagnosis.closeness import nearness, of_component
+from vcmm.learn.diagnosis.candidates import Family, Option, build_catalogue
 from vcmm.learn.diagnosis.constants import OUTSIDE_OPEN, VERY_STRONG
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.field import Hypothesis, probability_left, rival_field
-from vcmm.learn.diagnosis.kernels import departure
-from vcmm.learn.diagnosis.null import Noise, clip_residuals, draws
+from vcmm.learn.diagnosis.kernels import find_departure
+from vcmm.learn.diagnosis.neighbourhoods import component_shapes, neighbourhoods
+from vcmm.learn.diagnosis.null_recordings import Noise, clip_residuals, draw_null_recordings
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.refine import Refiner
-from vcmm.learn.diagnosis.select import Setting, Term, joint, select
+from vcmm.learn.diagnosis.select import SelectedTerm, Setting, fit_jointly, select
 
 UM = 1e-3
 
@@ -36,8 +36,8 @@ def searched(names: tuple[str, ...], delta: float, seed: int, extra=None):
             problem, residual=problem.residual + extra(problem.run, problem.recording.direction)
         )
     white = problem.whitener()
-    null = clip_residuals(draws(Noise(), white, 1, "null", 600), white, 3.0)
-    found = dictionary(catalogue(problem).families, white)
+    null = clip_residuals(draw_null_recordings(Noise(), white, 1, "null", 600), white, 3.0)
+    found = dictionary(build_catalogue(problem).families, white)
     setting = Setting(found, white, white.apply(problem.residual), 3.0, 6.0, Refiner(problem, white))
     return problem, white, null, select(setting), setting
 
@@ -75,7 +75,7 @@ def test_the_score_is_that_of_white_bumps():
     bumps, rows = rng.normal(size=(60, 7)), white.apply(rng.normal(size=(60, 5)))
     kernel = kernels.Kernel(("X",), "normal", bumps, np.ones(60))
     back = kernels.pull_back(white, basis, rows)
-    (asked,) = kernels.questions([[kernel]], back)
+    (asked,) = kernels.kernel_tests([[kernel]], back)
     x, r = back.columns([kernel]), rows - basis @ (basis.T @ rows)
     want = ((x.T @ r) ** 2).sum(axis=0) / (r**2).sum(axis=0)
     assert asked.t / asked.t[0] == pytest.approx(want / want[0], rel=1e-4)
@@ -99,9 +99,9 @@ def test_bumps_stand_about_rows_and_fall_off_with_distance():
     """One length away exp(-1/2) = 0.6065."""
     problem, *_ = searched((), 0.0, 11)
     over_x = min(
-        (n for n in nearness(problem) if n.names == ("X",)), key=lambda n: float(n.bumps.sum())
+        (n for n in neighbourhoods(problem) if n.names == ("X",)), key=lambda n: float(n.bumps.sum())
     )  # finest
-    x = problem.of_rows(problem.run.position["X"])
+    x = problem.per_observation(problem.run.position["X"])
     at = float(x[np.argmax(over_x.bumps[:, 0])])
     want = np.exp(-0.5 * ((x - at) / (0.02 * np.ptp(x))) ** 2)
     assert np.abs(over_x.bumps[:, 0] - want).max() < 1e-9
@@ -114,7 +114,7 @@ def test_bumps_stand_about_rows_and_fall_off_with_distance():
 def test_a_free_shape_of_a_component_is_felt_through_the_chain():
     """EZY = 1 mm everywhere moves the tip by 1 mm in z, so a touch along n reads n_z more or less; wide bumps add up to it."""
     problem, *_ = searched((), 0.0, 11)
-    *_, steps = of_component(problem, "EZY")
+    *_, steps = component_shapes(problem, "EZY")
     first = steps[:, 0]  # one beyond 1/120 of the travel: nearly everywhere
     beyond = np.abs(first) > 0
     assert beyond.mean() > 0.95
@@ -126,21 +126,21 @@ def test_a_free_shape_of_a_component_is_felt_through_the_chain():
 def test_nothing_is_left_where_nothing_is(seed):
     problem, white, null, selection, _ = searched((), 0.0, seed)
     assert not selection.terms
-    assert departure(problem, selection, white, null) is None
+    assert find_departure(problem, selection, white, null) is None
 
 
 @pytest.mark.thorough
 def test_a_right_name_keeps_its_probability():
     problem, white, null, selection, setting = searched(("backlash",), 14.0, 23)
     field = rival_field(problem, selection, setting, null)
-    assert field is None or not field.wins
-    assert departure(problem, selection, white, null) is None
+    assert field is None or not field.replaces_names
+    assert find_departure(problem, selection, white, null) is None
 
 
 @pytest.mark.thorough
 def test_stairs_are_no_scatter_and_say_their_axis():
     problem, white, null, _, setting = searched((), 0.0, 7, stairs)
-    left = departure(problem, joint((), setting), white, null)
+    left = find_departure(problem, fit_jointly((), setting), white, null)
     assert left is not None
     assert left.covariates[0] in ("Y", "tip_y")
     assert left.direction == "z"
@@ -154,7 +154,7 @@ def test_a_curve_that_follows_a_swirl_loses_to_a_field():
     """A free name: six smooth curves of the pose. The swirl is one field in space, whatever the pose."""
     problem, white, null, _, setting = searched((), 0.0, 7, swirl)
     pose = np.unique(problem.run.labels["pose"], return_inverse=True)[1]
-    part = [problem.of_rows(problem.run.columns[f"tip_{a}_mm"]) for a in "xy"]
+    part = [problem.per_observation(problem.run.columns[f"tip_{a}_mm"]) for a in "xy"]
     d = problem.recording.direction
     curves = [
         (pose == p) * (v - v.mean()) ** k * d[:, j]
@@ -168,11 +168,11 @@ def test_a_curve_that_follows_a_swirl_loses_to_a_field():
     k = columns.shape[1]
     family = Family("six_curves", {"direction": "x"}, (), 0.0)
     option = Option(None, columns, np.ones(k), tuple(map(str, range(k))), 0.0)
-    selection = joint((Term(family, option, white.apply(columns), 1.0),), setting)
+    selection = fit_jointly((SelectedTerm(family, option, white.apply(columns), 1.0),), setting)
     assert selection.delta(0) > 8  # it does follow much of it
     field = rival_field(problem, selection, replace(setting, threshold=4.0), null)
     assert field is not None
-    assert field.wins
+    assert field.replaces_names
     assert {"X", "Y", "tip_x", "tip_y"} >= set(field.unknown.covariates[:2])
 
 
@@ -226,12 +226,12 @@ def test_what_templates_may_leave_does_not_depend_on_how_the_noise_was_stated():
         problem, *_ = searched(("backlash",), 50.0, 23, stairs)
         problem = replace(problem, u=factor * problem.u, calibration=problem.calibration)
         white = problem.whitener()
-        null = clip_residuals(draws(Noise(), white, 1, "null", 600), white, 3.0)
+        null = clip_residuals(draw_null_recordings(Noise(), white, 1, "null", 600), white, 3.0)
         setting = Setting(
-            dictionary(catalogue(problem).families, white), white, white.apply(problem.residual), 3.0, 6.0,
+            dictionary(build_catalogue(problem).families, white), white, white.apply(problem.residual), 3.0, 6.0,
             Refiner(problem, white),
         )  # fmt: skip
-        found = departure(problem, select(setting), white, null)
+        found = find_departure(problem, select(setting), white, null)
         answers.add(None if found is None else found.covariates[0])
     assert len(answers) == 1
 

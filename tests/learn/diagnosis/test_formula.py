@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vcmm.learn.diagnosis.adequacy import Atom, _formula_text
+from vcmm.learn.diagnosis.unknown_shapes import Atom, _formula_text
 
 
 @pytest.mark.parametrize(("kind", "first", "second"), [("angle", "-3", "+2"), ("points", "-0.003", "+0.002")])

@@ -15,7 +15,7 @@ from vcmm.learn.diagnosis.assembly import mistake_on_all_rows
 from vcmm.learn.diagnosis.log_mistakes import Mistake, log_hypotheses
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import Answer
-from vcmm.learn.diagnosis.units_and_signs import sign_warnings
+from vcmm.learn.diagnosis.units_and_signs import sign_remarks
 from vcmm.show.tables.diagnosis import values_text
 
 MACHINE = """vcmm = "machine/1"
@@ -159,7 +159,7 @@ def circle_in(folder: Path, times: float, pause: float = 0.0) -> list[str]:
     rows = np.column_stack([time, x, y, none - 200, times * vx, times * vy, none, none, none])
     head = "time_s,X_mm,Y_mm,Z_mm,speed_X_mm_s,speed_Y_mm_s,dx_um,dy_um,dz_um"
     recording, _ = vcmm.load_recording(recording_of(folder, "", head, rows))
-    return sorted(sign_warnings(recording))
+    return sorted(sign_remarks(recording))
 
 
 @pytest.mark.parametrize(
@@ -180,7 +180,7 @@ def test_stops_approached_at_one_feed_tell_nothing_of_its_unit(tmp_path):
     rows = np.column_stack([np.arange(34) * 15.0, x, feed, rest])
     path = recording_of(tmp_path, "", "time_s,X_mm,speed_X_mm_s,Y_mm,Z_mm,nx,ny,nz,d_um", rows)
     path.write_text(RECORDING.replace('"path"', '"displacement"'))
-    assert sign_warnings(vcmm.load_recording(path)[0]) == []
+    assert sign_remarks(vcmm.load_recording(path)[0]) == []
 
 
 def test_speeds_that_fit_the_motion_are_not_told(tmp_path):

@@ -16,8 +16,15 @@ from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary, scorer
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import diagnosis_json
-from vcmm.learn.diagnosis.row_order import in_order
-from vcmm.learn.diagnosis.thinning import choose_rows, kept_of, loss, of_rows, stretches, thin_problem
+from vcmm.learn.diagnosis.row_order import sort_rows
+from vcmm.learn.diagnosis.thinning import (
+    best_options,
+    choose_rows,
+    one_per_stretch,
+    size_loss,
+    take_rows,
+    thin_problem,
+)
 
 
 def run_of(n: int, **columns: np.ndarray) -> Run:
@@ -27,7 +34,7 @@ def run_of(n: int, **columns: np.ndarray) -> Run:
 
 
 def test_one_row_of_every_stretch():
-    rows = stretches(100, 25)
+    rows = one_per_stretch(100, 25)
     assert np.array_equal(rows // 4, np.arange(25))  # one of 0 to 3, one of 4 to 7 ...
     assert len(np.unique(rows % 4)) == 4  # at random: no wave of four rows is lost or folded
 
@@ -57,7 +64,7 @@ def test_neither_words_of_labels_nor_units_nor_the_order_of_the_file_choose():
     )
     kept = []
     for one in (case, other):
-        problem = make_problem(in_order(one, machine), machine)
+        problem = make_problem(sort_rows(one, machine), machine)
         kept.append(problem.recording.value[choose_rows(problem.run, 0.3)])
     assert np.array_equal(*kept)
     ways = {c: v * 25.4 for c, v in case.run.columns.items() if c.startswith("since_reversal_")}
@@ -71,7 +78,7 @@ def test_rows_that_are_gone_leave_second_ends_and_lines_right():
         case, kind="length", run=run, value=np.arange(4.0), row=np.arange(4), other=np.array([-1, 0, 0, 1]),
         direction=case.direction[:4], lines=np.arange(10, 14),
     )  # fmt: skip
-    some = of_rows(recording, np.array([False, False, True, True]))
+    some = take_rows(recording, np.array([False, False, True, True]))
     assert list(some.value) == [2.0, 3.0]
     assert list(some.row) == [2, 3]
     assert list(some.other) == [0, 1]
@@ -81,7 +88,7 @@ def test_rows_that_are_gone_leave_second_ends_and_lines_right():
 
 def test_logs_and_reversals_are_those_of_all_rows():
     case = make.make((), 0.0, 3, replace(make.RICH, n=900)).recording
-    whole = make_problem(in_order(case, make.machine()), make.machine())
+    whole = make_problem(sort_rows(case, make.machine()), make.machine())
     some = thin_problem(whole, 100)
     assert whole.nuisance.shape[1] == 39
     assert 390 <= some.m <= 480
@@ -99,7 +106,7 @@ def test_what_is_dropped_keeps_its_share_of_the_prior():
     options = tuple(Option(None, columns[:, [k]], np.ones(1), (str(k),), -float(np.log(8))) for k in range(8))
     found = dictionary([Family("one", {}, options, -1.0)], white)
     y = 3.0 * columns[:, 6] + 0.1 * rng.standard_normal(50)
-    best = kept_of(found, 0, [scorer(found).options(y[:, None])[:, 0]])
+    best = best_options(found, 0, [scorer(found).options(y[:, None])[:, 0]])
     assert len(best.options) == 5
     assert any(o.labels == ("6",) for o in best.options)
     assert best.log_prior == pytest.approx(-1.0 + np.log(5 / 8))
@@ -144,8 +151,8 @@ def test_what_thinning_loses_is_said(three_ways):
     told = half["searched"]
     assert 250 <= told["observations"] < 360
     assert told["of"] == 500
-    assert told["loss"] == pytest.approx(loss(told["observations"], 500))
-    assert loss(25, 100) == 2.0
+    assert told["loss"] == pytest.approx(size_loss(told["observations"], 500))
+    assert size_loss(25, 100) == 2.0
     (warning,) = (w for w in three_ways[2].warnings if "searched in" in w)
     assert f"{told['observations']} of 500" in warning
     assert "of all rows" in warning

@@ -24,19 +24,19 @@ def test_a_twin_of_a_long_recording_is_looked_up_in_the_searched_rows(monkeypatc
     families = [Family("one", {"axis": "X"}, (falling,)), Family("two", {"axis": "Y"}, (falling, rising))]
     found = dictionary(families, _white(4))
     searched = Stub(
-        stage=Stub(found=found),
+        stage=Stub(candidates=found),
         selection=Stub(signal=lambda i: found.columns(2)[:, 0], terms=[Stub(width=1.0)]),
     )
     named = Stub(
-        searched=searched,
+        in_searched_rows=searched,
         stage=Stub(
-            found=replace(
+            candidates=replace(
                 dictionary((), _white(9)), families=found.families, options=found.options, first=found.first
             )
         ),
         problem=None,
     )
     monkeypatch.setattr(answers, "rebuild_option", lambda option, problem: option)
-    term = answers._twin(named, Stub(terms=[]), 0, 0, 1)
+    term = answers._twin_term(named, Stub(terms=[]), 0, 0, 1)
     assert term.family is found.families[1]
     assert term.option is found.options[2]  # the rising one, of the two shapes of that place

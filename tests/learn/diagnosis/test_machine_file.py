@@ -14,8 +14,8 @@ from vcmm.files.learned.effect_text import effect_toml
 from vcmm.files.learned.improved_machine import improved_machine
 from vcmm.files.own.effects import build_effect
 from vcmm.files.own.machine import load_machine
-from vcmm.learn.diagnosis.acceptance import answers_to_write, notes
 from vcmm.learn.diagnosis.result import Answer
+from vcmm.learn.diagnosis.written_machine import answers_to_write, writing_remarks
 from vcmm.physics import ALL
 from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.physics.catalogue.drift import StepChange
@@ -92,7 +92,7 @@ def test_candidates_and_errors_of_the_instrument_stay_out_of_the_machine_file(tm
         _answer(AirIndex(), 0.99),
     ]
     assert [a.effect for a in answers_to_write(answers)] == ["backlash"]
-    assert [n.split(" is not written")[0] for n in notes(answers)] == ["step_change x", "air_index"]
+    assert [n.split(" is not written")[0] for n in writing_remarks(answers)] == ["step_change x", "air_index"]
     text = improved_machine(path, tmp_path / "out.toml", load_machine(path), answers, "r.toml")
     assert [e["effect"] for e in tomllib.loads(text)["effects"]] == ["backlash"]
     assert "# air_index is not written into the machine file: it is an error of the instrument" in text

@@ -16,12 +16,11 @@ from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.files.own.recording import load_recording
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.cross_checks import second_opinion
-from vcmm.learn.diagnosis.evidence import dictionary
+from vcmm.learn.diagnosis.evidence import detectable_effects, dictionary
 from vcmm.learn.diagnosis.log_mistakes import changed_names, log_hypotheses, names_read
 from vcmm.learn.diagnosis.mistakes import hypotheses
-from vcmm.learn.diagnosis.power import power
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.select import Selection, Term
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection
 from vcmm.learn.diagnosis.sharpen import spectrum_of
 from vcmm.physics.catalogue.encoder import EncoderInterpolation
 from vcmm.task.response.observe import Observer
@@ -112,7 +111,7 @@ def test_a_second_opinion_has_every_name_of_a_column(tmp_path):
     first, second = family("first", x), family("second", x * (1 + 1e-15))
     found = dictionary([first, second], plain)
     for mine in (first, second):
-        term = Term(mine, mine.options[0], mine.options[0].columns)
+        term = SelectedTerm(mine, mine.options[0], mine.options[0].columns)
         fit = SimpleNamespace(mean=np.array([0.0]), sigma=1.0)  # its size is not what is asked
         one = Selection((term,), cast(Any, fit), y, y)
         opinion = second_opinion(found, one, [cast(Any, SimpleNamespace(names=()))], 60)
@@ -125,5 +124,5 @@ def test_of_shapes_of_one_size_the_list_decides_which_is_in_the_middle():
     white = Whitener(weight, np.zeros((16, 0)), np.zeros((16, 0)), np.zeros(0), np.full(16, -1))
     even, odd = np.repeat([1.0, 0.0], 8), np.repeat([0.0, 2.0], 8)  # both white: sqrt(8)
     for tilt in (1 - 1e-15, 1 + 1e-15):
-        shown, _ = power(dictionary([family("one", odd, even * tilt, odd / tilt)], white), 1.0)
+        shown, _ = detectable_effects(dictionary([family("one", odd, even * tilt, odd / tilt)], white), 1.0)
         assert shown[0].amplitude == pytest.approx(7.0 / np.sqrt(8) * np.sqrt(0.5), rel=1e-9)

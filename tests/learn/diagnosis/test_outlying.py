@@ -12,8 +12,8 @@ from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner
-from vcmm.learn.diagnosis.search import heavy_loss, one_row_speaks
-from vcmm.learn.diagnosis.select import Setting, Term, joint
+from vcmm.learn.diagnosis.search import heavy_loss, largest_row_support
+from vcmm.learn.diagnosis.select import SelectedTerm, Setting, fit_jointly
 
 
 def test_rows_of_one_size_are_their_own_scale():
@@ -49,5 +49,5 @@ def test_the_row_that_speaks_most_is_told_at_the_scales_of_both_answers():
     setting = Setting(
         dictionary([family], white), white, rows, np.inf, 0.0, Refiner(cast(Problem, None), white)
     )
-    name = joint((Term(family, family.options[0], first, 1000.0),), setting)
-    assert one_row_speaks(name, setting, joint((), setting)) == pytest.approx(2.3257, abs=1e-4)
+    name = fit_jointly((SelectedTerm(family, family.options[0], first, 1000.0),), setting)
+    assert largest_row_support(name, setting, fit_jointly((), setting)) == pytest.approx(2.3257, abs=1e-4)

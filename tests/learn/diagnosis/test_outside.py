@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from vcmm.learn.diagnosis.engine import with_outside
+from vcmm.learn.diagnosis.engine import discount_unknown_mechanism
 from vcmm.learn.diagnosis.result import Answer
 
 NAMED = Answer(
@@ -29,7 +29,7 @@ class Verdict:
 )
 def test_every_name_loses_the_odds_of_none(verdict: str, share: float):
     """0.8 / 1.026 = 0.7797 where the account closes, 0.8 / 2.42 = 0.3306 where something is left; rivals and aliases alike."""
-    (after,) = with_outside(Verdict(verdict)).answer  # type: ignore[arg-type]
+    (after,) = discount_unknown_mechanism(Verdict(verdict)).answer  # type: ignore[arg-type]
     assert after.probability == pytest.approx(0.8 * share)
     assert after.rival_probability == pytest.approx(0.1 * share)
     assert after.alias_probability == pytest.approx(0.05 * share)

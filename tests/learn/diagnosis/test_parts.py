@@ -9,13 +9,13 @@ import pytest
 
 from tests.learn.diagnosis import generator as make
 from vcmm.core.run import Run
-from vcmm.learn.diagnosis.candidates import catalogue
+from vcmm.learn.diagnosis.addons import ADDONS, instruction, minutes_of
+from vcmm.learn.diagnosis.candidates import build_catalogue
 from vcmm.learn.diagnosis.estimates import _estimate
 from vcmm.learn.diagnosis.evidence import dictionary, scorer
-from vcmm.learn.diagnosis.locate import generic_families, polynomials, short, surface
-from vcmm.learn.diagnosis.nextstep import ADDONS, instruction, minutes_of
+from vcmm.learn.diagnosis.locate import generic_families, polynomials, surface, without_unit
 from vcmm.learn.diagnosis.noise import audit, neighbour_correlation
-from vcmm.learn.diagnosis.null import clip_residuals, upper_quantile
+from vcmm.learn.diagnosis.null_recordings import clip_residuals, upper_quantile
 from vcmm.learn.diagnosis.problem import make_problem, predecessors
 from vcmm.learn.diagnosis.scans import change_points, fill_gaps, spectral_lines
 
@@ -87,13 +87,13 @@ def test_shapes_of_localisation():
     assert np.allclose(polynomials(x)[:, 2], (3 * x**2 - 1) / 2)  # Legendre P2
     assert polynomials(np.array([0.0, 1.0, 0.0])).shape == (3, 2)  # two values carry one degree
     assert surface(x, x).shape == (9, 6)
-    assert short("speed_X_mm_s") == "speed_X"
-    assert short("time_s") == "time"
+    assert without_unit("speed_X_mm_s") == "speed_X"
+    assert without_unit("time_s") == "time"
 
 
 def test_missing_columns_make_effects_untestable_by_name():
     p = problem()
-    found = catalogue(p)
+    found = build_catalogue(p)
     assert "structural_vibration" in found.not_testable
     assert "backlash" in {f.name for f in found.families}
     where = {f.where["axis"] for f in found.families if f.name == "backlash"}
@@ -103,7 +103,7 @@ def test_missing_columns_make_effects_untestable_by_name():
 def test_the_true_template_has_the_highest_score():
     p = problem(names=("backlash",), delta=12.0)
     w = p.whitener()
-    found = dictionary(catalogue(p).families, w)
+    found = dictionary(build_catalogue(p).families, w)
     scores = scorer(found).scores(w.apply(p.residual)[:, None])[:, 0]
     assert found.families[int(np.argmax(scores))].name == "backlash"
 

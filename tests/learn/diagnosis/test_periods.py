@@ -10,23 +10,23 @@ from tests.learn.diagnosis.test_kinds import laser
 from vcmm.answer.evaluation.gaussian import whitener
 from vcmm.core.laws import Normal
 from vcmm.core.run import Run
-from vcmm.learn.diagnosis.candidates import Family, Option, catalogue
+from vcmm.learn.diagnosis.candidates import Family, Option, build_catalogue
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.holdout import Fold, tells
+from vcmm.learn.diagnosis.holdout import Fold, is_own_zone
 from vcmm.learn.diagnosis.periods import (
-    alias,
     alias_words,
     aliases,
+    can_show_harmonic,
     can_show_period,
     lattice_frequency,
-    of_angle,
+    nearest_alias,
     whole_fractions,
 )
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.refine import Refiner, scanned_names
 from vcmm.learn.diagnosis.scans import trials
-from vcmm.learn.diagnosis.select import Setting, Term, select
+from vcmm.learn.diagnosis.select import SelectedTerm, Setting, select
 from vcmm.learn.diagnosis.sharpen import sharpen
 from vcmm.physics.catalogue.pitch import ScrewPitch
 from vcmm.physics.structure.rotary import RotaryCyclic
@@ -69,18 +69,18 @@ def test_no_period_shorter_than_two_steps_nor_longer_than_the_range_carries():
 
 def test_the_alias_has_the_same_numbers():
     # 1 / (1/4 - 1/20) = 1 / 0.2 = 5
-    assert alias(EVERY_4, 20.0) == pytest.approx(5.0, rel=0.01)
+    assert nearest_alias(EVERY_4, 20.0) == pytest.approx(5.0, rel=0.01)
     wave = np.cos(2 * np.pi * EVERY_4 / 20.0)
     assert np.allclose(wave, np.cos(2 * np.pi * EVERY_4 / 5.0))
     # at two rows per period the twin at 1/h - f is itself: 1 / (1/4 + 1/8) = 8/3
-    assert alias(EVERY_4, 8.0) == pytest.approx(8 / 3, rel=0.01)
-    assert alias(ANYWHERE, 20.0) is None
+    assert nearest_alias(EVERY_4, 8.0) == pytest.approx(8 / 3, rel=0.01)
+    assert nearest_alias(ANYWHERE, 20.0) is None
 
 
 def test_lobes_need_more_than_two_directions_each():
-    assert not of_angle(3, np.arange(4) * np.pi / 2)
-    assert of_angle(3, np.arange(12) * np.pi / 6)
-    assert not of_angle(4, np.arange(8) * np.pi / 4)
+    assert not can_show_harmonic(3, np.arange(4) * np.pi / 2)
+    assert can_show_harmonic(3, np.arange(12) * np.pi / 6)
+    assert not can_show_harmonic(4, np.arange(8) * np.pi / 4)
 
 
 def two_ends(period, phase, seed):
@@ -101,7 +101,7 @@ def test_of_a_spectrum_several_lines_are_searched():
     one (19.5) and is higher there. At their best the true line is."""
     problem = make_problem(two_ends(24.027, 0.094, 1), make.machine())
     white = problem.whitener()
-    waves = [f for f in catalogue(problem).families if f.id == "screw_pitch[X]"]
+    waves = [f for f in build_catalogue(problem).families if f.id == "screw_pitch[X]"]
     setting = Setting(
         dictionary(waves, white), white, white.apply(problem.residual), np.inf, 3.0, Refiner(problem, white)
     )
@@ -133,24 +133,24 @@ def test_periods_of_an_axis_that_turns_are_whole_fractions_of_a_turn():
 def test_harmonics_of_a_turn_are_not_asked_for_a_part_of_the_turn_that_was_not_fitted():
     def term(effect, **where):
         option = Option(effect, np.ones((2, 1)), np.ones(1), ("c",), 0.0)
-        return Term(Family(effect.name, where, (option,)), option, option.columns)
+        return SelectedTerm(Family(effect.name, where, (option,)), option, option.columns)
 
     def fold(name):
         plain = whitener(np.ones(5), np.zeros((5, 0)), np.zeros((5, 0)))
         return Fold(name, np.zeros(5, dtype=bool), plain, plain)
 
     of_turn = term(RotaryCyclic("ECC"), component="ECC")
-    assert not tells(of_turn, fold("far zone C"))
-    assert tells(of_turn, fold("later time"))
-    assert tells(of_turn, fold("far zone B"))
-    assert tells(term(ScrewPitch("X"), axis="X"), fold("far zone X"))
+    assert is_own_zone(of_turn, fold("far zone C"))
+    assert not is_own_zone(of_turn, fold("later time"))
+    assert not is_own_zone(of_turn, fold("far zone B"))
+    assert not is_own_zone(term(ScrewPitch("X"), axis="X"), fold("far zone X"))
 
 
 def test_a_positioning_run_offers_no_period_that_it_cannot_show():
     problem = make_problem(laser(lambda q, s: 0 * q), make.machine())  # 11 places, 50 mm apart
-    found = catalogue(problem)
-    assert "screw_pitch" in found.unseen
-    assert "encoder_interpolation" in found.unseen
+    found = build_catalogue(problem)
+    assert "screw_pitch" in found.invisible
+    assert "encoder_interpolation" in found.invisible
     assert not {"screw_pitch", "encoder_interpolation"} & {f.name for f in found.families}
 
 

@@ -17,13 +17,12 @@ from vcmm.face.cli import run
 from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text, read_isg
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording_writer import save_recording
-from vcmm.learn.diagnosis.candidates import catalogue
+from vcmm.learn.diagnosis.candidates import build_catalogue
 from vcmm.learn.diagnosis.engine import diagnose_recording
-from vcmm.learn.diagnosis.improve import improve_machine, separate_effect
+from vcmm.learn.diagnosis.improve import improve_machine, repair_machine, separate_effect
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.mistakes import hypotheses
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.repair import repair_machine
 from vcmm.physics.catalogue.pitch import ScrewPitch
 from vcmm.physics.structure.component import ComponentTable
 from vcmm.task.response.observe import baseline
@@ -157,7 +156,7 @@ def test_a_saw_over_a_full_turn_is_no_geometry():
     machine = Machine(
         "table", "machine-tool", parse_structure("w b C t"), {"C": Axis("C", (-0.1, 7.0))}, (), ()
     )
-    names = {f.name for f in catalogue(make_problem(saw(), machine)).families}
+    names = {f.name for f in build_catalogue(make_problem(saw(), machine)).families}
     assert "geometric_change" not in names
     found = diagnose_recording(saw(), machine, 1, 500)
     assert found.answer[0].effect == "scale_factor"

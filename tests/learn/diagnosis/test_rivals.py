@@ -11,18 +11,18 @@ from tests.learn.diagnosis import generator as make
 from vcmm.answer.evaluation.gaussian import whitener
 from vcmm.core.run import Run
 from vcmm.learn.diagnosis import noise as audits
-from vcmm.learn.diagnosis.assembly import with_aliases
-from vcmm.learn.diagnosis.candidates import Family, Option, catalogue
-from vcmm.learn.diagnosis.confusion import Standing, standing
+from vcmm.learn.diagnosis.assembly import add_unresolved_names
+from vcmm.learn.diagnosis.candidates import Family, Option, build_catalogue
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.judgement import find_modulation
 from vcmm.learn.diagnosis.mistakes import factor_fits
 from vcmm.learn.diagnosis.noise import Audit, audit
-from vcmm.learn.diagnosis.null import Noise
+from vcmm.learn.diagnosis.null_recordings import Noise
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.scans import refused_changes, trials
-from vcmm.learn.diagnosis.select import Setting, Term, joint
-from vcmm.learn.diagnosis.verdict import reasons, verdict
+from vcmm.learn.diagnosis.rivals import Standing, compare_with_rivals
+from vcmm.learn.diagnosis.scans import trials, unresolved_changes
+from vcmm.learn.diagnosis.select import SelectedTerm, Setting, fit_jointly
+from vcmm.learn.diagnosis.unknown_shapes import find_modulation
+from vcmm.learn.diagnosis.verdict import reasons_against, verdict
 from vcmm.physics.catalogue.map_interpolation import MapInterpolation
 from vcmm.physics.catalogue.probe import ProbeLobing
 from vcmm.physics.catalogue.scale import ScaleFactor
@@ -47,7 +47,7 @@ def chosen(families, y):
     found = dictionary(families, white)
     setting = Setting(found, white, y, np.inf, 3.0, lambda option, r, basis: option)
     first = families[0]
-    return joint([Term(first, first.options[0], first.options[0].columns)], setting), setting
+    return fit_jointly([SelectedTerm(first, first.options[0], first.options[0].columns)], setting), setting
 
 
 def test_freer_names_pay_and_near_aliases_stay():
@@ -72,7 +72,7 @@ def test_freer_names_pay_and_near_aliases_stay():
         ),  # one that costs 1/2 ln(1 + 0.25 s^2) = 0.1 nats at s = 1: within 3 nats
     ]
     selection, setting = chosen(families, y)
-    place = standing(selection, setting, 0)
+    place = compare_with_rivals(selection, setting, 0)
     assert set(place.names) == {"alias", "hardly_freer"}
     assert place.contained_in == ("freer",)
 
@@ -87,32 +87,32 @@ def test_a_freer_name_that_explains_more_is_a_rival_even_if_it_holds_the_answer_
     families = [family("backlash", 10 * q[:, [0]]), family("lost_motion", 10 * q)]
     for own, expected in ((3.0, ("lost_motion",)), (0.0, ())):
         selection, setting = chosen(families, 30 * q[:, 0] + own * q[:, 1] + noise)
-        assert standing(selection, setting, 0).names == expected
+        assert compare_with_rivals(selection, setting, 0).names == expected
 
 
 def test_lobes_that_four_directions_do_not_resolve_stand_as_aliases():
     angle = np.radians([0.0, 90.0, 180.0, 270.0])
     run = Run({"X": np.zeros(4)}, np.zeros((4, 3)), {"probe_angle_rad": angle})
-    assert [c["lobes"] for c in refused_changes(ProbeLobing, run)] == [
+    assert [c["lobes"] for c in unresolved_changes(ProbeLobing, run)] == [
         3,
         2,
         4,
     ]  # four places are not more than 2 x 2
     eight = Run({"X": np.zeros(8)}, np.zeros((8, 3)), {"probe_angle_rad": np.arange(8) * np.pi / 4})
-    assert [c["lobes"] for c in refused_changes(ProbeLobing, eight)] == [4]  # 8 > 2 x 3, but not > 2 x 4
+    assert [c["lobes"] for c in unresolved_changes(ProbeLobing, eight)] == [4]  # 8 > 2 x 3, but not > 2 x 4
     turned = np.tile(angle, 50)
     oval = np.cos(2 * turned)[:, None]  # +1 -1 +1 -1: an oval ball, two lobes, six lobes
     y = 10 * oval[:, 0] / np.linalg.norm(oval) + np.random.default_rng(2).standard_normal(ROWS)
     selection, _ = chosen([family("tip_form", oval)], y)
     place = Standing(40.0, 0.97, (), ())
     hidden = dictionary([family("probe_lobing", np.cos(6 * turned)[:, None])], plain_white())
-    assert with_aliases(place, selection, 0, hidden).names == ("probe_lobing",)
+    assert add_unresolved_names(place, selection, 0, hidden).names == ("probe_lobing",)
     radius = dictionary([family("probe_lobing", np.cos(4 * turned)[:, None])], plain_white())  # +1 +1 +1 +1
-    assert with_aliases(place, selection, 0, radius).names == ()
+    assert add_unresolved_names(place, selection, 0, radius).names == ()
     freer = dictionary(
         [family("probe_lobing", np.eye(4)[np.arange(ROWS) % 4])], plain_white()
     )  # holds everything
-    assert with_aliases(place, selection, 0, freer).names == ()
+    assert add_unresolved_names(place, selection, 0, freer).names == ()
 
 
 def test_every_mesh_of_a_table_may_have_its_own_height():
@@ -135,7 +135,7 @@ def test_a_play_is_taken_up_within_its_gap():
     since[:7] = 0.0004  # mm: nearer to the reversal than a typical gap of 1 um
     run = replace(recording.run, columns={**recording.run.columns, "since_reversal_X_mm": since})
     problem = make_problem(replace(recording, run=run), make.machine())
-    options = {f.id: f for f in catalogue(problem).families}["backlash[X]"].options
+    options = {f.id: f for f in build_catalogue(problem).families}["backlash[X]"].options
     assert len(options) == 2
     assert sum(np.exp(o.log_prior) for o in options) == pytest.approx(1.0)
     assert options[1].columns[:7] == pytest.approx(
@@ -160,16 +160,16 @@ def test_a_mistake_must_fit_with_its_own_number():
 
 def test_noise_far_above_what_was_stated_or_neighbours_alike_are_not_explained():
     usual = Audit(1.1, 0.6, 0.0, Noise(), ())
-    assert reasons(True, None, False, "", usual, 1.0) == ()
+    assert reasons_against(True, None, False, "", usual, 1.0) == ()
     assert verdict(True, ()) == "explained"
     assert verdict(False, ()) == "nothing missing"
-    said = reasons(True, None, False, "", Audit(11.0, 0.95, 0.0, Noise(), ()), 1.0)
+    said = reasons_against(True, None, False, "", Audit(11.0, 0.95, 0.0, Noise(), ()), 1.0)
     assert len(said) == 2
     assert "11 times the noise" in said[0]
     assert "tells 90% of the next one" in said[1]  # 0.95^2 = 0.9025
     assert verdict(True, said) == "partly explained"
     assert (
-        reasons(False, None, False, "", Audit(11.0, 0.95, 0.0, Noise(), ()), 11.0) == ()
+        reasons_against(False, None, False, "", Audit(11.0, 0.95, 0.0, Noise(), ()), 11.0) == ()
     )  # no name, no boldness
 
 
@@ -187,7 +187,7 @@ def scaled_case(modulation: float):
     term = Family("scale_factor", {"axis": "X"}, (option,))
     raw = white.apply(problem.residual)
     setting = Setting(dictionary([term], white), white, raw, 3.0, 3.0, lambda option, r, basis: option)
-    return problem, white, joint([Term(term, option, white.apply(columns))], setting)
+    return problem, white, fit_jointly([SelectedTerm(term, option, white.apply(columns))], setting)
 
 
 def test_a_scale_that_grows_with_the_speed_is_not_the_whole_story():

@@ -10,11 +10,11 @@ import pytest
 from tests.learn.diagnosis import generator as make
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Run, Series
-from vcmm.learn.diagnosis.candidates import catalogue
+from vcmm.learn.diagnosis.candidates import build_catalogue
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.machine_match import noise_warning
 from vcmm.learn.diagnosis.problem import make_problem
-from vcmm.learn.diagnosis.sanity import check_recording, copies, in_time, without_gaps
+from vcmm.learn.diagnosis.sanity import check_recording, copied_rows, duration_text, without_gaps
 from vcmm.physics.structure.component import ComponentTable
 from vcmm.task.response.recording import Recording
 
@@ -74,15 +74,15 @@ def test_equal_readings_of_a_coarse_dial_are_no_copies(good):
     value = np.round(np.random.default_rng(1).normal(0, 1 * UM, n), 3)
     direction = good.direction[np.arange(n) % 20]
     coarse = replace(good, run=run, value=value, direction=direction, nuisance={})
-    assert not copies(coarse)[0].any()
+    assert not copied_rows(coarse)[0].any()
     slow = replace(coarse, run=run.with_columns({"time_s": np.floor(np.arange(n) / 50)}))  # 50 rows a second
-    assert not copies(slow)[0].any()
+    assert not copied_rows(slow)[0].any()
     fine = replace(coarse, value=np.random.default_rng(1).normal(0, 1 * UM, n))
     once = replace(fine, value=np.where(np.arange(n) == 120, fine.value[100], fine.value))
-    assert not copies(once)[0].any()  # a place was touched again and read the same: a repeat
+    assert not copied_rows(once)[0].any()  # a place was touched again and read the same: a repeat
     rows = np.arange(n)
     three = replace(fine, value=np.where((rows >= 120) & (rows < 123), fine.value[rows - 20], fine.value))
-    assert np.flatnonzero(copies(three)[0]).tolist() == [120, 121, 122]
+    assert np.flatnonzero(copied_rows(three)[0]).tolist() == [120, 121, 122]
 
 
 def test_a_column_that_is_impossible_everywhere_goes_and_the_rows_stay(good):
@@ -100,7 +100,7 @@ def test_what_depends_on_a_thermometer_that_stands_still_is_no_candidate(good):
     n = good.m
     moving = {"temp_air_C": 20 + np.linspace(0, 2, n), "temp_scale_x_C": np.full(n, 22.5)}
     still = replace(good, run=replace(good.run, columns={**good.run.columns, **moving}, series={}))
-    known = catalogue(make_problem(still, make.machine()))
+    known = build_catalogue(make_problem(still, make.machine()))
     assert not [f for f in known.families if f.name == "scale_expansion" and f.where["axis"] == "X"]
     assert not [f for f in known.families if f.where.get("sensor") == "scale_x"]
 
@@ -287,23 +287,23 @@ def test_positions_in_inches_are_told_where_something_disagrees(good):
 
 
 def test_a_time_is_told_in_its_unit():
-    assert in_time(0.336) == "0.336 s"
-    assert in_time(40.0) == "40 s"
-    assert in_time(720.0) == "12 min"
-    assert in_time(7200.0) == "2 h"
+    assert duration_text(0.336) == "0.336 s"
+    assert duration_text(40.0) == "40 s"
+    assert duration_text(720.0) == "12 min"
+    assert duration_text(7200.0) == "2 h"
 
 
 def test_a_residual_of_minus_twice_the_known_errors_is_told():
-    from vcmm.learn.diagnosis.job import against_known
+    from vcmm.learn.diagnosis.job import multiple_of_prediction
     from vcmm.physics.structure.squareness import Squareness
     from vcmm.task.response.observe import baseline
 
     case = make.make((), 0.0, 9, replace(make.RICH, n=200)).recording
     machine = make.machine(Squareness("C0Y", 60e-6))
     known = baseline(case, machine)
-    c, u = against_known(replace(case, value=case.value - known), machine)  # r = -known - known
+    c, u = multiple_of_prediction(replace(case, value=case.value - known), machine)  # r = -known - known
     assert abs(c + 2.0) < 3 * u < 0.5
-    c, u = against_known(replace(case, value=case.value + known), machine)
+    c, u = multiple_of_prediction(replace(case, value=case.value + known), machine)
     assert abs(c) < 3 * u
 
 
@@ -324,11 +324,11 @@ def test_identical_repeats_of_a_place_that_was_reached_from_two_sides_are_no_cop
     rng = np.random.default_rng(8)
     both = np.round(np.concatenate([rng.normal(30, 2, 20), rng.normal(-30, 2, 20)]))
     assert len(np.unique(both)) < 25  # many are equal
-    assert not copies(at_one_place(both))[0].any()
+    assert not copied_rows(at_one_place(both))[0].any()
 
 
 def test_rows_of_a_fine_display_that_stand_twice_are_copies():
     rng = np.random.default_rng(9)
     fine = np.round(np.concatenate([rng.normal(10, 1, 20), rng.normal(-10, 1, 20)]), 4)
     twice = np.concatenate([fine, fine[:7]])
-    assert np.flatnonzero(copies(at_one_place(twice))[0]).tolist() == list(range(40, 47))
+    assert np.flatnonzero(copied_rows(at_one_place(twice))[0]).tolist() == list(range(40, 47))

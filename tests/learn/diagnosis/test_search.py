@@ -12,7 +12,7 @@ from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner
-from vcmm.learn.diagnosis.search import further, search_names, settle_names, worth_of_all_rows
+from vcmm.learn.diagnosis.search import count_extra_names, evidence_of_all_rows, search_names, settle_names
 from vcmm.learn.diagnosis.select import Setting, clean_outliers, select
 from vcmm.physics.catalogue.backlash import Backlash
 from vcmm.physics.catalogue.play import BacklashRamp
@@ -59,11 +59,11 @@ def test_a_ramp_that_another_name_explains_is_no_part_of_a_play():
     setting = setting_of(20.0 * sense + 12.0 * both + NOISE, play=sense[:, None], other=both[:, None])
     plain = replace(_option(sense[:, None]), effect=Backlash("Y"), log_prior=-np.log(2.0))
     ramp = replace(_option(np.column_stack([sense, way])), effect=BacklashRamp("Y"), log_prior=-np.log(2.0))
-    play, one = setting.found.families
+    play, one = setting.candidates.families
     families = (replace(play, options=(plain, ramp)), one)
     as_it_is = cast(Refiner, lambda option, r, basis: option)
-    setting = replace(setting, found=dictionary(families, setting.white), refine=as_it_is)
-    alone = replace(setting, found=dictionary(families[:1], setting.white))
+    setting = replace(setting, candidates=dictionary(families, setting.white), refine=as_it_is)
+    alone = replace(setting, candidates=dictionary(families[:1], setting.white))
     assert [t.white.shape[1] for t in select(alone).terms] == [2]
     assert [(t.family.name, t.white.shape[1]) for t in select(setting).terms] == [("play", 1), ("other", 1)]
 
@@ -85,9 +85,9 @@ def test_a_mistake_of_the_table_is_a_name_that_pays_like_any_other():
     """Beside the same curve it is one name more; in place of two names, one less; alone against a weak name, as many."""
     curve = search_names(setting_of(10.0 * NOISE[::-1] + NOISE, it=NOISE[::-1, None]), None)[0].terms
     assert len(curve) == 1
-    assert further(curve, curve) == 1
-    assert further((), (*curve, *curve)) == -1
-    assert further((), ()) == 0
+    assert count_extra_names(curve, curve) == 1
+    assert count_extra_names((), (*curve, *curve)) == -1
+    assert count_extra_names((), ()) == 0
 
 
 def test_one_bad_reading_is_no_name_and_a_name_of_several_readings_stays():
@@ -102,7 +102,7 @@ def test_one_bad_reading_is_no_name_and_a_name_of_several_readings_stays():
     about, none = clean_outliers(setting), select(setting)
     answer = select(about)
     assert (names_of(answer), names_of(none)) == (["first_reading"], [])
-    assert worth_of_all_rows(answer, about) > worth_of_all_rows(none, setting) + 3.0
+    assert evidence_of_all_rows(answer, about) > evidence_of_all_rows(none, setting) + 3.0
     assert names_of(search_names(setting, None)[0]) == []
     assert names_of(settle_names(answer, setting, setting, None)[0]) == []  # as beside a mistake of the table
     four = (np.arange(ROWS) < 4).astype(float)[:, None]

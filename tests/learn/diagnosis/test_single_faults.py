@@ -14,7 +14,7 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.learn.diagnosis.candidates import catalogue
+from vcmm.learn.diagnosis.candidates import build_catalogue
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary, scorer
 from vcmm.learn.diagnosis.plain_words import plain_words
@@ -22,7 +22,7 @@ from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.refine import Refiner
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
 from vcmm.learn.diagnosis.scans import trials
-from vcmm.learn.diagnosis.select import Setting, _simplest, joint
+from vcmm.learn.diagnosis.select import Setting, _simplest, fit_jointly
 from vcmm.physics.catalogue.flexure import CrossAxisFlexure
 from vcmm.physics.catalogue.probe import ProbeLobing
 from vcmm.physics.structure.squareness import RotaryLocation
@@ -185,11 +185,11 @@ def test_play_is_named_before_what_holds_it_with_more_free_numbers():
 
 def test_of_two_names_with_one_column_the_one_without_a_free_distance_stands():
     problem = make_problem(short_run(lambda q, s: -0.5 * 1 * UM * s, 3), make.machine())
-    families = [f for f in catalogue(problem).families if f.id in ("backlash[X]", "hysteresis[X]")]
+    families = [f for f in build_catalogue(problem).families if f.id in ("backlash[X]", "hysteresis[X]")]
     white = problem.whitener()
     found = dictionary(families, white)
     setting = Setting(found, white, white.apply(problem.residual), 4.0, 3.0, Refiner(problem, white))
-    state = joint((), setting)
+    state = fit_jointly((), setting)
     options = scorer(found).options(state.y[:, None])[:, 0]
     play, memory = (
         next(i for i, f in enumerate(found.families) if f.name == n) for n in ("backlash", "hysteresis")
@@ -204,7 +204,7 @@ def test_of_two_names_with_one_column_the_one_without_a_free_distance_stands():
 def test_a_number_that_would_have_to_be_negative_is_no_answer():
     # a beam askew reads too much, so the machine appears too short: of an axis that goes too far it is no cause
     problem = make_problem(laser(lambda q, s: 8e-6 * q), make.machine())
-    known = [f for f in catalogue(problem).families if f.name in ("cosine_error", "scale_factor")]
+    known = [f for f in build_catalogue(problem).families if f.name in ("cosine_error", "scale_factor")]
     found = dictionary(known, problem.whitener())
     y = problem.whitener().apply(problem.residual)
     scores = {

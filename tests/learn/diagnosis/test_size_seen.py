@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vcmm.face.cli import run
-from vcmm.learn.diagnosis.estimates import unseen_directions
+from vcmm.learn.diagnosis.estimates import invisible_directions
 
 MACHINE = """vcmm = "machine/1"
 structure = "w b Y X Z t"
@@ -37,13 +37,13 @@ def test_a_line_is_unseen_where_zero_and_slope_are_free():
     s = np.linspace(-1.0, 1.0, 21)
     columns = np.column_stack([np.ones(21), s, (3 * s**2 - 1) / 2])  # Legendre polynomials
     free = np.column_stack([np.ones(21), 5.0 * s])
-    unseen = unseen_directions(free, columns)
+    unseen = invisible_directions(free, columns)
     assert unseen.shape == (3, 2)
     assert np.abs(unseen[2]).max() == pytest.approx(0.0, abs=1e-12)  # the parabola is seen
     assert np.linalg.matrix_rank(unseen[:2]) == 2  # a constant and a line are not
-    assert unseen_directions(np.zeros((21, 0)), columns).shape == (3, 0)
+    assert invisible_directions(np.zeros((21, 0)), columns).shape == (3, 0)
     nothing = np.column_stack([s, np.zeros(21)])  # the second number does nothing to these rows
-    assert np.abs(unseen_directions(np.zeros((21, 0)), nothing)).ravel() == pytest.approx([0.0, 1.0])
+    assert np.abs(invisible_directions(np.zeros((21, 0)), nothing)).ravel() == pytest.approx([0.0, 1.0])
 
 
 @pytest.mark.thorough

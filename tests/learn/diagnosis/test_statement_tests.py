@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from vcmm.answer.evaluation.gaussian import whitener
-from vcmm.learn.diagnosis.statement_tests import _as_normal, calibration_pulls, contradiction, farthest
+from vcmm.learn.diagnosis.statement_tests import (
+    _as_normal,
+    calibration_pulls,
+    contradiction_probability,
+    pull_limit,
+)
 
 
 def problem(*stated, inputs=("a", "b")):
@@ -17,7 +22,7 @@ def problem(*stated, inputs=("a", "b")):
     return SimpleNamespace(
         stated=stated, calibration=np.concatenate([c for _, c in stated], axis=1),
         machine=SimpleNamespace(inputs=[SimpleNamespace(id=i) for i in inputs]), recording=SimpleNamespace(known=()),
-        without=lambda names: SimpleNamespace(whitener=lambda u, rho: whitener(u, none, none)),
+        without_statements=lambda names: SimpleNamespace(whitener=lambda u, rho: whitener(u, none, none)),
     )  # fmt: skip
 
 
@@ -41,12 +46,12 @@ def test_many_numbers_have_one_pull():
 
 def test_what_chance_says_against_a_statement():
     """p = 0.0027 of a pull of 3: -e p ln p = 0.0434, so 1 / 1.0434 = 0.958; asked of 100 pulls nothing is left to say."""
-    assert contradiction(3.0, 1) == pytest.approx(0.9584, abs=5e-4)
-    assert contradiction(3.0, 100) < 0.7
-    assert contradiction(-4.0, 3) == pytest.approx(contradiction(4.0, 3))
+    assert contradiction_probability(3.0, 1) == pytest.approx(0.9584, abs=5e-4)
+    assert contradiction_probability(3.0, 100) < 0.7
+    assert contradiction_probability(-4.0, 3) == pytest.approx(contradiction_probability(4.0, 3))
 
 
 def test_of_many_statements_the_largest_pull_is_allowed_more():
     """One pull beyond 3 has the chance 0.0027; of eight the largest is beyond 3.58 as often (0.0027 / 8 two-sided)."""
-    assert farthest(1) == pytest.approx(3.0)
-    assert farthest(8) == pytest.approx(3.5847, abs=1e-4)
+    assert pull_limit(1) == pytest.approx(3.0)
+    assert pull_limit(8) == pytest.approx(3.5847, abs=1e-4)

@@ -15,14 +15,14 @@ from vcmm.files.learned.renewed_tables import name_tables, renewed_files
 from vcmm.files.own.machine import load_machine
 from vcmm.learn.diagnosis.assembly import _renew_tables
 from vcmm.learn.diagnosis.candidates import Family, Option
-from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.cross_checks import second_opinion
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.mistakes import is_stale
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import STATUS_NOT_MODELLED, VERDICTS, Answer
-from vcmm.learn.diagnosis.select import Selection, Term
+from vcmm.learn.diagnosis.rivals import Standing
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection
 from vcmm.learn.diagnosis.table_renewal import RenewedTables, renew_tables, with_tables
 from vcmm.task.response.recording import Recording
 
@@ -77,7 +77,9 @@ def found_in(
     noise = SimpleNamespace(rho=0.0, noise=SimpleNamespace(clip=3.0))
     stage = SimpleNamespace(u=problem.u, noise=noise)
     columns = np.zeros((n, 1))
-    term = Term(Family("stale", {}, ()), Option(None, columns, np.ones(1), ("calibration[0]",), 0.0), columns)
+    term = SelectedTerm(
+        Family("stale", {}, ()), Option(None, columns, np.ones(1), ("calibration[0]",), 0.0), columns
+    )
     selection = SimpleNamespace(terms=(term,), fit=Posterior, span=lambda i: slice(0, 1))
     return renew_tables(problem, stage, selection, 0)
 
@@ -153,7 +155,7 @@ def test_a_criterion_that_counts_columns_is_not_asked_of_a_covariance():
         Family("scale", {"axis": "X"}, (Option(None, straight, np.ones(1), ("k",), 0.0),)),
     )
     found = dictionary(families, white)
-    terms = tuple(Term(f, f.options[0], f.options[0].columns, 1.0) for f in families)
+    terms = tuple(SelectedTerm(f, f.options[0], f.options[0].columns, 1.0) for f in families)
     x = np.concatenate([wide, straight], axis=1)
     fit = posterior(x, y, 200, np.full(31, 10.0))
     said = second_opinion(
@@ -184,5 +186,5 @@ def test_the_size_of_a_covariance_is_judged_by_rows_held_out():
         (),
         12.6,
     )
-    assert not a.undetermined  # rows held out judge its tables
-    assert replace(a, where={"component": "EXX"}).undetermined
+    assert not a.is_undetermined  # rows held out judge its tables
+    assert replace(a, where={"component": "EXX"}).is_undetermined

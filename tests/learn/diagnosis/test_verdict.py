@@ -16,12 +16,19 @@ from vcmm.learn.diagnosis.evidence import dictionary
 from vcmm.learn.diagnosis.holdout import folds, worsened_folds
 from vcmm.learn.diagnosis.locate import Place
 from vcmm.learn.diagnosis.noise import Audit, audit, chain_noise
-from vcmm.learn.diagnosis.null import Noise
+from vcmm.learn.diagnosis.null_recordings import Noise
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import Answer
 from vcmm.learn.diagnosis.scans import trials
-from vcmm.learn.diagnosis.select import Setting, Term, joint, select
-from vcmm.learn.diagnosis.verdict import beyond, clear_places, curves, describe_probability, doubts, verdict
+from vcmm.learn.diagnosis.select import SelectedTerm, Setting, fit_jointly, select
+from vcmm.learn.diagnosis.verdict import (
+    clear_places,
+    describe_probability,
+    doubt_remarks,
+    shared_curve_remarks,
+    unstated_scatter,
+    verdict,
+)
 from vcmm.physics.catalogue.dynamics import StructuralVibration
 
 
@@ -34,7 +41,7 @@ def test_a_name_is_doubtful_where_it_and_its_rivals_are_less_probable_than_not()
     assert answer(0.3, 0.1).doubtful
     assert answer(0.3, 0.6).doubtful
     assert not replace(answer(0.3, 0.6), alias_probability=0.6).doubtful
-    assert replace(answer(0.9), withheld="the rows become worse").doubtful
+    assert replace(answer(0.9), withheld_because="the rows become worse").doubtful
     assert not answer(0.5).doubtful
 
 
@@ -44,14 +51,14 @@ def test_a_size_that_may_be_anything_is_no_finding() -> None:
     assert replace(answer(0.99), share=0.001, parameters={"k": wide}).doubtful
     assert not replace(answer(0.99), share=0.001, parameters={"k": tight}).doubtful
     assert not replace(answer(0.99), share=0.3, parameters={"k": wide}).doubtful
-    said = doubts((replace(answer(0.99), share=0.001, parameters={"k": wide}),))
+    said = doubt_remarks((replace(answer(0.99), share=0.001, parameters={"k": wide}),))
     assert "orders of magnitude" in said[0]
 
 
 def test_doubtful_names_and_folds_made_worse_speak_against_the_names() -> None:
-    assert doubts((answer(0.9),)) == ()
-    worse = replace(answer(0.9), withheld="it makes rows worse that were not fitted (far zone Y)")
-    said = doubts((answer(0.9), answer(0.2), worse))
+    assert doubt_remarks((answer(0.9),)) == ()
+    worse = replace(answer(0.9), withheld_because="it makes rows worse that were not fitted (far zone Y)")
+    said = doubt_remarks((answer(0.9), answer(0.2), worse))
     assert len(said) == 2
     assert "backlash X is a candidate" in said[0]
     assert "far zone Y" in said[1]
@@ -69,9 +76,9 @@ def test_a_place_is_said_where_nothing_is_named_only_if_it_is_sure_and_then_it_c
 def test_the_scatter_is_compared_whatever_was_found_about_it() -> None:
     """hypot(1.5, sqrt 1.5625) = hypot(1.5, 1.25) = 1.953: what strong templates leave is forgiven."""
     heavy = Audit(1.8, 0.0, 0.0, Noise(4.0), ("heavy tails", "the noise is 1.8 times what was stated"), 1.5)
-    assert "1.8 times what was stated (2.2 times by rms)" in beyond(heavy, 2.2)
-    assert beyond(heavy, 2.2, 1.5625) == ""
-    assert beyond(replace(heavy, scale=1.4), 2.2) == ""
+    assert "1.8 times what was stated (2.2 times by rms)" in unstated_scatter(heavy, 2.2)
+    assert unstated_scatter(heavy, 2.2, 1.5625) == ""
+    assert unstated_scatter(replace(heavy, scale=1.4), 2.2) == ""
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +104,7 @@ def scatter(problem, name: str, rng: np.random.Generator) -> np.ndarray:
         return 1.3 * base
     if name == "speed":
         column = np.linalg.norm(problem.run.vector("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s"), axis=1)
-        speed = problem.of_rows(column)
+        speed = problem.per_observation(column)
         return base * np.clip(0.7 + 0.3 * speed / np.median(speed), 0.7, 3.0)
     return chain_noise(base[:, None], problem.before, float(name[2:]))[:, 0]
 
@@ -105,7 +112,7 @@ def scatter(problem, name: str, rng: np.random.Generator) -> np.ndarray:
 @pytest.mark.parametrize("name", ["t3", "outliers", "1.3", "speed", "ar0.3", "ar0.6"])
 def test_noise_of_the_stated_scale_is_no_alarm_whatever_its_law(quiet, name):
     rng = np.random.default_rng(11)
-    alarms = [beyond(looked_at(quiet, scatter(quiet[0], name, rng)), 1.0) for _ in range(6)]
+    alarms = [unstated_scatter(looked_at(quiet, scatter(quiet[0], name, rng)), 1.0) for _ in range(6)]
     assert alarms == [""] * 6
 
 
@@ -114,26 +121,26 @@ def test_noise_that_was_stated_too_large_is_counted_as_it_is(quiet):
     problem, _ = quiet
     base = scatter(problem, "ar0", np.random.default_rng(3))
     found = looked_at(quiet, 0.7 * base)
-    assert found.less == pytest.approx(0.7, rel=0.1)
-    assert found.u(problem) == pytest.approx(found.less * problem.u)
-    assert looked_at(quiet, base).less == 1.0
-    assert looked_at(quiet, 1.3 * base).less == 1.0  # more may be physics that is not named yet
+    assert found.u_factor == pytest.approx(0.7, rel=0.1)
+    assert found.u(problem) == pytest.approx(found.u_factor * problem.u)
+    assert looked_at(quiet, base).u_factor == 1.0
+    assert looked_at(quiet, 1.3 * base).u_factor == 1.0  # more may be physics that is not named yet
 
 
 def test_twice_the_noise_and_a_movement_in_it_are_told(quiet):
     problem, _ = quiet
     rng = np.random.default_rng(12)
-    assert beyond(looked_at(quiet, 2.0 * scatter(problem, "t3", rng)), 1.0)
+    assert unstated_scatter(looked_at(quiet, 2.0 * scatter(problem, "t3", rng)), 1.0)
     slow = 2.0 * np.sin(0.6 * np.arange(problem.m))  # correlation (gamma2 / gamma1 - 1) = 2.28 / 1.35 - 1
     found = looked_at(quiet, scatter(problem, "ar0.0", rng) + slow)
     assert found.rho > 0.6
-    assert beyond(found, 1.0)
+    assert unstated_scatter(found, 1.0)
 
 
 def test_a_fold_that_the_names_make_worse_is_named(quiet):
     """A cubic of time fitted on the first 70 % of a step in mid-time runs away over the last 30 %."""
     problem, _ = quiet
-    time = problem.of_rows(problem.run.column("time_s"))
+    time = problem.per_observation(problem.run.column("time_s"))
     t = (time - time.min()) / np.ptp(time)
     residual = 5.0 * problem.u * (np.abs(t - 0.5) < 0.2)
     case = replace(problem, residual=residual, nuisance=problem.nuisance[:, :0])
@@ -149,7 +156,7 @@ def test_a_fold_that_the_names_make_worse_is_named(quiet):
         3.0,
         lambda option, r, basis: option,
     )
-    selection = joint([Term(family, option, white.apply(columns), 64.0)], setting)
+    selection = fit_jointly([SelectedTerm(family, option, white.apply(columns), 64.0)], setting)
     parts = [p for p in folds(case, case.u, 0.0) if p.name == "later time"]
     assert worsened_folds(case, parts, selection) == ("later time",)
 
@@ -194,10 +201,10 @@ def test_two_free_curves_over_one_component_explain_nothing():
         return replace(answer(0.99), effect=name, where={"component": component})
 
     both = (curve("geometric_change", "EXX"), curve("map_interpolation", "EXX"))
-    (said,) = curves(both)
+    (said,) = shared_curve_remarks(both)
     assert "over EXX" in said
-    assert verdict(True, curves(both)) == "partly explained"
-    assert curves((both[0], curve("map_interpolation", "EYX"))) == ()
+    assert verdict(True, shared_curve_remarks(both)) == "partly explained"
+    assert shared_curve_remarks((both[0], curve("map_interpolation", "EYX"))) == ()
 
 
 def test_small_probabilities_are_not_told_to_digits():

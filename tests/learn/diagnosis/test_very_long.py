@@ -12,7 +12,7 @@ from vcmm.core.run import Run, Series
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.result import diagnosis_json
-from vcmm.learn.diagnosis.very_long import average_log, few_enough, few_together, thinning_notes
+from vcmm.learn.diagnosis.thinning import average_log, limit_observations, limit_together, thinning_notes
 from vcmm.show.pages.diagnosis import diagnosis_page
 from vcmm.task.response.joining import join_recordings
 from vcmm.task.response.recording import Recording
@@ -32,7 +32,7 @@ def axis_log(n: int = 1000, setups: int = 2) -> Recording:
 
 
 def test_about_so_many_are_taken_evenly_and_keep_what_they_know():
-    some = few_enough(axis_log(), 100)
+    some = limit_observations(axis_log(), 100)
     row = np.round(some.value * 1e3).astype(int)
     assert some.chosen_from == 1000
     assert 100 <= some.m <= 110
@@ -42,8 +42,8 @@ def test_about_so_many_are_taken_evenly_and_keep_what_they_know():
     )  # one of each 20 of a set-up and sense: never further apart than two stretches
     assert {0, 500} <= set(row)  # from these the lengths of the two set-ups are counted
     assert abs((some.run.columns["sense_X"] > 0).mean() - 0.5) < 0.05
-    assert few_enough(some, 200) is some
-    assert few_enough(some, 50).chosen_from == 1000
+    assert limit_observations(some, 200) is some
+    assert limit_observations(some, 50).chosen_from == 1000
 
 
 def test_the_order_of_the_file_does_not_choose():
@@ -52,18 +52,18 @@ def test_the_order_of_the_file_does_not_choose():
     other = replace(
         whole, kind="probe", run=replace(whole.run.take(shuffle), series={}), value=whole.value[shuffle]
     )
-    some = few_enough(replace(whole, kind="probe"), 100)
-    assert sorted(few_enough(other, 100).value) == sorted(some.value)
+    some = limit_observations(replace(whole, kind="probe"), 100)
+    assert sorted(limit_observations(other, 100).value) == sorted(some.value)
 
 
 def test_several_take_the_same_share_of_each():
     long, short = axis_log(3000), replace(axis_log(1000), name="other")
-    some = few_together([long, short], 400)
+    some = limit_together([long, short], 400)
     assert [r.chosen_from for r in some] == [3000, 1000]
     assert [round(r.m, -1) for r in some] == [300, 100]
     assert join_recordings(some, make.machine()).recording.chosen_from == 4000
     both = [axis_log(100), replace(axis_log(100), name="other")]
-    assert few_together(both, 200) is both
+    assert limit_together(both, 200) is both
     assert join_recordings(both, make.machine()).recording.chosen_from == 0
 
 
@@ -77,7 +77,7 @@ def test_a_log_becomes_means_of_stretches():
 
 def test_temperatures_are_averaged_and_what_rings_is_not(monkeypatch):
     monkeypatch.setattr(average_log, "__defaults__", (10,))
-    series = few_enough(axis_log(), 100).run.series
+    series = limit_observations(axis_log(), 100).run.series
     assert len(series["air"].time) == 10
     assert np.allclose(series["air"].value, 20.0 + 0.01 * series["air"].time)
     assert len(series["accel_X_mm_s2"].time) == 1000
@@ -94,9 +94,9 @@ def test_what_was_taken_is_told():
 @pytest.mark.thorough
 def test_the_diagnosis_of_the_taken_is_that_of_a_recording_of_these(monkeypatch):
     case = make.make(("backlash",), 25.0, 5, replace(make.RICH, n=900, poses=1, styli=1))
-    monkeypatch.setattr(few_enough, "__defaults__", (400,))
+    monkeypatch.setattr(limit_observations, "__defaults__", (400,))
     found = diagnose(case.recording, make.machine(), seed=1)
-    some = few_enough(case.recording)
+    some = limit_observations(case.recording)
     same = diagnose_recording(some, make.machine(), seed=1)
     assert [a.id for a in found.found] == [a.id for a in same.found] == [f"backlash[{case.where[0]}]"]
     assert found.fit == same.fit

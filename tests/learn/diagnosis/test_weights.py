@@ -10,7 +10,7 @@ import pytest
 
 from vcmm.learn.diagnosis.comparison import Comparison, Misfit
 from vcmm.learn.diagnosis.evidence import Scorer
-from vcmm.learn.diagnosis.select import _value
+from vcmm.learn.diagnosis.select import _net_evidence
 
 
 def test_the_weighted_rms_of_two_recordings():
@@ -31,7 +31,7 @@ def test_the_score_of_a_family_is_the_mean_over_its_options():
     found = SimpleNamespace(
         weight=np.log([0.25, 0.75, 1.0]), first=np.array([0, 2]), prior=np.array([0.0, -0.5])
     )
-    scores = Scorer.families(SimpleNamespace(found=found), np.array([[0.0], [1.0], [2.0]]))  # type: ignore[arg-type]
+    scores = Scorer.families(SimpleNamespace(candidates=found), np.array([[0.0], [1.0], [2.0]]))  # type: ignore[arg-type]
     assert scores[:, 0] == pytest.approx([math.log(0.25 + 0.75 * math.e), 1.5], rel=1e-14)
 
 
@@ -47,8 +47,8 @@ def test_the_value_of_a_choice_counts_the_priors_of_family_and_option():
             option=SimpleNamespace(log_prior=option),
         )
 
-    setting = SimpleNamespace(found=SimpleNamespace(dof=3), threshold=0.0)
-    plain = _value([term(0.0, 0.0)], y, setting)  # type: ignore[list-item, arg-type]
+    setting = SimpleNamespace(candidates=SimpleNamespace(dof=3), threshold=0.0)
+    plain = _net_evidence([term(0.0, 0.0)], y, setting)  # type: ignore[list-item, arg-type]
     setting.threshold = 4.0
-    assert _value([term(-3.0, -2.0)], y, setting) == pytest.approx(plain - 9.0, rel=1e-12)  # type: ignore[list-item, arg-type]
-    assert _value([], y, setting) == 0.0  # type: ignore[arg-type]
+    assert _net_evidence([term(-3.0, -2.0)], y, setting) == pytest.approx(plain - 9.0, rel=1e-12)  # type: ignore[list-item, arg-type]
+    assert _net_evidence([], y, setting) == 0.0  # type: ignore[arg-type]

@@ -15,7 +15,7 @@ from vcmm.compensation.job import compensate
 from vcmm.files.columns import run_columns
 from vcmm.files.own.library import example
 from vcmm.files.own.measured_data import read_measured_points
-from vcmm.learn.diagnosis.written_fit import handed_over
+from vcmm.learn.diagnosis.written_machine import written_machine
 from vcmm.physics import SpindleGrowth
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.measured_part import measured_cut
@@ -67,7 +67,7 @@ def test_the_next_part_is_better(job, mill, tmp_path):
     assert (growth.effect, found.verdict) == ("spindle_growth", "explained")
     low, high = growth.parameters["A"].interval95
     assert low < 14.0 < high
-    known = handed_over(found, mill)
+    known = written_machine(found, mill)
     setup = job.scenario.setup
     new = tmp_path / "next.nc"
     new.write_text(compensate(FOLDER / "part.nc", setup, known, tolerance=1e-3).text)

@@ -122,12 +122,12 @@ def test_the_residual_of_a_diagnosis_stands_at_its_own_rows():
     """
     from vcmm.files.own.library import example
     from vcmm.files.own.recording import load_recording
-    from vcmm.learn.diagnosis.comparison import left_by
-    from vcmm.learn.diagnosis.row_order import as_in_the_file
+    from vcmm.learn.diagnosis.comparison import misfit_without_covariates
+    from vcmm.learn.diagnosis.row_order import in_file_order
     from vcmm.show.pages.diagnosis_pictures import bar_traces
 
     recording, machine = load_recording(example("ballbar"))
-    before = as_in_the_file(recording, machine, left_by(recording, machine).residual)
+    before = in_file_order(recording, machine, misfit_without_covariates(recording, machine).residual)
     found, _ = evaluate_recordings([RecordedTest(recording, machine)], "230-4")
     stated = {f.name: f.value_um for f in found}
     first, second = numbers("".join(bar_traces(recording, machine, before, 0.1 * before)))

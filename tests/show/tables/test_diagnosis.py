@@ -51,7 +51,9 @@ def test_folds():
 def test_next_steps_places_and_what_is_seen():
     d = SimpleNamespace(
         angle=True,
-        next_measurement=(SimpleNamespace(separates=("a", "b"), do="turn it", minutes=4.25, expected=None),),
+        next_measurement=(
+            SimpleNamespace(separates=("a", "b"), do="turn it", minutes=4.25, expected_probability=None),
+        ),
         location=(SimpleNamespace(covariate="X", direction="z", p=0.0123, text="low end"),),
         detectable=(SimpleNamespace(effect="lag", where={}, amplitude=2e-6),),
     )

@@ -28,9 +28,9 @@ from vcmm.face.job import Flags, Job, Progress, Record, run_job, run_shared, sha
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording, recording_file
 from vcmm.learn.diagnosis.job import diagnose
-from vcmm.learn.diagnosis.later import Attempt
 from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
-from vcmm.learn.diagnosis.very_long import few_enough
+from vcmm.learn.diagnosis.result_parts import Attempt
+from vcmm.learn.diagnosis.thinning import limit_observations
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say
 from vcmm.show.pages.diagnosis import diagnosis_page, without_pictures
@@ -127,7 +127,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
     def load(self) -> tuple[Recording, Machine]:
         machine = load_machine(self.machine) if self.machine else None
         recording, machine_of_file = load_recording(self.recording, machine, gaps=True)
-        return few_enough(recording), machine_of_file  # the rest need not be kept
+        return limit_observations(recording), machine_of_file  # the rest need not be kept
 
     def run(self, loaded: tuple[Recording, Machine], report: Progress) -> Diagnosed:
         """Diagnose the recording; an error after the names are found is named in the answer, which is given nevertheless."""
@@ -144,7 +144,7 @@ class DiagnoseJob(Job[tuple[Recording, Machine], Diagnosed]):
         page = ""
         if folder or self.report:
             page = attempt("draw the report", lambda: _page(recording, machine, diagnosis), "")
-        diagnosis = replace(diagnosis, failed=(*diagnosis.failed, *attempt.failures))
+        diagnosis = replace(diagnosis, failures=(*diagnosis.failures, *attempt.failures))
         return Diagnosed(diagnosis, improved, page, attempt)
 
     def record(self, loaded: tuple[Recording, Machine], result: Diagnosed) -> Record:

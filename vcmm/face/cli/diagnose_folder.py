@@ -34,7 +34,7 @@ class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
     scenario: Path  # the folder, under the key by which shards hold it
     seed: int
     machine: Path | None
-    verb, schema = "diagnose", "vcmm.learn.diagnosis-folder/1"
+    verb, schema = "diagnose", "vcmm.diagnosis-folder/1"
 
     @property
     def stem(self) -> str:

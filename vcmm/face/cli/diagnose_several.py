@@ -23,11 +23,11 @@ from vcmm.files.learned.improved_machine import improved_machine
 from vcmm.files.learned.renewed_tables import name_tables, renewed_files
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording, machine_of
-from vcmm.learn.diagnosis.acceptance import anew, answers_to_write
-from vcmm.learn.diagnosis.later import Attempt
 from vcmm.learn.diagnosis.result import diagnosis_json
+from vcmm.learn.diagnosis.result_parts import Attempt
 from vcmm.learn.diagnosis.several import Several, diagnose_several, several_json
-from vcmm.learn.diagnosis.very_long import few_enough
+from vcmm.learn.diagnosis.thinning import limit_observations
+from vcmm.learn.diagnosis.written_machine import answers_to_write, tables_to_write
 from vcmm.show.console.documents import sources
 from vcmm.show.console.terminal import say, show_table
 from vcmm.show.pages.diagnosis import diagnosis_page
@@ -85,8 +85,8 @@ class DiagnoseSeveralJob(Job[Recordings, DiagnosedTogether]):
         page = ""
         if self.folder or self.report:
             page = attempt("draw the report", lambda: _page(several, machine), "")
-        failed = (*several.together.failed, *attempt.failures)
-        several = replace(several, together=replace(several.together, failed=failed))
+        failed = (*several.together.failures, *attempt.failures)
+        several = replace(several, together=replace(several.together, failures=failed))
         return DiagnosedTogether(several, improved, page, attempt)
 
     def record(self, loaded: Recordings, result: DiagnosedTogether) -> Record:
@@ -125,9 +125,9 @@ def read_all(files: Sequence[Path], machine: Path | None) -> Recordings:
                 f"the recordings name machines that differ ({who}); one machine is diagnosed at a time: say which with --machine"
             )
     first, machine_of_file = load_recording(files[0], load_machine(machine) if machine else None, gaps=True)
-    recordings = [few_enough(first)]
+    recordings = [limit_observations(first)]
     del first
-    recordings += [few_enough(load_recording(f, machine_of_file, gaps=True)[0]) for f in files[1:]]
+    recordings += [limit_observations(load_recording(f, machine_of_file, gaps=True)[0]) for f in files[1:]]
     if len({r.name for r in recordings}) < len(recordings):
         recordings = [replace(r, name=str(f)) for r, f in zip(recordings, files)]
     return Recordings(recordings, machine_of_file, machine or machine_of(files[0])[0])
@@ -151,7 +151,7 @@ def _body(several: Several, folder: Path | None) -> dict[str, object]:
 def _common(several: Several, machine: Machine, original: Path | None, out: Path) -> dict[str, str]:
     """Return machine.toml with the common effects; empty where there is nothing to write."""
     answers, source = several.together.answer, several.recording.name
-    new = anew(answers)
+    new = tables_to_write(answers)
     if original is None or (new is None and not answers_to_write(answers)):
         return {}
     text = improved_machine(original, out / "machine.toml", machine, answers, source)
@@ -165,7 +165,7 @@ def _page(several: Several, machine: Machine) -> str:
 
 
 def _show_each(several: Several) -> None:
-    if several.shared:
+    if several.shared_answers:
         show_table(sizes(several))
     show_table(by_itself(several))
     for text in left_out(several):

@@ -17,11 +17,10 @@ from vcmm.files.learned.renewed_tables import name_tables, renewed_files
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.toml import read_toml
-from vcmm.learn.diagnosis.acceptance import anew, answers_to_write, notes
-from vcmm.learn.diagnosis.later import Attempt
 from vcmm.learn.diagnosis.result import Diagnosis
-from vcmm.learn.diagnosis.very_long import few_enough, few_together
-from vcmm.learn.diagnosis.written_fit import rms_left
+from vcmm.learn.diagnosis.result_parts import Attempt
+from vcmm.learn.diagnosis.thinning import limit_observations, limit_together
+from vcmm.learn.diagnosis.written_machine import answers_to_write, rms_under, tables_to_write, writing_remarks
 from vcmm.show.console.files import output_folder, write_files, write_text
 from vcmm.show.console.terminal import say, say_warnings, show_answers, show_table
 from vcmm.show.pages.diagnosis import least_seen, sentences
@@ -61,8 +60,8 @@ def read_back(
         return load_machine(folder / "machine.toml")
 
     def residual_rms(machine: Machine) -> float:
-        recordings = [few_enough(load_recording(f, machine, gaps=True)[0]) for f in files]
-        return rms_left(few_together(recordings), machine)
+        recordings = [limit_observations(load_recording(f, machine, gaps=True)[0]) for f in files]
+        return rms_under(limit_together(recordings), machine)
 
     if not improved:
         return diagnosis, improved
@@ -85,7 +84,7 @@ def improved_files(
         return {}
     mistake = diagnosis.mistake
     tables = repaired_table(original, stated, mistake, recording.name) if mistake is not None else {}
-    new = anew(diagnosis.answer)
+    new = tables_to_write(diagnosis.answer)
     edits = repaired_in_place(stated, mistake, recording.name) if mistake is not None and not tables else ""
     if not tables and not edits and new is None and not answers_to_write(diagnosis.answer):
         return {}
@@ -110,7 +109,7 @@ def show_diagnosis(d: Diagnosis) -> None:
     if d.next_measurement:
         show_table(next_steps(d))
     if d.answer:
-        for note in notes(d.answer):
+        for note in writing_remarks(d.answer):
             say(f"note: {note}")
     if d.detectable:
         print(f"The least that would have shown, rms at the best place of each: {least_seen(d)}")
@@ -119,5 +118,5 @@ def show_diagnosis(d: Diagnosis) -> None:
     if d.not_testable:
         print("Not testable here (a column is missing): " + ", ".join(sorted(d.not_testable)))
     say_warnings(d.warnings)
-    for failure in d.failed:
+    for failure in d.failures:
         say(f"failed: {failure.step}: {failure.text}")

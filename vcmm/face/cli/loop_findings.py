@@ -16,11 +16,11 @@ from vcmm.face.job import Progress
 from vcmm.files.own.cut_scenario import load_cut
 from vcmm.files.own.recording import load_recording, machine_of
 from vcmm.files.toml_edits import editable, move_names, with_value_for_table
-from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.job import diagnose
-from vcmm.learn.diagnosis.later import Attempt
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
-from vcmm.learn.diagnosis.verdict import doubts
+from vcmm.learn.diagnosis.result_parts import Attempt
+from vcmm.learn.diagnosis.verdict import doubt_remarks
+from vcmm.learn.diagnosis.written_machine import answers_to_write
 from vcmm.shop.machining.held_out import HeldOutProof, held_out_proof
 from vcmm.shop.machining.measured_part import MeasuredCut, rest_of
 from vcmm.show.console.complaints import about
@@ -111,7 +111,7 @@ def _write_and_read_again(
     attempt = Attempt.none()
     improved = improved_files(part.folder, recording, None, machine, diagnosis)
     again, improved = read_back(part.folder, improved, [recording], diagnosis, attempt)
-    again = replace(again, failed=(*again.failed, *attempt.failures))
+    again = replace(again, failures=(*again.failures, *attempt.failures))
     if improved:
         text = _next_scenario(part.scenario, part.folder)
         (part.folder / "next.toml").write_text(text, encoding="utf-8")
@@ -189,15 +189,19 @@ def _leave_out_shift(machine: Path, shift: tuple[float, float, float]) -> None:
 def _without_last(diagnosis: Diagnosis, why: str) -> Diagnosis:
     """Return the diagnosis with the last of the names to write withheld; without any, a mistake of the table is left alone too."""
     written = [id(a) for a in answers_to_write(diagnosis.answer)]
-    kept = [a for a in diagnosis.answer if id(a) in written or (a.renewed is not None and not a.withheld)]
+    kept = [
+        a
+        for a in diagnosis.answer
+        if id(a) in written or (a.renewed_tables is not None and not a.withheld_because)
+    ]
     if not kept:
         return replace(diagnosis, mistake=None, verdict=WITHOUT.get(diagnosis.verdict, diagnosis.verdict))
-    answer = tuple(replace(a, withheld=why) if a is kept[-1] else a for a in diagnosis.answer)
+    answer = tuple(replace(a, withheld_because=why) if a is kept[-1] else a for a in diagnosis.answer)
     left = len(kept) > 1 or diagnosis.mistake is not None
     verdict = diagnosis.verdict if left else WITHOUT.get(diagnosis.verdict, diagnosis.verdict)
     if left and verdict == "explained":
         verdict = "partly explained"
-    reasons = tuple(dict.fromkeys((*diagnosis.reasons, *doubts(answer))))
+    reasons = tuple(dict.fromkeys((*diagnosis.reasons, *doubt_remarks(answer))))
     return replace(diagnosis, answer=answer, verdict=verdict, reasons=reasons)
 
 

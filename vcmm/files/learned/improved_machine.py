@@ -17,11 +17,10 @@ from vcmm.core.machine import Machine
 from vcmm.files.foreign.isg import isg_text, with_values
 from vcmm.files.learned.effect_text import effect_toml, input_toml
 from vcmm.files.toml_edits import editable, move_names
-from vcmm.learn.diagnosis.acceptance import answers_to_write, notes
-from vcmm.learn.diagnosis.improve import departure
+from vcmm.learn.diagnosis.improve import departure_from, repair_machine, repaired_effects
 from vcmm.learn.diagnosis.log_mistakes import Mistake
-from vcmm.learn.diagnosis.repair import repair_machine, repaired_effects
 from vcmm.learn.diagnosis.result import Answer
+from vcmm.learn.diagnosis.written_machine import answers_to_write, writing_remarks
 
 TABLE = "errors_corrected.csv"
 
@@ -38,13 +37,13 @@ def improved_machine(
     move_names(document, original.parent, target.parent)
     text = str(document.as_string())
     ids = {i.id for i in machine.inputs}
-    blocks = [f"# {note}\n" for note in notes(answers)]
+    blocks = [f"# {note}\n" for note in writing_remarks(answers)]
     for answer in answers_to_write(answers):
         assert answer.fitted is not None
         evidence = f"found in {source}, probability {answer.probability:.3f}"
         remark = answer.fitted.diagnosis.file_note(answer.fitted)
         comment = f"# {remark}\n" if remark else ""
-        blocks.append(comment + effect_toml(departure(answer.fitted, machine), evidence))
+        blocks.append(comment + effect_toml(departure_from(answer.fitted, machine), evidence))
         # an Input names its effect by place: with a second effect of that place (another period) it would be ambiguous
         alone = all(e.id != answer.fitted.id or addable(e, answer.fitted) for e in machine.effects)
         wanted = [item for item in answer.inputs if alone and item.id not in ids]
@@ -88,7 +87,7 @@ def repaired_in_place(machine: Machine, mistake: Mistake, source: str) -> str:
     if not changed or not all(addable(old, two) for old, two in changed):
         return ""
     evidence = f"corrects a mistake found in {source}: {mistake.component}, {mistake.what}"
-    return "".join(f"\n{effect_toml(departure(two, machine), evidence)}" for _, two in changed)
+    return "".join(f"\n{effect_toml(departure_from(two, machine), evidence)}" for _, two in changed)
 
 
 def with_table(text: str) -> str:

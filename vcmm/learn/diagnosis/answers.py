@@ -1,15 +1,15 @@
 """Answers from terms: numbers of delivered terms from their own refit, of candidates from the fit of everything.
 
-Simple names of curves: a change of geometry whose slope is a scale or a squareness says so, with its number.
+Simple names of curves: a change of geometry whose slope is a scale or a squareness is reported with that number too.
 
-A curve with a small bend wins over its straight part by evidence; people still want to read "square by -60 urad".
+A curve with a small bend has more evidence than its straight part; an operator still needs "square by -60 urad".
 
-Sizes that physics does not have: outside them a name is a candidate, however well it fits.
+Sizes beyond what physics allows: a name of such a size is a candidate, however well it fits.
 
 An effect declares them where there are any (`Typical.bounds`, `one_sided`). An Abbe arm is bounded by the machine: no reference line lies
 farther from the tip than the diagonal of its travels and tools. A size is outside where its whole 95 % coverage interval is.
 
-A size that the physics does not have: then what recorded it is as good an explanation as the machine.
+A size beyond what machines have: the instrument is then as probable a cause as the machine.
 
 An effect declares how large it usually is, and where that is known the most that a machine has; the widest prior of the search
 is SCALES[-1] = 64 times the usual size, which counts where no most is declared. A number beyond it (an axis that errs by 8 mm/m, a cyclic error of a degree) is more often a wrong unit, gain or sensor than a machine. There is no
@@ -29,43 +29,45 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.learn.diagnosis.candidates import Family, Option, rebuild_option
-from vcmm.learn.diagnosis.confusion import Standing
 from vcmm.learn.diagnosis.constants import EVEN_ODDS, LOWEST, MOSTLY, NOTHING, STRONG
-from vcmm.learn.diagnosis.delivery import DeliveredTerms, fitted_noise, setting_for, shares_of_rows
-from vcmm.learn.diagnosis.estimates import Estimate, estimates
-from vcmm.learn.diagnosis.evidence import Dictionary, best_mimic, visible
-from vcmm.learn.diagnosis.families import open_text
+from vcmm.learn.diagnosis.copied_readings import STRETCH, CopiedStretch
+from vcmm.learn.diagnosis.delivery import DeliveredTerms, noise_for_fit, setting_for, shares_of_rows
+from vcmm.learn.diagnosis.estimates import Estimate, estimate_parameters
+from vcmm.learn.diagnosis.evidence import Dictionary, best_mimic, visible_columns
+from vcmm.learn.diagnosis.families import open_members_text
 from vcmm.learn.diagnosis.improve import fitted_effect
 from vcmm.learn.diagnosis.log_mistakes import LOG, MISTAKE, Mistake
 from vcmm.learn.diagnosis.mistakes import generalises
 from vcmm.learn.diagnosis.periods import alias_names
-from vcmm.learn.diagnosis.plain_words import remark
+from vcmm.learn.diagnosis.plain_words import answer_remark
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner, scanned_names
-from vcmm.learn.diagnosis.repeated import STRETCH, RepeatedStretch
 from vcmm.learn.diagnosis.result import Answer, Diagnosis
+from vcmm.learn.diagnosis.rivals import Standing
 from vcmm.learn.diagnosis.search import Stage
-from vcmm.learn.diagnosis.select import Selection, Setting, Term, fitted_again
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection, Setting, refit
 from vcmm.physics import BY_NAME
 
 ARM = "arm"
 
 
-def beyond(effect: Effect | None, found: Mapping[str, Estimate], machine: Machine, offset: Array) -> str:
+def reason_impossible(
+    effect: Effect | None, estimates: Mapping[str, Estimate], machine: Machine, offset: Array
+) -> str:
     """Return why a fitted effect is impossible, in words; "" where it is possible. offset (n, 3) mm: tips from the last frame."""
     if effect is None:
         return ""
-    if effect.diagnosis.is_never_negative and _negative(effect):
+    if effect.diagnosis.is_never_negative and _is_negative(effect):
         return f"{effect.name} cannot be below zero"
     back = {name: shown for shown, name in effect.about.aliases.items()}
     for spec in parameter_fields(effect):
-        usual, estimate = spec.metadata["typical"], found.get(back.get(spec.name, spec.name))
+        usual, estimate = spec.metadata["typical"], estimates.get(back.get(spec.name, spec.name))
         if usual is None or usual.bounds is None or estimate is None:
             continue
         low, high = (in_unit(b, estimate.unit) for b in usual.bounds)
         if estimate.interval95[1] < low or estimate.interval95[0] > high:
             return f"{spec.name} = {estimate.value:.3g} {estimate.unit} lies outside {low:.3g} to {high:.3g}: {usual.why}"
-    arm = found.get(ARM)
+    arm = estimates.get(ARM)
     if effect.diagnosis.size_name == ARM and arm is not None:
         reach = in_unit(_reach(machine, offset), arm.unit)
         if arm.interval95[0] > reach:
@@ -73,7 +75,7 @@ def beyond(effect: Effect | None, found: Mapping[str, Estimate], machine: Machin
     return ""
 
 
-def _negative(effect: Effect) -> bool:
+def _is_negative(effect: Effect) -> bool:
     linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
     return any(float(np.min(getattr(effect, name))) < 0.0 for name in linear)
 
@@ -103,17 +105,17 @@ def simple_part(
                 if len(simple_option.columns) == problem.m
                 else rebuild_option(simple_option, problem)
             )
-            x = None if option is None else visible(option.columns, white)
+            x = None if option is None else visible_columns(option.columns, white)
             if option is None or x is None:
                 continue
             size = float(x[:, 0] @ signal / (x[:, 0] @ x[:, 0]))
             share = size**2 * float(x[:, 0] @ x[:, 0]) / max(float(signal @ signal), NOTHING)
             if share > (best[0] if best else MOSTLY):
                 best = share, family, option, size
-    return _text(*best) if best else ""
+    return _simple_part_text(*best) if best else ""
 
 
-def _text(share: float, family: Family, option: Option, size: float) -> str:
+def _simple_part_text(share: float, family: Family, option: Option, size: float) -> str:
     assert option.effect is not None
     show = parameter(option.effect, option.labels[0]).metadata["show"]
     unit = unit_at(option.effect, show, axis=str(getattr(option.effect, "axis", "")))
@@ -126,51 +128,51 @@ def _text(share: float, family: Family, option: Option, size: float) -> str:
 class NamedTerms:
     """All terms that were considered, with their joint fit, and each among its rivals.
 
-    searched: the same in the rows that were searched, where these are not all.
+    in_searched_rows: the same in the rows that were searched, where these are not all.
     """
 
     problem: Problem
     stage: Stage
     selection: Selection
-    places: Sequence[Standing]
-    searched: NamedTerms | None = None
+    standings: Sequence[Standing]
+    in_searched_rows: NamedTerms | None = None
 
-    def probabilities(self) -> list[Answer]:
+    def bare_answers(self) -> list[Answer]:
         """Return every term as an answer without numbers, with its probability."""
-        return [self._bare(i) for i in range(len(self.places))]
+        return [self._bare_answer(i) for i in range(len(self.standings))]
 
-    def _bare(self, i: int) -> Answer:
-        term, place = self.selection.terms[i], self.places[i]
-        same = (*place.twins, *(j for j, _ in place.elsewhere if j not in place.twins))
-        others = tuple(dict.fromkeys(self.stage.found.families[j].id for j in same))
-        signal, excess = self.selection.signal(i), _excess(self.selection, self.stage)
+    def _bare_answer(self, i: int) -> Answer:
+        term, standing = self.selection.terms[i], self.standings[i]
+        same = (*standing.twins, *(j for j, _ in standing.elsewhere if j not in standing.twins))
+        others = tuple(dict.fromkeys(self.stage.candidates.families[j].id for j in same))
+        signal, excess = self.selection.signal(i), _excess_energy(self.selection, self.stage)
         assert self.selection.fit is not None
         largest = float(np.abs(self.selection.fit.mean[self.selection.span(i)]).max())
         return Answer(
             term.family.name,
             term.family.where,
             {},
-            place.probability,
+            standing.probability,
             float(np.clip(signal @ signal / excess, 0.0, 1.0)),
-            (*others, *place.names),
-            place.evidence,
+            (*others, *standing.names),
+            standing.evidence,
             self.selection.delta(i),
             largest > SCALES[-1],
-            remark=_remarks(self.selection, i, self.problem, self.stage, place),
-            contained_in=place.contained_in,
-            rival_probability=place.rival_probability,
-            alias_probability=place.with_aliases,
-            kin=place.kin,
-            of_instrument=_of_instrument(place, self.stage.found),
+            remark=_remarks(self.selection, i, self.problem, self.stage, standing),
+            contained_in=standing.contained_in,
+            rival_probability=standing.rival_probability,
+            alias_probability=standing.alias_probability,
+            kin=standing.kin,
+            of_instrument=_instrument_aliases(standing, self.stage.candidates),
         )
 
 
-def _of_instrument(place: Standing, candidates: Dictionary) -> tuple[str, ...]:
+def _instrument_aliases(standing: Standing, candidates: Dictionary) -> tuple[str, ...]:
     """Return the errors of the instrument that repeat an answer exactly and are together as probable as all of the machine that do."""
     of_instrument = [
-        (j, p) for j, p in zip(place.exact, place.exact_shares) if _is_of_instrument(candidates, j)
+        (j, p) for j, p in zip(standing.exact, standing.exact_shares) if _is_of_instrument(candidates, j)
     ]
-    if not of_instrument or sum(p for _, p in of_instrument) < EVEN_ODDS * place.with_aliases:
+    if not of_instrument or sum(p for _, p in of_instrument) < EVEN_ODDS * standing.alias_probability:
         return ()
     return tuple(dict.fromkeys(candidates.families[j].name for j, _ in of_instrument))
 
@@ -180,56 +182,54 @@ def _is_of_instrument(candidates: Dictionary, family: int) -> bool:
     return effect is not None and effect.per == "instrument"
 
 
-def _excess(selection: Selection, stage: Stage) -> float:
+def _excess_energy(selection: Selection, stage: Stage) -> float:
     variance = selection.fit.sigma**2 if selection.fit else 1.0
     return max(float(selection.y @ selection.y) - stage.white.dof * variance, NOTHING)
 
 
-def answers(
-    named: NamedTerms, given: DeliveredTerms, mistake: Mistake | None, seed: int
+def make_answers(
+    named: NamedTerms, delivered: DeliveredTerms, mistake: Mistake | None, seed: int
 ) -> tuple[Answer, ...]:
     """Return all answers, those of the largest share first; below each its twins at other places, which repeat it exactly."""
-    of_rows = shares_of_rows(given.problem, given.selection)
+    of_rows = shares_of_rows(delivered.problem, delivered.selection)
     apart = shares_of_rows(named.problem, named.selection)
     out: list[tuple[Answer, ...]] = []
-    for i, bare in enumerate(named.probabilities()):
-        k = given.term(i)
+    for i, bare in enumerate(named.bare_answers()):
+        k = delivered.term(i)
         problem, selection, at = (
-            (named.problem, named.selection, i) if k is None else (given.problem, given.selection, k)
+            (named.problem, named.selection, i) if k is None else (delivered.problem, delivered.selection, k)
         )
         shown = _with_numbers(bare, problem, selection, at, named.stage, seed)
         share = apart[i] if k is None else of_rows[k]
-        shown = replace(shown, share_of_rows=share, withheld=given.withheld.get(i, ""))
-        out.append((shown, *_twins(shown, named, problem, selection, at, i, seed)))
-    of_table = [(_of_mistake(mistake, named.stage.white),)] if mistake is not None else []
+        shown = replace(shown, share_of_rows=share, withheld_because=delivered.reasons_withheld.get(i, ""))
+        out.append((shown, *_twin_answers(shown, named, problem, selection, at, i, seed)))
+    of_table = [(_mistake_answer(mistake, named.stage.white),)] if mistake is not None else []
     return tuple(a for group in sorted((*of_table, *out), key=lambda g: -g[0].share) for a in group)
 
 
 def _with_numbers(
     bare: Answer, problem: Problem, selection: Selection, i: int, stage: Stage, seed: int
 ) -> Answer:
-    white = problem.whitener(*fitted_noise(problem, stage))
-    numbers = estimates(problem, selection, i, Refiner(problem, white), seed)
+    white = problem.whitener(*noise_for_fit(problem, stage))
+    numbers = estimate_parameters(problem, selection, i, Refiner(problem, white), seed)
     effect, inputs = fitted_effect(selection, i, problem.machine)
     terms, offset = (*scanned_names(selection.terms[i].option), "period"), problem.run.offset
-    outside = beyond(effect, numbers, problem.machine, offset)
+    outside = reason_impossible(effect, numbers, problem.machine, offset)
     rivals = (*bare.cannot_be_told_from, *alias_names(effect, problem.run))
     return replace(
-        bare, parameters=numbers, fitted=effect, inputs=inputs, scanned=terms, beyond=outside, cannot_be_told_from=rivals
+        bare, parameters=numbers, fitted=effect, inputs=inputs, scanned_parameters=terms, impossible_because=outside, cannot_be_told_from=rivals
     )  # fmt: skip
 
 
-def _twins(
+def _twin_answers(
     of: Answer, named: NamedTerms, problem: Problem, selection: Selection, at: int, i: int, seed: int
 ) -> list[Answer]:
     """Return the same name at the places that repeat answer `of`, each with its own numbers; none of them is written."""
     setting, out = setting_for(problem, named.stage), []
-    place = named.places[i]
-    for j, probability in zip(place.twins, place.shares):
-        term = _twin(named, selection, at, i, j)
-        moved = fitted_again(
-            [term if k == at else t for k, t in enumerate(selection.terms)], setting, rounds=1
-        )
+    standing = named.standings[i]
+    for j, probability in zip(standing.twins, standing.shares):
+        term = _twin_term(named, selection, at, i, j)
+        moved = refit([term if k == at else t for k, t in enumerate(selection.terms)], setting, rounds=1)
         new = replace(of, where=term.family.where, probability=probability, alias_of=of.id)
         new = _with_numbers(new, problem, moved, at, named.stage, seed)
         others = [of.id, *(n for n in of.cannot_be_told_from if n != term.family.id)]
@@ -237,40 +237,42 @@ def _twins(
     return out
 
 
-def _twin(named: NamedTerms, selection: Selection, at: int, i: int, j: int) -> Term:
+def _twin_term(named: NamedTerms, selection: Selection, at: int, i: int, j: int) -> SelectedTerm:
     """Return the term `at` of a refit, which is term i of all, as family j."""
-    if named.searched is None:
-        return _at_place(named.stage.found, selection, at, j)
-    term = _at_place(named.searched.stage.found, named.searched.selection, i, j)
+    if named.in_searched_rows is None:
+        return _term_at_place(named.stage.candidates, selection, at, j)
+    term = _term_at_place(named.in_searched_rows.stage.candidates, named.in_searched_rows.selection, i, j)
     option = rebuild_option(term.option, named.problem)
     return selection.terms[at] if option is None else replace(term, option=option)
 
 
-def _at_place(candidates: Dictionary, selection: Selection, at: int, j: int) -> Term:
+def _term_at_place(candidates: Dictionary, selection: Selection, at: int, j: int) -> SelectedTerm:
     """Return the term `at` as family j, in the shape that repeats its signal best."""
     best = best_mimic(candidates, j, selection.signal(at))
-    return Term(
+    return SelectedTerm(
         candidates.families[j], candidates.options[best], candidates.columns(best), selection.terms[at].width
     )
 
 
-def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place: Standing) -> str:
+def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, standing: Standing) -> str:
     """Return the remarks beside answer i."""
-    exact = {stage.found.families[j].id for j in place.twins}
+    exact = {stage.candidates.families[j].id for j in standing.twins}
     open_at = [
-        (stage.found.families[j], p) for j, p in place.elsewhere if stage.found.families[j].id not in exact
+        (stage.candidates.families[j], p)
+        for j, p in standing.elsewhere
+        if stage.candidates.families[j].id not in exact
     ]
     others = " | ".join(f"{' '.join(f.where.values())} (p {p:.2f})" for f, p in open_at)
     sentences = (
         f"its place is open: as good at {others}" if others else "",
-        remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
-        open_text(place.kin) if place.kin else "",
-        simple_part(selection, i, stage.found.families, problem, stage.white),
+        answer_remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
+        open_members_text(standing.kin) if standing.kin else "",
+        simple_part(selection, i, stage.candidates.families, problem, stage.white),
     )
     return "; ".join(s for s in sentences if s)
 
 
-def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
+def _mistake_answer(mistake: Mistake, white: Whitener) -> Answer:
     places = {MISTAKE: "component", LOG: "columns"}
     where = {places.get(mistake.effect, "axis"): mistake.component}
     size = float(np.linalg.norm(white.apply(mistake.departure)))
@@ -285,32 +287,32 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     )  # fmt: skip
 
 
-def add_repeated(d: Diagnosis, again: RepeatedStretch) -> Diagnosis:
+def add_copied_stretch(d: Diagnosis, again: CopiedStretch) -> Diagnosis:
     """Return the diagnosis of the other rows, and the stretch that occurs twice as a mistake of the log."""
-    sure = 1.0 - min(again.expected, 1.0)
-    count = int(again.copied.sum())
+    sure = 1.0 - min(again.expected_count, 1.0)
+    count = int(again.is_copy.sum())
     answer = Answer(
-        LOG, {"columns": again.where}, {}, sure, 0.0, (), float(-np.log(max(again.expected, LOWEST))),
-        alias_probability=sure, share_of_rows=count / (count + d.searched[1]), mistake=STRETCH,
+        LOG, {"columns": again.where}, {}, sure, 0.0, (), float(-np.log(max(again.expected_count, LOWEST))),
+        alias_probability=sure, share_of_rows=count / (count + d.search_counts[1]), mistake=STRETCH,
         remark=f"the {count} copied readings are left out",
     )  # fmt: skip
     verdict = {"nothing missing": "explained"}.get(d.verdict, d.verdict)
     return replace(d, answer=(answer, *d.answer), verdict=verdict)
 
 
-def of_the_machine(selection: Selection, places: Sequence[Standing], setting: Setting) -> Selection:
+def prefer_machine_terms(selection: Selection, standings: Sequence[Standing], setting: Setting) -> Selection:
     """Replace terms that no machine file can hold (errors of the instrument, a calibration that is stale as a whole) by names
     that repeat them exactly and that one can hold; both remain named.
     """
     terms = list(selection.terms)
-    for i, place in enumerate(places):
-        if not _has_a_number(terms[i]):
-            others = (_at_place(setting.found, selection, i, j) for j in place.exact)
-            terms[i] = next((t for t in others if _has_a_number(t)), terms[i])
-    return selection if list(selection.terms) == terms else fitted_again(terms, setting, rounds=1)
+    for i, standing in enumerate(standings):
+        if not _fits_machine_file(terms[i]):
+            others = (_term_at_place(setting.candidates, selection, i, j) for j in standing.exact)
+            terms[i] = next((t for t in others if _fits_machine_file(t)), terms[i])
+    return selection if list(selection.terms) == terms else refit(terms, setting, rounds=1)
 
 
-def _has_a_number(term: Term) -> bool:
+def _fits_machine_file(term: SelectedTerm) -> bool:
     """Return whether a machine file can hold a term."""
     effect = term.option.effect
     return effect is not None and effect.per != "instrument" and not any("@" in n for n in term.option.labels)
@@ -319,7 +321,7 @@ def _has_a_number(term: Term) -> bool:
 INSTRUMENT, SENSOR = "instrument", "sensor"  # rivals that are no effects
 
 
-def within(effect: Effect) -> bool:
+def has_usual_sizes(effect: Effect) -> bool:
     """Return whether every parameter of a fitted effect has a size that machines have."""
     for f in parameter_fields(effect):
         usual = f.metadata["typical"]
@@ -330,9 +332,9 @@ def within(effect: Effect) -> bool:
     return True
 
 
-def shared_with_instrument(a: Answer) -> Answer:
+def share_with_instrument(a: Answer) -> Answer:
     """Return the answer, where it is too large, with the instrument as a rival of the same weight and a remark."""
-    if not a.implausible or (a.fitted is not None and within(a.fitted)):
+    if not a.implausible or (a.fitted is not None and has_usual_sizes(a.fitted)):
         return a
     rival = (
         SENSOR

@@ -19,7 +19,7 @@ from vcmm.core.effect import Effect, parameter, parameter_fields, required, typi
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.constants import EXACT, RARER, UNSEEN
-from vcmm.learn.diagnosis.instances import instances, lacking_columns, where_of
+from vcmm.learn.diagnosis.instances import instances, missing_columns, where_of
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.sanity import dead_sensors
 from vcmm.learn.diagnosis.scans import is_change, trials
@@ -35,7 +35,7 @@ Mask = npt.NDArray[np.bool_]
 class Option:
     """columns (m, k) per typical amplitude; unit (k,): the typical amplitudes, canonical units; labels (k,).
 
-    turned: rows near a reversal count as still on the side they came from.
+    is_reversed: rows near a reversal count as still on the side they came from.
     """
 
     effect: Effect | None  # None: a shape without physics (localisation)
@@ -43,7 +43,7 @@ class Option:
     unit: Array
     labels: tuple[str, ...]
     log_prior: float
-    turned: bool = False
+    is_reversed: bool = False
 
     @property
     def freedom(self) -> int:
@@ -76,10 +76,10 @@ class Catalogue:
 
     families: tuple[Family, ...]
     not_testable: Mapping[str, tuple[str, ...]]
-    unseen: tuple[str, ...] = ()
+    invisible: tuple[str, ...] = ()
 
 
-def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue:
+def build_catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue:
     """Return all families of the known effects (and of the caller's own effect classes)."""
     families: list[Family] = []
     absent: dict[str, tuple[str, ...]] = {}
@@ -88,7 +88,7 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
     for kind in (*ALL, *extra):
         if not kind.diagnosis.is_named or not parameter_fields(kind) or not applies(kind, problem):
             continue
-        of_kind, missing, still = _of_kind(kind, problem)
+        of_kind, missing, still = _families_of_effect(kind, problem)
         lost += still
         for family in of_kind:
             families = _join_family(families, family)
@@ -96,7 +96,7 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
             absent[kind.name] = tuple(sorted(missing))
         elif not of_kind and instances(kind, problem):
             unseen.append(reported_name(kind))
-    families += _stale(problem)
+    families += _stale_calibration(problem)
     names = {f.name for f in families}
     absent = {name: columns for name, columns in absent.items() if name not in names}
     places = unseen_places([f for f in lost if f.name in names], families)
@@ -104,9 +104,9 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
     return Catalogue(_shared_prior(families, problem), absent, (*unseen, *places))
 
 
-def unseen_places(lost: Sequence[Family], seen: Sequence[Family]) -> tuple[str, ...]:
+def unseen_places(lost: Sequence[Family], visible: Sequence[Family]) -> tuple[str, ...]:
     """Return "squareness[B0Z]": axes, pairs, components and directions at which no family of a name is seen, others of it are."""
-    places = {(f.name, first_place(f)) for f in seen}
+    places = {(f.name, first_place(f)) for f in visible}
     gone = dict.fromkeys((f.name, first_place(f)) for f in lost)
     return tuple(f"{name}[{place}]" for name, place in gone if place and (name, place) not in places)
 
@@ -116,7 +116,7 @@ def first_place(family: Family) -> str:
     return next(iter(family.where.values()), "")
 
 
-def _stale(problem: Problem) -> list[Family]:
+def _stale_calibration(problem: Problem) -> list[Family]:
     """Return the family of a stale calibration, off by more than it claims: its own covariance, widened, as random effects."""
     machine = {item.id for item in problem.machine.inputs}
     stated = [columns for name, columns in problem.stated if name in machine]
@@ -144,12 +144,12 @@ def _shared_prior(families: Sequence[Family], problem: Problem) -> tuple[Family,
     out = []
     for family in families:
         same = [f for f in families if f.name == family.name]
-        whole = [f for f in same if _everything(f)]
+        whole = [f for f in same if _is_whole(f)]
         if whole and len(same) > 1:
-            prior = 0.5 if _everything(family) else 0.5 / (len(same) - 1)
+            prior = 0.5 if _is_whole(family) else 0.5 / (len(same) - 1)
         else:
             prior = 1.0 / len(same)
-        if any(o.effect is not None and _rare(o.effect, problem) for o in family.options):
+        if any(o.effect is not None and _is_rare(o.effect, problem) for o in family.options):
             prior *= RARER
         prior *= max(
             (o.effect.diagnosis.prior.share for o in family.options if o.effect is not None), default=1.0
@@ -158,17 +158,17 @@ def _shared_prior(families: Sequence[Family], problem: Problem) -> tuple[Family,
     return tuple(out)
 
 
-def _rare(effect: Effect, problem: Problem) -> bool:
+def _is_rare(effect: Effect, problem: Problem) -> bool:
     prior, run = effect.diagnosis.prior, problem.run
     lacking = bool(prior.rare_without) and prior.rare_without not in run.labels
     return problem.recording.kind in prior.rare_in or lacking or prior.rare_with in run.columns
 
 
-def _everything(family: Family) -> bool:
+def _is_whole(family: Family) -> bool:
     return not family.where or family.where.get("component") == "all"
 
 
-def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str], list[Family]]:
+def _families_of_effect(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str], list[Family]]:
     """Return the families of one effect class, the columns that kept some from being tested, and places where nothing moves."""
     out: list[Family] = []
     missing: set[str] = set()
@@ -177,7 +177,7 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
     name = reported_name(kind)
     ids = {effect.id for effect in problem.machine.effects}
     for effect in instances(kind, problem):
-        lacking = (*lacking_columns(effect, problem.run), *(c for c in required(effect) if c in dead))
+        lacking = (*missing_columns(effect, problem.run), *(c for c in required(effect) if c in dead))
         if lacking:
             missing |= set(lacking)
             continue
@@ -185,8 +185,8 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
             continue
         options = [
             o
-            for o in _options(effect, problem)
-            if not effect.diagnosis.moves_together or _independent(o.columns)
+            for o in _options_at(effect, problem)
+            if not effect.diagnosis.moves_together or _are_independent(o.columns)
         ]
         if options:
             out.append(Family(name, where_of(effect), tuple(options), 0.0, effect.id in ids))
@@ -195,24 +195,24 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
     return out, missing, still
 
 
-def _independent(columns: Array) -> bool:
-    """Does every one of several columns (m, k) show, and none as the others do?"""
+def _are_independent(columns: Array) -> bool:
+    """Return whether each of several columns (m, k) is visible and none is a combination of the others."""
     length = np.linalg.norm(columns, axis=0)
     return bool(length.all()) and np.linalg.matrix_rank(columns / length, tol=UNSEEN) == columns.shape[1] > 1
 
 
-def _options(effect: Effect, problem: Problem) -> list[Option]:
+def _options_at(effect: Effect, problem: Problem) -> list[Option]:
     out = []
     rare = float(np.log(effect.diagnosis.prior.share))
     for start, share in _origins(effect, problem):
         for changes, weight in trials(start, problem.run):
             option = make_option(replace(start, **changes), problem, weight + share + rare)
             if option is not None:
-                out += _taken_up(option, start, problem)
+                out += _reversal_options(option, start, problem)
     return out
 
 
-def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
+def _reversal_options(option: Option, effect: Effect, problem: Problem) -> list[Option]:
     """Return options for rows near a reversal: a play of some um is taken up within as much travel, so rows nearer than a typical gap are
     still on the
     side they came from, and each of them counts with twice the gap. Both readings of such rows are options.
@@ -229,22 +229,24 @@ def _near_reversal(effect: Effect, problem: Problem) -> Mask:
     since = problem.run.columns.get(f"since_reversal_{getattr(effect, 'axis', '')}_mm")
     if not effect.about.gap_parameter or since is None:
         return np.zeros(problem.m, dtype=bool)
-    return np.asarray(problem.of_rows(since) < typical(effect, effect.about.gap_parameter))
+    return np.asarray(problem.per_observation(since) < typical(effect, effect.about.gap_parameter))
 
 
 def _reverse_option(option: Option, near: Mask) -> Option:
-    return replace(option, columns=option.columns * np.where(near, -1.0, 1.0)[:, None], turned=True)
+    return replace(option, columns=option.columns * np.where(near, -1.0, 1.0)[:, None], is_reversed=True)
 
 
 def rebuild_option(option: Option, problem: Problem, effect: Effect | None = None) -> Option | None:
     """Return the same option for the observations of `problem`, with another effect of its class where one is given."""
     effect = effect or option.effect
     if effect is None:
-        stale = [o for f in _stale(problem) for o in f.options]
+        stale = [o for f in _stale_calibration(problem) for o in f.options]
         return stale[0] if stale and option.labels[:1] == stale[0].labels[:1] else None
     made = make_option(effect, problem, option.log_prior)
     return (
-        _reverse_option(made, _near_reversal(effect, problem)) if made is not None and option.turned else made
+        _reverse_option(made, _near_reversal(effect, problem))
+        if made is not None and option.is_reversed
+        else made
     )
 
 
@@ -275,7 +277,7 @@ def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Opt
     labels, unit = _amplitudes(effect, names, columns)
     columns = columns * unit
     label = redraw_label(effect, problem.run)
-    if label and not _one_cut_part(effect, problem, label):
+    if label and not _is_one_cut_part(effect, problem, label):
         columns, labels, unit = _per_value(columns, labels, unit, problem, label)
     if not np.isfinite(columns).all() or not np.any(columns) or columns.shape[1] > MOST_COLUMNS:
         return None
@@ -288,7 +290,7 @@ def redraw_label(effect: Effect, run: Run) -> str:
     return next((label for label in wanted if label in run.labels), "")
 
 
-def _one_cut_part(effect: Effect, problem: Problem, label: str) -> bool:
+def _is_one_cut_part(effect: Effect, problem: Problem, label: str) -> bool:
     """Return whether an effect acts on one part that has been cut, clamped once: it is a number, which the next part has too if it is
     clamped alike."""
     values, _ = problem.run.copies(label)
@@ -322,7 +324,7 @@ def linear_parameters(effect: Effect) -> list[str]:
 
 
 def _amplitudes(effect: Effect, names: Sequence[str], columns: Array) -> tuple[tuple[str, ...], Array]:
-    """Label and typical amplitude of every column; parameters without one are scaled to 1 um rms over the recording."""
+    """Return label and typical amplitude of every column; parameters without one are scaled to 1 um rms over the recording."""
     labels: list[str] = []
     unit: list[float] = []
     for name in names:
@@ -330,11 +332,11 @@ def _amplitudes(effect: Effect, names: Sequence[str], columns: Array) -> tuple[t
         labels += [name] if value.ndim == 0 else [f"{name}[{i}]" for i in range(value.size)]
         for _ in range(value.size):
             rms = float(np.sqrt(np.mean(columns[:, len(unit)] ** 2)))
-            unit.append(_typical(effect, name, rms))
+            unit.append(_typical_or_scaled(effect, name, rms))
     return tuple(labels), np.array(unit)
 
 
-def _typical(effect: Effect, name: str, rms: float) -> float:
+def _typical_or_scaled(effect: Effect, name: str, rms: float) -> float:
     try:
         return typical(effect, name)
     except UsageError:

@@ -18,10 +18,10 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.evidence import dictionary, scorer
 from vcmm.learn.diagnosis.locate import Place, generic_families, locate
-from vcmm.learn.diagnosis.null import Noise, draws
+from vcmm.learn.diagnosis.null_recordings import Noise, draw_null_recordings
 from vcmm.learn.diagnosis.problem import Problem, predecessors
-from vcmm.learn.diagnosis.row_order import in_order
-from vcmm.learn.diagnosis.unread import for_effects
+from vcmm.learn.diagnosis.row_order import sort_rows
+from vcmm.learn.diagnosis.sensor_gaps import rows_for_effects
 from vcmm.task.response.folds import fold_masks
 from vcmm.task.response.observe import Observer, known_here, left_out, noise_u, nuisance_columns
 from vcmm.task.response.recording import Recording
@@ -31,7 +31,7 @@ NULLS = 500  # smallest p is 1/501
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """Residuals of one recording under one machine: residual (m,), u (m,), mm or rad; nuisance has `fitted` columns.
+    """Residuals of one recording under one machine: residual (m,), u (m,), mm or rad; the nuisance columns have the rank nuisance_rank.
 
     covariates: observations' run, prepared. exact: the transforms were multiplied (rotations above 1 mrad).
     left_out: effects of the machine that the recording has no columns for.
@@ -41,7 +41,7 @@ class Misfit:
     run: Run
     residual: Array
     u: Array
-    fitted: int
+    nuisance_rank: int
     exact: bool
     left_out: tuple[str, ...]
     depends_on: tuple[Place, ...] = ()
@@ -53,7 +53,7 @@ class Misfit:
 
     @property
     def dof(self) -> int:
-        return len(self.residual) - self.fitted
+        return len(self.residual) - self.nuisance_rank
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ def compare_machines(file: str, pairs: Sequence[tuple[Recording, Machine]], seed
 
 def misfit(recording: Recording, machine: Machine, seed: int = 0) -> Misfit:
     """Return the residuals of one recording, nuisance refitted; with the covariates on which they depend (p from simulated white noise)."""
-    left = left_by(recording, machine)
+    left = misfit_without_covariates(recording, machine)
     recording, run = left.recording, left.run
     columns = np.reshape(nuisance_columns(recording, machine)[0], (recording.m, -1))
     problem = Problem(
@@ -135,32 +135,32 @@ def misfit(recording: Recording, machine: Machine, seed: int = 0) -> Misfit:
     return replace(left, depends_on=_places(problem, seed))
 
 
-def left_by(recording: Recording, machine: Machine) -> Misfit:
+def misfit_without_covariates(recording: Recording, machine: Machine) -> Misfit:
     """Return the residuals of one recording, nuisance refitted, without a test of covariates. The rows are in the order of a
     diagnosis, for any order of the file, so that lags and neighbours are the same.
     """
-    observer = Observer(in_order(for_effects(recording, machine.effects), machine), machine)
+    observer = Observer(sort_rows(rows_for_effects(recording, machine.effects), machine), machine)
     recording, run = observer.recording, observer.run
     u = noise_u(recording, machine)
     predicted, exact = observer.predict
     columns = np.reshape(nuisance_columns(recording, machine)[0], (recording.m, -1))
     departure = recording.value - predicted
-    residual, rank = without_nuisance(departure, columns, u, known_here(recording, machine))
+    residual, rank = remove_nuisance(departure, columns, u, known_here(recording, machine))
     lost = tuple(name for name, _ in left_out(recording, machine))
-    return Misfit(recording, run, residual, u, fitted=rank, exact=exact, left_out=lost)
+    return Misfit(recording, run, residual, u, nuisance_rank=rank, exact=exact, left_out=lost)
 
 
-def without_nuisance(
-    departure: Array, columns: Array, u: Array, known: Array | None = None
+def remove_nuisance(
+    departure: Array, columns: Array, u: Array, shared: Array | None = None
 ) -> tuple[Array, int]:
     """Return the residual (m,) after weighted least squares of the nuisance columns (m, p), and their rank.
 
-    known (m, r): columns K of draws of unit variance that the rows share beside their noise. Then departure and columns go through
+    shared (m, r): columns K of random numbers of unit variance that the rows have in common beside their noise. Then departure and columns go through
     (1 + K K'/u^2)^-1/2 first, so that the squares of the residual add up what noise and draws must be together (generalised least
     squares, Aitken 1935).
     """
-    if known is not None and known.shape[1]:
-        left, size, _ = np.linalg.svd(known / u[:, None], full_matrices=False)
+    if shared is not None and shared.shape[1]:
+        left, size, _ = np.linalg.svd(shared / u[:, None], full_matrices=False)
         taken = left * (1.0 - 1.0 / np.sqrt(1.0 + size**2))  # (1 + K K'/u^2)^-1/2 = 1 - taken left'
         departure = departure - u * (taken @ (left.T @ (departure / u)))
         columns = columns - u[:, None] * (taken @ (left.T @ (columns / u[:, None])))
@@ -186,9 +186,9 @@ def _places(problem: Problem, seed: int) -> tuple[Place, ...]:
     generic = scorer(dictionary(generic_families(problem), white))
     rest = white.apply(problem.residual)
     scale = float(np.sqrt(rest @ rest / white.dof))
-    if not generic.found.families or scale == 0.0:
+    if not generic.candidates.families or scale == 0.0:
         return ()
-    null = draws(Noise(), white, seed, "compare", NULLS)
+    null = draw_null_recordings(Noise(), white, seed, "compare", NULLS)
     return locate(generic, rest / scale, generic.scores(null).max(axis=0))
 
 

@@ -32,14 +32,14 @@ UNSTATED_RATIO = 3.0  # times the stated noise: eight ninths of the variance hav
 
 # templates: no shape, time constant or thermometer is quite right
 MISMATCH = 0.05  # of a signal that its template may leave: chosen on concealed mechanisms that are no formula (docs/exam.md)
-EXACT = 0.01  # of a signal, a fifth of MISMATCH: who leaves no more says the same in other words
-MOSTLY = 0.5  # of the energy: what is more than half of a thing gives it its name
+EXACT = 0.01  # of a signal, a fifth of MISMATCH: a term that leaves no more describes the same signal
+MOSTLY = 0.5  # of the energy: a part of more than half names the whole
 SECURE_DELTA = 7.0  # delta at which the right name is first in 95 % of recordings (docs/exam.md)
 LEAST_SPREAD = 1.0  # nats: the gain of a fold in simulated recordings is not believed to be better known
 FEW = 3  # numbers of a name, a vector; with more it is a shape of its own
 
 # sizes
-MOST_TERMS = 6  # names of one recording; more have never been asked for
+MOST_TERMS = 6  # names of one recording; no recording of the exam needed more
 CLOSING = 2  # names of one number that may close the account of the noise: with more, any would
 MOST_SHAPES = 10  # lines of a spectrum, kinds of mistakes that are looked at one by one: chosen
 FEWEST = 20  # observations of a fold: their scatter is known to 16 %
@@ -54,7 +54,7 @@ LOWEST = UNSEEN**2  # of a chance: beyond seven standard deviations the normal l
 RESOLUTION_DELTA = sqrt(2.0 * STRONG)  # delta s from which STRONG nats separate two names
 DEVIATIONS = NormalDist().inv_cdf(1.0 - FALSE_ALARM)  # of the mean square of noise in a null recording
 MAD = 1.0 / NormalDist().inv_cdf(0.75)  # standard deviations per median of the absolute value, normal law
-LEAST_TOLD = 1.0 - CHANCE  # probability below which no digits are said: less than templates are good for
+LEAST_PRINTED = 1.0 - CHANCE  # probability below which no digits are printed: templates are not better known
 QUANTILE = 1.0 - 2.0 * NormalDist().cdf(-FAR)  # of a statistic of null recordings: the chance of FAR
 RELEVANT = sqrt(1.0 / MOSTLY)  # times the stated noise, from where most of the variance has another cause
 ALIAS = FAR * MISMATCH  # of a signal: a larger name that leaves no more holds the simpler one

@@ -8,44 +8,52 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.learn.diagnosis.answers import NamedTerms
-from vcmm.learn.diagnosis.confusion import Standing, standing
-from vcmm.learn.diagnosis.delivery import DeliveredTerms, left_over, replaced_inputs, setting_for
+from vcmm.learn.diagnosis.delivery import DeliveredTerms, replaced_inputs, residual_after_terms, setting_for
+from vcmm.learn.diagnosis.rivals import Standing, compare_with_rivals
 from vcmm.learn.diagnosis.search import Stage
-from vcmm.learn.diagnosis.select import Selection, Term, best_option, fitted_again
-from vcmm.learn.diagnosis.statement_tests import Pull, calibration_pulls, contradiction, farthest
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection, best_option, refit
+from vcmm.learn.diagnosis.statement_tests import (
+    Pull,
+    calibration_pulls,
+    contradiction_probability,
+    pull_limit,
+)
 
 
 def add_contradictions(named: NamedTerms) -> NamedTerms:
     """Return the terms with one more for every stated number that the rows contradict, where the catalogue has a name for it."""
     selection, stage = named.selection, named.stage
-    sigma = noise_after(selection, stage)
+    sigma = selection.sigma(stage.white.dof)
     pulls = calibration_pulls(
-        named.problem, left_over(named.problem, selection), sigma, stage.u, stage.noise.rho
+        named.problem, residual_after_terms(named.problem, selection), sigma, stage.u, stage.noise.rho
     )
-    far = farthest(len(pulls))
-    new = [(p, t) for p in pulls if abs(p.pull) > far and (t := _term(p.input, named)) is not None]
+    far = pull_limit(len(pulls))
+    new = [(p, t) for p in pulls if abs(p.pull) > far and (t := _statement_term(p.input, named)) is not None]
     if not new:
         return named
     terms = [*selection.terms, *(t for _, t in new)]
-    free = named.problem.without(replaced_inputs(named.problem, [t for _, t in new]))
-    whole = fitted_again(terms, setting_for(free, stage))
-    places = [
-        *named.places,
-        *(_place(whole, len(selection.terms) + k, p, len(pulls), named) for k, (p, _) in enumerate(new)),
+    free = named.problem.without_statements(replaced_inputs(named.problem, [t for _, t in new]))
+    whole = refit(terms, setting_for(free, stage))
+    standings = [
+        *named.standings,
+        *(
+            _statement_standing(whole, len(selection.terms) + k, p, len(pulls), named)
+            for k, (p, _) in enumerate(new)
+        ),
     ]
-    return replace(named, problem=free, selection=whole, places=places)
+    return replace(named, problem=free, selection=whole, standings=standings)
 
 
-def _term(statement: str, named: NamedTerms) -> Term | None:
+def _statement_term(statement: str, named: NamedTerms) -> SelectedTerm | None:
     """Return the family of the statement, as a term; None where it is named already or no candidate."""
-    candidates = named.stage.found
+    candidates = named.stage.candidates
     wanted = statement.rsplit(".", 1)[0]
     if any(t.option.effect is not None and t.option.effect.id == wanted for t in named.selection.terms):
         return None
     for i, family in enumerate(candidates.families):
         option = candidates.options[best_option(candidates, np.zeros(len(candidates.options)), i)]
         if option.effect is not None and option.effect.id == wanted and option.columns.shape[1] == 1:
-            return Term(
+            return SelectedTerm(
                 family,
                 option,
                 candidates.columns(best_option(candidates, np.zeros(len(candidates.options)), i)),
@@ -53,35 +61,30 @@ def _term(statement: str, named: NamedTerms) -> Term | None:
     return None
 
 
-def _place(whole: Selection, i: int, pull: Pull, count: int, named: NamedTerms) -> Standing:
+def _statement_standing(whole: Selection, i: int, pull: Pull, count: int, named: NamedTerms) -> Standing:
     """Return the standing; its probability is that the statement does not hold; only terms that repeat it exactly are rivals, for the statement is
     about this quantity and no other.
     """
     setting = setting_for(named.problem, named.stage)
-    place = standing(whole, setting, i)
+    standing = compare_with_rivals(whole, setting, i)
     name = whole.terms[i].family.name
-    families = named.stage.found.families
-    names = dict.fromkeys(families[j].name for j in place.exact if families[j].name != name)
-    sure = contradiction(pull.pull, count)
+    families = named.stage.candidates.families
+    names = dict.fromkeys(families[j].name for j in standing.exact if families[j].name != name)
+    sure = contradiction_probability(pull.pull, count)
     return Standing(
-        0.5 * pull.pull**2, sure, tuple(names), tuple(j for j in place.exact if families[j].name != name),
-        with_aliases=sure, exact=place.exact,
+        0.5 * pull.pull**2, sure, tuple(names), tuple(j for j in standing.exact if families[j].name != name),
+        alias_probability=sure, exact=standing.exact,
     )  # fmt: skip
 
 
-def noise_after(selection: Selection, stage: Stage) -> float:
-    """Return the noise over the stated one, after the terms."""
-    return (
-        selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
-    )
-
-
-def pulls_of(given: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
+def pulls_after_terms(delivered: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
     """Return the pulls after the delivered terms: of a quantity that was set free, the estimate less the statement."""
-    selection = given.selection
-    rest = left_over(given.problem, selection)
-    inside = calibration_pulls(given.problem, rest, noise_after(selection, stage), stage.u, stage.noise.rho)
-    stated = {item.id: item for item in given.problem.machine.inputs}
+    selection = delivered.selection
+    rest = residual_after_terms(delivered.problem, selection)
+    inside = calibration_pulls(
+        delivered.problem, rest, selection.sigma(stage.white.dof), stage.u, stage.noise.rho
+    )
+    stated = {item.id: item for item in delivered.problem.machine.inputs}
     free = []
     for i, term in enumerate(selection.terms):
         effect = term.option.effect
@@ -98,26 +101,26 @@ def pulls_of(given: DeliveredTerms, stage: Stage) -> tuple[Pull, ...]:
     return tuple(sorted((*inside, *free), key=lambda p: -abs(p.pull)))
 
 
-def told_pulls(pulls: Sequence[Pull], given: DeliveredTerms) -> tuple[str, ...]:
+def named_contradictions(pulls: Sequence[Pull], delivered: DeliveredTerms) -> tuple[str, ...]:
     """Return sentences about statements that are contradicted and have a name."""
-    named = _effect_ids(given)
-    far = farthest(len(pulls))
+    named = _effect_ids(delivered)
+    far = pull_limit(len(pulls))
     return tuple(
         _contradiction_text(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] in named
     )
 
 
-def unexplained_pulls(pulls: Sequence[Pull], given: DeliveredTerms) -> tuple[str, ...]:
+def unnamed_contradictions(pulls: Sequence[Pull], delivered: DeliveredTerms) -> tuple[str, ...]:
     """Return sentences about statements that no name replaces: they contradict "explained"."""
-    named = _effect_ids(given)
-    far = farthest(len(pulls))
+    named = _effect_ids(delivered)
+    far = pull_limit(len(pulls))
     return tuple(
         _contradiction_text(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] not in named
     )
 
 
-def _effect_ids(given: DeliveredTerms) -> set[str]:
-    return {t.option.effect.id for t in given.selection.terms if t.option.effect is not None}
+def _effect_ids(delivered: DeliveredTerms) -> set[str]:
+    return {t.option.effect.id for t in delivered.selection.terms if t.option.effect is not None}
 
 
 def _contradiction_text(p: Pull) -> str:

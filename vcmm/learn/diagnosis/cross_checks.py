@@ -1,8 +1,7 @@
 """Check that every part of the rows gives the same answer: names are searched again in alternating rows and in the halves in time.
 
 The columns of the catalogue, the noise and the threshold are those of the whole. A part is tested for a name that should rank first in
-it: the signal of
-the name in its rows, other names projected out, is at least SECURE_DELTA of the noise. A part of the rows holds a part of the evidence, and
+it: the signal of the name in its rows, other names projected out, is at least SECURE_DELTA of the noise. A part of the rows holds a part of the evidence, and
 what is decided by all rows may be open in it: it contradicts a name only where its own findings are worth STRONG nats more in its rows
 than all names of the whole; nearer both are rivals, and the part does not count. A name that n parts test and k of them find is claimed with at
 most (k + 1) / (n + 2), the rule of succession (Laplace; Jaynes, Probability Theory (2003), 18.2), unless all find it.
@@ -11,8 +10,8 @@ A second opinion: forward selection by the extended Bayesian information criteri
 
     EBIC = n ln(RSS) + k (ln n + 2 ln P)      k columns of P chosen, gamma = 1 (Chen & Chen, Biometrika 95 (2008) 759)
 
-Chosen is the better of what forward selection finds and of our names: its steps go astray, and where the criterion itself prefers our names it
-agrees. Of columns that lower it equally it takes the first, and has the names of all. It uses no priors, no folds and no rows held out,
+The second opinion is the better of the forward selection and of our names, since the steps of a forward selection may miss the best set; where the criterion
+prefers our names it agrees. Of columns that lower it equally it takes the first, and has the names of all. It uses no priors, no folds and no rows held out,
 and names something in many recordings that hold nothing; its value is that its errors
 differ. With d the EBIC of our names less that of its own, exp(-d / 2) are its odds for ours; a name of ours that it
 does not have is claimed with the mean of both probabilities, and with even odds at least: two opinions that disagree decide nothing.
@@ -32,8 +31,6 @@ from vcmm.answer.evaluation.gaussian import Whitener, whitener, without_span
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Family
-from vcmm.learn.diagnosis.checks import SecondOpinion, Stability
-from vcmm.learn.diagnosis.confusion import Standing, ranks
 from vcmm.learn.diagnosis.constants import (
     EVEN_ODDS,
     FEWEST,
@@ -50,16 +47,19 @@ from vcmm.learn.diagnosis.families import kin_of
 from vcmm.learn.diagnosis.mistakes import is_stale
 from vcmm.learn.diagnosis.problem import Problem, neighbours_of
 from vcmm.learn.diagnosis.refine import Refiner
+from vcmm.learn.diagnosis.result_parts import SecondOpinion, Stability
+from vcmm.learn.diagnosis.rivals import Standing, ranks
 from vcmm.learn.diagnosis.search import Stage
 from vcmm.learn.diagnosis.select import (
+    SelectedTerm,
     Selection,
     Setting,
-    Term,
-    basis_of,
     clean_outliers,
-    fitted_again,
     net_evidence,
+    refit,
     select,
+    terms_basis,
+    white_columns,
 )
 from vcmm.task.response.folds import Mask
 from vcmm.task.response.observe import Observer
@@ -73,39 +73,47 @@ class _PartOfRows:
     name: str
     rows: Mask
     setting: Setting
-    found: Selection
+    selection: Selection
 
     @property
     def white(self) -> Whitener:
         return self.setting.white
 
     @property
-    def names(self) -> tuple[Term, ...]:
-        return self.found.terms
+    def names(self) -> tuple[SelectedTerm, ...]:
+        return self.selection.terms
 
 
-def stability(problem: Problem, stage: Stage, selection: Selection, places: Sequence[Standing]) -> Stability:
+def stability(
+    problem: Problem, stage: Stage, selection: Selection, standings: Sequence[Standing]
+) -> Stability:
     """Search the names again in parts of the rows. places: of every term its rivals."""
-    parts = [p for kind, name, rows in _parts(problem) if (p := _search(problem, stage, kind, name, rows))]
-    refuses = {id(p): _refuses(p, selection, places, stage) for p in parts}
-    parts_asked, there = [], []
-    for i, (term, place) in enumerate(zip(selection.terms, places)):
-        of = [(p, _is_found(p, term, place, stage)) for p in parts if _should_show(problem, p, selection, i)]
-        spoken = [(p, is_there) for p, is_there in of if is_there or refuses[id(p)]]
-        parts_asked.append([p for p, _ in spoken])
-        there.append([is_there for _, is_there in spoken])
-    most = tuple(1.0 if all(t) else (sum(t) + 1) / (len(t) + 2) for t in there)
-    text = [
-        f"{selection.terms[i].family.id} is not found in {' and '.join(p.name for p, t in zip(parts_asked[i], there[i]) if not t)}, where it"
-        " should show"
-        for i in range(len(places))
-        if not all(there[i])
+    parts = [
+        p
+        for kind, name, rows in _parts_of_rows(problem)
+        if (p := _search_part(problem, stage, kind, name, rows))
     ]
-    same = {kind: _agree(kind, parts, parts_asked, there) for kind in (HALVES, ALTERNATE)}
+    refuses = {id(p): _refuses(p, selection, standings, stage) for p in parts}
+    tested_parts, presence = [], []
+    for i, (term, standing) in enumerate(zip(selection.terms, standings)):
+        of = [
+            (p, _is_found(p, term, standing, stage)) for p in parts if _should_show(problem, p, selection, i)
+        ]
+        decisive = [(p, is_there) for p, is_there in of if is_there or refuses[id(p)]]
+        tested_parts.append([p for p, _ in decisive])
+        presence.append([is_there for _, is_there in decisive])
+    most = tuple(1.0 if all(t) else (sum(t) + 1) / (len(t) + 2) for t in presence)
+    text = [
+        f"{selection.terms[i].family.id} is not found in {' and '.join(p.name for p, t in zip(tested_parts[i], presence[i]) if not t)}, where it"
+        " should show"
+        for i in range(len(standings))
+        if not all(presence[i])
+    ]
+    same = {kind: _parts_agree(kind, parts, tested_parts, presence) for kind in (HALVES, ALTERNATE)}
     return Stability(same, tuple(text), most)
 
 
-def _agree(
+def _parts_agree(
     kind: str,
     parts: Sequence[_PartOfRows],
     part_lists: Sequence[list[_PartOfRows]],
@@ -119,7 +127,7 @@ def _agree(
     return not any(p.names for p in parts if p.kind == kind)
 
 
-def _parts(problem: Problem) -> Iterator[tuple[str, str, Mask]]:
+def _parts_of_rows(problem: Problem) -> Iterator[tuple[str, str, Mask]]:
     """Yield kind, name and observations (m,) of every part; rows are taken whole."""
     row = problem.recording.row
     order = np.unique(row, return_inverse=True)[1].ravel()
@@ -132,7 +140,7 @@ def _parts(problem: Problem) -> Iterator[tuple[str, str, Mask]]:
         yield HALVES, "the second half", ~early
 
 
-def _search(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) -> _PartOfRows | None:
+def _search_part(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) -> _PartOfRows | None:
     """Return the names of one part; None where it has too few rows."""
     if rows.sum() < FEWEST or (~rows).sum() < FEWEST:
         return None
@@ -142,7 +150,7 @@ def _search(problem: Problem, stage: Stage, kind: str, name: str, rows: Mask) ->
         white = whitener(stage.u[rows], part.nuisance, part.calibration, part.before, rho)
     except ModelLimit:
         return None
-    candidates = dictionary([_family_of(f, rows) for f in stage.found.families], white)
+    candidates = dictionary([_family_of(f, rows) for f in stage.candidates.families], white)
     if not candidates.families:
         return None
     setting = Setting(
@@ -186,43 +194,44 @@ def _should_show(problem: Problem, part: _PartOfRows, selection: Selection, i: i
         for j, t in enumerate(selection.terms)
         if j != i
     ]
-    rest = without_span(signal, basis_of(others, len(signal)))
+    rest = without_span(signal, terms_basis(others, len(signal)))
     return float(np.linalg.norm(rest)) >= SECURE_DELTA * selection.fit.sigma
 
 
-def _refuses(part: _PartOfRows, selection: Selection, places: Sequence[Standing], stage: Stage) -> bool:
+def _refuses(part: _PartOfRows, selection: Selection, standings: Sequence[Standing], stage: Stage) -> bool:
     """Return whether the findings of a part are worth STRONG nats more in its rows than all names of the whole: at their sizes, or at
     those that suit the part.
 
     At given sizes nothing is free and nothing is paid: dof / 2 ln(rows alone / rows less the names), sums of squares.
     """
-    if all(_is_found(part, t, p, stage) for t, p in zip(selection.terms, places)):
+    if all(_is_found(part, t, p, stage) for t, p in zip(selection.terms, standings)):
         return False
-    setting, y = replace(part.setting, start=part.found.y), part.found.y
-    terms = [_term_of(t, part) for t in selection.terms]
-    ours = fitted_again(terms, setting)
+    setting, y = replace(part.setting, start=part.selection.y), part.selection.y
+    terms = [_term_in_part(t, part) for t in selection.terms]
+    ours = refit(terms, setting)
     assert selection.fit is not None
     left = y - np.concatenate([t.white for t in terms], axis=1) @ selection.fit.mean
-    at_sizes = 0.5 * part.setting.found.dof * float(np.log((y @ y) / max(float(left @ left), NOTHING)))
+    at_sizes = 0.5 * part.setting.candidates.dof * float(np.log((y @ y) / max(float(left @ left), NOTHING)))
     free = net_evidence(replace(ours, y=y), setting)
-    return net_evidence(part.found, setting) - min(free, at_sizes) >= STRONG
+    return net_evidence(part.selection, setting) - min(free, at_sizes) >= STRONG
 
 
-def _term_of(term: Term, part: _PartOfRows) -> Term:
+def _term_in_part(term: SelectedTerm, part: _PartOfRows) -> SelectedTerm:
     option = replace(term.option, columns=term.option.columns[part.rows])
     return replace(term, option=option, white=part.white.apply(option.columns))
 
 
-def _is_found(part: _PartOfRows, term: Term, place: Standing, stage: Stage) -> bool:
+def _is_found(part: _PartOfRows, term: SelectedTerm, standing: Standing, stage: Stage) -> bool:
     """Return whether the term, one of its family at its link, a term that repeats it exactly, or one that it cannot be told from is among
     the names of a part."""
-    exact = {stage.found.families[k].id for k in place.exact}
+    exact = {stage.candidates.families[k].id for k in standing.exact}
     return any(
-        same_physics(t, term) or t.family.name in place.names or t.family.id in exact for t in part.names
+        is_same_physics(t, term) or t.family.name in standing.names or t.family.id in exact
+        for t in part.names
     )
 
 
-def same_physics(a: Term, b: Term) -> bool:
+def is_same_physics(a: SelectedTerm, b: SelectedTerm) -> bool:
     """Return whether both are one family of names at one link of the machine."""
     if a.family.id == b.family.id:
         return True
@@ -232,7 +241,7 @@ def same_physics(a: Term, b: Term) -> bool:
 
 
 def second_opinion(
-    found: Dictionary, selection: Selection, places: Sequence[Standing], dof: int
+    candidates: Dictionary, selection: Selection, standings: Sequence[Standing], dof: int
 ) -> SecondOpinion:
     """Return the choice of EBIC from a dictionary for the rows of a selection."""
     of_mean = [not _is_covariance(t) for t in selection.terms]
@@ -240,53 +249,53 @@ def second_opinion(
     y = selection.y - sum(
         (selection.signal(i) for i, yes in enumerate(of_mean) if not yes), np.zeros(len(selection.y))
     )
-    theirs, alike = _forward(found, y, dof)
-    lead = _ebic(mean_terms, found, y, dof) - _ebic(theirs, found, y, dof)
+    theirs, alike = _forward_selection(candidates, y, dof)
+    lead = _ebic(mean_terms, candidates, y, dof) - _ebic(theirs, candidates, y, dof)
     theirs, alike = (mean_terms, ()) if lead <= 0.0 else (theirs, alike)
-    span = basis_of(theirs, len(y))
-    is_same = [_share(span, selection.signal(i)) >= SAME for i in range(len(of_mean))]
+    span = terms_basis(theirs, len(y))
+    is_same = [_energy_share(span, selection.signal(i)) >= SAME for i in range(len(of_mean))]
     lacks = tuple(
         yes
         and not (
-            holds or any(same_physics(t, mine) or t.family.name in place.names for t in (*theirs, *alike))
+            holds
+            or any(is_same_physics(t, mine) or t.family.name in standing.names for t in (*theirs, *alike))
         )
-        for yes, mine, place, holds in zip(of_mean, selection.terms, places, is_same)
+        for yes, mine, standing, holds in zip(of_mean, selection.terms, standings, is_same)
     )
     agrees = not any(lacks) and len(theirs) <= len(mean_terms)
     share = float(1.0 / (1.0 + np.exp(min(max(lead, 0.0) / 2.0, SUREST))))
     return SecondOpinion(tuple(t.family.id for t in theirs), agrees, share, lacks)
 
 
-def _is_covariance(term: Term) -> bool:
+def _is_covariance(term: SelectedTerm) -> bool:
     return is_stale(term.family.name, term.family.where.get("component"))
 
 
-def _share(basis: Array, signal: Array) -> float:
+def _energy_share(basis: Array, signal: Array) -> float:
     """Return the share of the energy of a signal in the span of a basis."""
     return float(np.sum((basis.T @ signal) ** 2)) / max(float(signal @ signal), NOTHING)
 
 
-def lowered_claim(probability: float, for_ours: float) -> float:
+def lower_claim(probability: float, for_ours: float) -> float:
     """Return the claim of a name that the second opinion does not have."""
     return max(0.5 * (probability + for_ours), min(probability, EVEN_ODDS))
 
 
-def _forward(candidates: Dictionary, y: Array, dof: int) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+def _forward_selection(
+    candidates: Dictionary, y: Array, dof: int
+) -> tuple[tuple[SelectedTerm, ...], tuple[SelectedTerm, ...]]:
     """Add what lowers EBIC most, until nothing does; and what lowered it as much, up to rounding."""
-    chosen: tuple[Term, ...] = ()
-    alike: tuple[Term, ...] = ()
+    chosen: tuple[SelectedTerm, ...] = ()
+    alike: tuple[SelectedTerm, ...] = ()
     price = _price(candidates, dof)
     number = np.repeat(
         np.arange(len(candidates.families)), np.diff(np.append(candidates.first, len(candidates.options)))
     )
     while len(chosen) < MOST_TERMS:
-        given = scorer(candidates, np.concatenate([t.white for t in chosen], axis=1) if chosen else None)
+        given = scorer(candidates, white_columns(chosen))
         rest = y - given.basis @ (given.basis.T @ y)
         left = max(float(rest @ rest), NOTHING)
-        whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(given.rotated.size))))
-        firm = given.rotated.size > UNSEEN * whole
-        b2 = (given.rotated.column.T @ rest) ** 2
-        gain = np.add.reduceat(np.where(firm, b2 / np.where(firm, given.rotated.size, 1.0), 0.0), given.rotated.start)  # fmt: skip
+        gain = given.explained(rest)
         change = dof * np.log(np.maximum(1.0 - gain / left, NOTHING)) + price * ranks(given)
         taken = {t.family.id for t in chosen}
         taken |= {f.id for f in candidates.families if is_stale(f.name, f.where.get("component"))}
@@ -294,7 +303,7 @@ def _forward(candidates: Dictionary, y: Array, dof: int) -> tuple[tuple[Term, ..
         if not change.min() < 0.0:
             break
         first, *others = (
-            Term(candidates.families[number[k]], candidates.options[k], candidates.columns(int(k)))
+            SelectedTerm(candidates.families[number[k]], candidates.options[k], candidates.columns(int(k)))
             for k in np.flatnonzero(change <= change.min() + dof * UNSEEN)
         )
         chosen, alike = (*chosen, first), (*alike, *others)
@@ -305,7 +314,7 @@ def _price(candidates: Dictionary, dof: int) -> float:
     return float(np.log(dof) + 2.0 * np.log(max(candidates.white.shape[1], 1)))
 
 
-def _ebic(terms: Sequence[Term], candidates: Dictionary, y: Array, dof: int) -> float:
+def _ebic(terms: Sequence[SelectedTerm], candidates: Dictionary, y: Array, dof: int) -> float:
     basis = orthonormal(np.concatenate([y[:, None][:, :0], *(t.white for t in terms)], axis=1))
     rest = y - basis @ (basis.T @ y)
     return dof * float(np.log(max(float(rest @ rest), NOTHING))) + _price(candidates, dof) * basis.shape[1]

@@ -3,9 +3,8 @@
     d(z1, z2, z3) = f1(z1) + f2(z2) + f3(z3) + g(z1, z2), times one component of the sensitive direction
 
 Each part has a squared-exponential kernel (periodic in an angle) in low rank: its principal functions on the rows. The
-nuisance, the calibration and the named terms are projected out first, so the shape holds only what they cannot say
-(Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy). A picture of the inside, no law: it says nothing
-beyond the range.
+nuisance, the calibration and the named terms are projected out first, so the shape holds only what they cannot describe
+(Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy). It describes the range of the rows and does not extrapolate.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from vcmm.answer.evaluation.gaussian import SCALES, Posterior, Whitener, posteri
 from vcmm.core.axes import is_rotary
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import NOTHING
-from vcmm.learn.diagnosis.locate import modulators, path_speed, short
+from vcmm.learn.diagnosis.locate import direction_factors, path_speed, without_unit
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.select import Selection
 
@@ -30,7 +29,7 @@ LEAST_VARIANCE = 1e-4  # of the variance of a kernel
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class FittedShape:
     """names: one or two covariates; x (and y): grid; value, u on it (ny, nx for two), mm or rad; direction."""
 
     names: tuple[str, ...]
@@ -42,7 +41,7 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class KernelPart:
     """One kernel part over covariates: inducing places (k, d) in scaled units and its weights (k, r)."""
 
     covariates: tuple[int, ...]
@@ -56,26 +55,26 @@ class Part:
         return _kernel(z[:, list(self.covariates)], self.places, self.length, self.cyclic) @ self.weights
 
 
-def values_of(problem: Problem, name: str) -> Array | None:
+def covariate_values(problem: Problem, name: str) -> Array | None:
     """Return a covariate of the localisation by its name (m,): an axis, or a column without its unit."""
     run = problem.run
     if name in run.position:
-        return problem.of_rows(run.position[name])
+        return problem.per_observation(run.position[name])
     for column, values in run.columns.items():
-        if short(column) == name:
-            return problem.of_rows(values)
+        if without_unit(column) == name:
+            return problem.per_observation(values)
     speed = path_speed(run) if name == "speed" else None
-    return None if speed is None else problem.of_rows(speed)
+    return None if speed is None else problem.per_observation(speed)
 
 
 def is_angle(problem: Problem, name: str) -> bool:
-    """Does the covariate come back after a turn?"""
+    """Return whether the covariate is an angle, which is periodic."""
     return is_rotary(name) or any(
-        short(c) == name and c.endswith("_rad") and "since" not in c for c in problem.run.columns
+        without_unit(c) == name and c.endswith("_rad") and "since" not in c for c in problem.run.columns
     )
 
 
-def shape_of(
+def fit_shape(
     problem: Problem,
     white: Whitener,
     selection: Selection,
@@ -83,18 +82,18 @@ def shape_of(
     direction: str,
     pair: bool,
     basis: Array,
-) -> Shape | None:
+) -> FittedShape | None:
     """Return the fitted discrepancy over the first covariate, or over the first two. basis: white span of the named terms."""
-    values = [(n, v) for n in names if (v := values_of(problem, n)) is not None and np.ptp(v) > 0]
+    values = [(n, v) for n in names if (v := covariate_values(problem, n)) is not None and np.ptp(v) > 0]
     if not values:
         return None
     scaled = np.stack([_scale_to(v, v) for _, v in values], axis=1)
     cyclic = tuple(is_angle(problem, n) for n, _ in values)
     turned = np.where(cyclic, np.stack([v for _, v in values], axis=1), scaled)
-    modulator = modulators(problem).get(direction, np.ones(problem.m))
+    modulator = direction_factors(problem).get(direction, np.ones(problem.m))
     size = float(np.median(problem.u))
     pair = pair and len(values) > 1
-    best: tuple[Posterior, list[Part]] | None = None
+    best: tuple[Posterior, list[KernelPart]] | None = None
     for length in LENGTHS:
         parts = _parts(turned, cyclic, length, pair)
         columns = np.concatenate([p.functions(turned) for p in parts], axis=1) * modulator[:, None] * size
@@ -111,13 +110,15 @@ def _scale_to(v: Array, over: Array) -> Array:
     return np.asarray((v - over.min()) / max(float(np.ptp(over)), NOTHING))
 
 
-def _parts(z: Array, cyclic: tuple[bool, ...], length: float, pair: bool) -> list[Part]:
+def _parts(z: Array, cyclic: tuple[bool, ...], length: float, pair: bool) -> list[KernelPart]:
     single = [_part(z, (i,), (cyclic[i],), length, GRID) for i in range(z.shape[1])]
     both = [_part(z, (0, 1), (cyclic[0], cyclic[1]), length, 9)] if pair else []
     return single + both
 
 
-def _part(z: Array, which: tuple[int, ...], cyclic: tuple[bool, ...], length: float, count: int) -> Part:
+def _part(
+    z: Array, which: tuple[int, ...], cyclic: tuple[bool, ...], length: float, count: int
+) -> KernelPart:
     """Nystroem: eigenvectors of the kernel among inducing places (Rasmussen & Williams (2006), 8.1)."""
     ends = [(0.0, 2 * np.pi * (1 - 1 / count)) if c else (0.0, 1.0) for c in cyclic]
     mesh = np.meshgrid(*(np.linspace(a, b, count) for a, b in ends), indexing="ij")
@@ -125,7 +126,7 @@ def _part(z: Array, which: tuple[int, ...], cyclic: tuple[bool, ...], length: fl
     value, vector = np.linalg.eigh(_kernel(places, places, length, cyclic))
     kept = np.argsort(-value)[: MOST * len(which)]
     kept = kept[value[kept] > LEAST_VARIANCE * value.max()]
-    return Part(which, places, vector[:, kept] / np.sqrt(value[kept]), length, cyclic)
+    return KernelPart(which, places, vector[:, kept] / np.sqrt(value[kept]), length, cyclic)
 
 
 def _kernel(a: Array, b: Array, length: float, cyclic: tuple[bool, ...]) -> Array:
@@ -139,28 +140,28 @@ def _kernel(a: Array, b: Array, length: float, cyclic: tuple[bool, ...]) -> Arra
 
 def _on_grid(
     fit: Posterior,
-    parts: list[Part],
+    parts: list[KernelPart],
     z: Array,
     values: list[tuple[str, Array]],
     cyclic: tuple[bool, ...],
     direction: str,
     pair: bool,
     size: float,
-) -> Shape:
+) -> FittedShape:
     """Return the fit along the first one or two covariates, the others held at their middle, about its mean."""
-    drawn = 2 if pair else 1
+    shown_count = 2 if pair else 1
     count = PAIR_GRID if pair else GRID
-    axes = [np.linspace(float(v.min()), float(v.max()), count) for _, v in values[:drawn]]
+    axes = [np.linspace(float(v.min()), float(v.max()), count) for _, v in values[:shown_count]]
     mesh = np.meshgrid(*axes, indexing="ij")
     at = np.tile(np.median(z, axis=0), (mesh[0].size, 1))
-    for i in range(drawn):
+    for i in range(shown_count):
         at[:, i] = mesh[i].ravel() if cyclic[i] else _scale_to(mesh[i].ravel(), values[i][1])
     functions = np.concatenate([p.functions(at) for p in parts], axis=1) * size
     functions = functions - functions.mean(axis=0)
     value = functions @ fit.mean
     u = np.sqrt(np.maximum(np.einsum("nk,kl,nl->n", functions, fit.covariance, functions), 0.0))
-    names = tuple(n for n, _ in values[:drawn])
+    names = tuple(n for n, _ in values[:shown_count])
     if not pair:
-        return Shape(names, direction, axes[0], None, value, u)
+        return FittedShape(names, direction, axes[0], None, value, u)
     form = (count, count)
-    return Shape(names, direction, axes[0], axes[1], value.reshape(form).T, u.reshape(form).T)
+    return FittedShape(names, direction, axes[0], axes[1], value.reshape(form).T, u.reshape(form).T)

@@ -27,16 +27,14 @@ from itertools import count
 
 import numpy as np
 
-from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.blocks import Progress
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.answers import add_repeated, shared_with_instrument
-from vcmm.learn.diagnosis.assembly import account
-from vcmm.learn.diagnosis.candidates import Catalogue, Family, catalogue
-from vcmm.learn.diagnosis.checks import CrossChecks
-from vcmm.learn.diagnosis.confusion import Standing, lower_standing
+from vcmm.learn.diagnosis.accepted_terms import AcceptedTerms, accept_terms, search_beside_field
+from vcmm.learn.diagnosis.answers import add_copied_stretch, share_with_instrument
+from vcmm.learn.diagnosis.assembly import assemble_diagnosis
+from vcmm.learn.diagnosis.candidates import Catalogue, Family, build_catalogue
 from vcmm.learn.diagnosis.constants import (
     CHANCE,
     EVEN_ODDS,
@@ -47,20 +45,20 @@ from vcmm.learn.diagnosis.constants import (
     OUTSIDE_OPEN,
     UNSEEN,
 )
-from vcmm.learn.diagnosis.cross_checks import lowered_claim, second_opinion, stability
-from vcmm.learn.diagnosis.delivery import left_over
-from vcmm.learn.diagnosis.judgement import Judgement, beside_field, judge_terms
-from vcmm.learn.diagnosis.later import Attempt
+from vcmm.learn.diagnosis.copied_readings import find_copied_stretch
+from vcmm.learn.diagnosis.cross_checks import lower_claim, second_opinion, stability
+from vcmm.learn.diagnosis.delivery import residual_after_terms
 from vcmm.learn.diagnosis.locate import each_shape, generic_families
 from vcmm.learn.diagnosis.log_mistakes import LOG
-from vcmm.learn.diagnosis.machine_match import check_belonging, noise_warning, wild
+from vcmm.learn.diagnosis.machine_match import check_belonging, noise_warning, wild_rows
 from vcmm.learn.diagnosis.mistakes import tables_of
 from vcmm.learn.diagnosis.noise import Audit, audit, stated_noise
-from vcmm.learn.diagnosis.null import robust_scale
+from vcmm.learn.diagnosis.null_recordings import robust_scale
 from vcmm.learn.diagnosis.problem import Problem, make_problem
-from vcmm.learn.diagnosis.repeated import repeated_stretch
 from vcmm.learn.diagnosis.result import VERDICTS, Diagnosis
-from vcmm.learn.diagnosis.row_order import in_order
+from vcmm.learn.diagnosis.result_parts import Attempt, CrossChecks
+from vcmm.learn.diagnosis.rivals import Standing, scale_standing
+from vcmm.learn.diagnosis.row_order import sort_rows
 from vcmm.learn.diagnosis.sanity import SanityCheck, check_recording
 from vcmm.learn.diagnosis.search import SearchResult, Stage, build_stage, search
 from vcmm.learn.diagnosis.select import Selection
@@ -68,10 +66,10 @@ from vcmm.learn.diagnosis.thinning import (
     LARGEST,
     MOST_SCREENED,
     screen_families,
-    screened_shapes,
+    screen_shapes,
     thin_problem,
 )
-from vcmm.learn.diagnosis.written_fit import with_written_fit
+from vcmm.learn.diagnosis.written_machine import add_written_fit
 from vcmm.task.response.indexing import index_text
 from vcmm.task.response.recording import Recording
 
@@ -84,9 +82,9 @@ def qualify(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = False
     scale: noise over what was stated; only_table: the machine has a single table, whose sign is the sign of everything.
     """
     units = noise_warning(scale)
-    warnings = [w for w in (*d.warnings, units, _sign(d, only_table)) if w]
+    warnings = [w for w in (*d.warnings, units, _sign_remark(d, only_table)) if w]
     d = replace(
-        d, warnings=tuple(dict.fromkeys(warnings)), answer=tuple(map(shared_with_instrument, d.answer))
+        d, warnings=tuple(dict.fromkeys(warnings)), answer=tuple(map(share_with_instrument, d.answer))
     )
     if not (doubtful or units):
         return d
@@ -105,7 +103,7 @@ def qualify(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = False
     return replace(d, answer=answer, verdict=verdict, reasons=(*d.reasons, DOUBT_REASON))
 
 
-def _sign(d: Diagnosis, only_table: bool) -> str | None:
+def _sign_remark(d: Diagnosis, only_table: bool) -> str | None:
     """Return the remark on all tables reversed, which looks like a recording with the wrong sense of observation."""
     if d.mistake is None or d.mistake.what != "sign" or d.mistake.effect == LOG:
         return None
@@ -117,49 +115,55 @@ def _sign(d: Diagnosis, only_table: bool) -> str | None:
     )
 
 
-def cross_check(one: Judgement) -> tuple[Judgement, CrossChecks]:
+def cross_check(accepted: AcceptedTerms) -> tuple[AcceptedTerms, CrossChecks]:
     """Return the judgement with the probability that parts of the rows and a second opinion leave to its names."""
-    stable = stability(one.problem, one.stage, one.selection, one.places)
-    opinion = second_opinion(one.stage.found, one.selection, one.places, one.stage.white.dof)
-    places = [
-        _lower(place, most, opinion.for_ours if lacks else None)
-        for place, most, lacks in zip(one.places, stable.most, opinion.lacks)
+    stable = stability(accepted.problem, accepted.stage, accepted.selection, accepted.standings)
+    opinion = second_opinion(
+        accepted.stage.candidates, accepted.selection, accepted.standings, accepted.stage.white.dof
+    )
+    standings = [
+        _lower_standing(standing, most, opinion.for_ours if lacks else None)
+        for standing, most, lacks in zip(accepted.standings, stable.probability_limits, opinion.lacks)
     ]
-    return replace(one, places=places), CrossChecks(stable, opinion)
+    return replace(accepted, standings=standings), CrossChecks(stable, opinion)
 
 
-def unstable_names(one: Judgement, checks: CrossChecks) -> set[str]:
+def unstable_names(accepted: AcceptedTerms, checks: CrossChecks) -> set[str]:
     """Return the ids of the terms that more parts of the rows lack than have."""
-    return {t.family.id for t, most in zip(one.selection.terms, checks.stable.most) if most < EVEN_ODDS}
+    return {
+        t.family.id
+        for t, most in zip(accepted.selection.terms, checks.stable.probability_limits)
+        if most < EVEN_ODDS
+    }
 
 
-def steadier(
-    first: tuple[Judgement, CrossChecks], second: tuple[Judgement, CrossChecks]
-) -> tuple[Judgement, CrossChecks]:
+def choose_steadier(
+    first: tuple[AcceptedTerms, CrossChecks], second: tuple[AcceptedTerms, CrossChecks]
+) -> tuple[AcceptedTerms, CrossChecks]:
     """Return the answer without the names that parts of the rows lack, where none of its own is so; the changes stay reported."""
-    judgement, checks = second
-    if not judgement.selection.terms or min(checks.stable.most) < EVEN_ODDS:
+    accepted, checks = second
+    if not accepted.selection.terms or min(checks.stable.probability_limits) < EVEN_ODDS:
         return first
     stable = first[1].stable
-    return judgement, replace(checks, stable=replace(checks.stable, same=stable.same, text=stable.text))
+    return accepted, replace(checks, stable=replace(checks.stable, same=stable.same, text=stable.text))
 
 
-def _lower(place: Standing, most: float, for_ours: float | None) -> Standing:
+def _lower_standing(standing: Standing, most: float, for_ours: float | None) -> Standing:
     """Lower a standing. most: of the name with its family, that the parts allow; for_ours: that of a second opinion that lacks the name, which leaves
     even odds to a name that had them."""
-    best = max(place.probability, place.with_aliases)
-    claim = max(best, place.kin.probability if place.kin else 0.0)
+    best = max(standing.probability, standing.alias_probability)
+    claim = max(best, standing.kin.probability if standing.kin else 0.0)
     share = 1.0
     if for_ours is not None and claim > 0.0:
-        share = max(lowered_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(best, NOTHING), 1.0))
+        share = max(lower_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(best, NOTHING), 1.0))
     share = min(share, most / max(claim, most))
-    return place if share >= 1.0 else lower_standing(place, share * (1.0 + UNSEEN))
+    return standing if share >= 1.0 else scale_standing(standing, share * (1.0 + UNSEEN))
 
 
-def far_rows(problem: Problem, rest: Array) -> tuple[str, ...]:
+def far_row_remarks(problem: Problem, rest: Array) -> tuple[str, ...]:
     """Return remarks on rows far from the prediction; rest (m,): white residuals after all names, without limits on outliers."""
     size = np.abs(rest) / float(robust_scale(rest))
-    out = size > _limit(stated_noise(problem).dof, len(rest))
+    out = size > _outlier_limit(stated_noise(problem).dof, len(rest))
     if not out.any():
         return ()
     count = int(out.sum())
@@ -171,12 +175,7 @@ def far_rows(problem: Problem, rest: Array) -> tuple[str, ...]:
     )
 
 
-def raw_rest(problem: Problem, white: Whitener, selection: Selection) -> Array:
-    """Return white residuals (m,) after the terms, without limits on outliers."""
-    return white.apply(left_over(problem, selection))
-
-
-def _limit(dof: float, m: int) -> float:
+def _outlier_limit(dof: float, m: int) -> float:
     """Return the standard deviations (of the normal law's robust scale) that one of m rows exceeds with the probability 1 - CHANCE."""
     from scipy.stats import norm, t
 
@@ -189,10 +188,10 @@ def _limit(dof: float, m: int) -> float:
 CLOSED = VERDICTS[:2]  # nothing missing, explained
 
 
-def with_outside(d: Diagnosis) -> Diagnosis:
+def discount_unknown_mechanism(d: Diagnosis) -> Diagnosis:
     """Return the diagnosis with probabilities lowered for a mechanism outside the catalogue."""
     odds = OUTSIDE if d.verdict in CLOSED else OUTSIDE_OPEN
-    return replace(d, answer=tuple(replace(a.against(odds), stands=not a.improbable) for a in d.answer))
+    return replace(d, answer=tuple(replace(a.against(odds), was_finding=not a.improbable) for a in d.answer))
 
 
 NULLS = 2000
@@ -215,49 +214,50 @@ def diagnose_recording(
     progress(text, share done). Same arguments, same result. Raises ModelLimit for recordings that cannot be used: rows
     outside the travels, no noise, fewer rows than nuisance parameters.
     """
-    tell = _steps(progress)
+    tell = _progress_reporter(progress)
     tell("checking and predicting the recording")
-    again = repeated_stretch(recording)
-    fit = check_recording(recording if again is None else recording.take(~again.copied), machine)
-    problem, warnings = _usable(fit, machine)
+    again = find_copied_stretch(recording)
+    fit = check_recording(recording if again is None else recording.take(~again.is_copy), machine)
+    problem, warnings = _usable_problem(fit, machine)
     searched = thin_problem(problem, LARGEST)
     tell("listing what could be missing")
-    effects_of_kinds, generics, stage, chosen = _search(searched, extra_effects, seed, nulls, tell)
+    effects_of_kinds, generics, stage, chosen = _search_in_two_steps(
+        searched, extra_effects, seed, nulls, tell
+    )
     tell("predicting rows held out, and weighing the names against physics without a name")
-    judgement = beside_field(judge_terms(chosen, stage, seed), effects_of_kinds, generics, seed, nulls)
+    accepted = search_beside_field(accept_terms(chosen, stage, seed), effects_of_kinds, generics, seed, nulls)
     tell("asking parts of the rows, and a second opinion")
-    judgement, checks = cross_check(judgement)
-    gone = unstable_names(judgement, checks)
+    accepted, checks = cross_check(accepted)
+    gone = unstable_names(accepted, checks)
     if gone:
         tell("searching without a name that parts of the rows do not have")
         fewer = replace(
             effects_of_kinds, families=tuple(f for f in effects_of_kinds.families if f.id not in gone)
         )
-        stage, chosen = _passes(searched, fewer, generics, stage.screen, seed, nulls, tell)
-        other = beside_field(judge_terms(chosen, stage, seed), fewer, generics, seed, nulls)
-        judgement, checks = steadier((judgement, checks), cross_check(other))
+        stage, chosen = _search_until_noise_settles(
+            searched, fewer, generics, stage.screen, seed, nulls, tell
+        )
+        other = search_beside_field(accept_terms(chosen, stage, seed), fewer, generics, seed, nulls)
+        accepted, checks = choose_steadier((accepted, checks), cross_check(other))
     tell("planning the next measurement")
-    diagnosis = account(judgement, effects_of_kinds, searched, problem, seed)
-    warnings_of_checks = (
-        *checks.texts,
-        *far_rows(judgement.problem, raw_rest(judgement.problem, judgement.stage.white, judgement.selection)),
-    )
-    diagnosis = replace(
-        diagnosis, warnings=(*warnings, *diagnosis.warnings, *warnings_of_checks), checks=checks
-    )
+    diagnosis = assemble_diagnosis(accepted, effects_of_kinds, searched, problem, seed)
+    rest = accepted.stage.white.apply(residual_after_terms(accepted.problem, accepted.selection))
+    warnings = (*warnings, *diagnosis.warnings, *checks.texts, *far_row_remarks(accepted.problem, rest))
+    diagnosis = replace(diagnosis, warnings=warnings, checks=checks)
     diagnosis = qualify(diagnosis, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
-    diagnosis = diagnosis if again is None else add_repeated(diagnosis, again)
+    diagnosis = diagnosis if again is None else add_copied_stretch(diagnosis, again)
     attempt = Attempt.none()
-    diagnosis = attempt(STEP_COMPARE, lambda: with_written_fit(diagnosis, [recording], machine), diagnosis)
+    diagnosis = attempt(STEP_COMPARE, lambda: add_written_fit(diagnosis, [recording], machine), diagnosis)
     attempt.raise_bugs()
-    diagnosis = with_outside(replace(diagnosis, failed=(*diagnosis.failed, *attempt.failures)))
+    diagnosis = replace(diagnosis, failures=(*diagnosis.failures, *attempt.failures))
+    diagnosis = discount_unknown_mechanism(diagnosis)
     if progress:
         progress("done", 1.0)
     return diagnosis
 
 
-def _steps(progress: Progress | None) -> Callable[[str], None]:
-    """Tells what is done now; how much is left depends on what is found, so the share done only grows towards one."""
+def _progress_reporter(progress: Progress | None) -> Callable[[str], None]:
+    """Return a function that reports the present step; how many steps follow depends on the findings, so the share done grows towards one."""
     steps = count()
 
     def tell(text: str) -> None:
@@ -268,11 +268,11 @@ def _steps(progress: Progress | None) -> Callable[[str], None]:
     return tell
 
 
-def _usable(fit: SanityCheck, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
+def _usable_problem(fit: SanityCheck, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
     """Return the problem without rows that cannot belong to it, and remarks."""
-    recording = in_order(fit.recording, machine)
+    recording = sort_rows(fit.recording, machine)
     problem = make_problem(recording, machine)
-    out, text = wild(problem)
+    out, text = wild_rows(problem)
     if out.any():
         problem = make_problem(recording.take(~out), machine)
     check_belonging(problem, problem.whitener())
@@ -281,22 +281,26 @@ def _usable(fit: SanityCheck, machine: Machine) -> tuple[Problem, tuple[str, ...
     return problem, (*fit.warnings, *index, *([text] if text else []))
 
 
-def _search(
+def _search_in_two_steps(
     problem: Problem, extra: Sequence[type[Effect]], seed: int, nulls: int, tell: Callable[[str], None]
 ) -> tuple[Catalogue, tuple[Family, ...], Stage, SearchResult]:
     """Return the catalogue and the findings; of a long recording first in some of its rows, with the whole catalogue."""
     screen = thin_problem(problem, MOST_SCREENED)
-    effects_of_kinds, generics = catalogue(screen, extra), generic_families(screen)
-    stage, chosen = _passes(screen, effects_of_kinds, generics, None, seed, nulls, tell)
+    effects_of_kinds, generics = build_catalogue(screen, extra), generic_families(screen)
+    stage, chosen = _search_until_noise_settles(screen, effects_of_kinds, generics, None, seed, nulls, tell)
     if screen is problem:
         return effects_of_kinds, generics, stage, chosen
     tell("comparing in all rows what explains most in some of them")
     effects_of_kinds = replace(effects_of_kinds, families=screen_families(chosen, problem))
-    generics = screened_shapes(each_shape(problem), chosen, problem, problem.whitener())
-    return effects_of_kinds, generics, *_passes(problem, effects_of_kinds, generics, stage, seed, nulls, tell)
+    generics = screen_shapes(each_shape(problem), chosen, problem, problem.whitener())
+    return (
+        effects_of_kinds,
+        generics,
+        *_search_until_noise_settles(problem, effects_of_kinds, generics, stage, seed, nulls, tell),
+    )
 
 
-def _passes(
+def _search_until_noise_settles(
     problem: Problem,
     effects_of_kinds: Catalogue,
     generics: Sequence[Family],
@@ -321,14 +325,14 @@ def _passes(
         earlier = chosen.selection
         before, noise = (
             noise,
-            audit(problem, plain, plain.apply(left_over(chosen.problem, chosen.selection)), seed),
+            audit(problem, plain, plain.apply(residual_after_terms(chosen.problem, chosen.selection)), seed),
         )
-        if _same(noise, before):
+        if _is_same_audit(noise, before):
             break
     final = replace(stage.noise, findings=noise.findings, scale=noise.scale, limit=noise.limit)
     return replace(chosen.stage, noise=final), chosen
 
 
-def _same(a: Audit, b: Audit) -> bool:
-    alike = abs(a.rho - b.rho) < 2.0 * MISMATCH and abs(a.less - b.less) < MISMATCH
+def _is_same_audit(a: Audit, b: Audit) -> bool:
+    alike = abs(a.rho - b.rho) < 2.0 * MISMATCH and abs(a.u_factor - b.u_factor) < MISMATCH
     return alike and (a.growth == 0) == (b.growth == 0) and a.noise == b.noise

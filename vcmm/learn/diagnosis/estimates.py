@@ -1,7 +1,7 @@
 """Parameters of an answer in the units of reports, under the names of the contract.
 
 Pairs (cosine, sine) are shown as an amplitude, element vectors as an rms or sd. Values are those of the best fit; uncertainties
-and intervals are those of draws from the joint posterior of sizes and scanned values (see marginal).
+and intervals are those of draws from the joint posterior of sizes and scanned values.
 
 Sizes and scanned values of one term together: draws from their joint posterior, the other terms projected out.
 
@@ -30,9 +30,16 @@ from vcmm.core.units import in_unit
 from vcmm.learn.diagnosis.candidates import Option, linear_parameters
 from vcmm.learn.diagnosis.constants import NOTHING, SECURE, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.problem import Problem, generator
-from vcmm.learn.diagnosis.refine import MOMENTS, Refiner, at_value, reach, scanned_names, shift_value
+from vcmm.learn.diagnosis.refine import (
+    MOMENTS,
+    Refiner,
+    at_value,
+    scanned_names,
+    search_half_width,
+    shift_value,
+)
 from vcmm.learn.diagnosis.scans import turns_round
-from vcmm.learn.diagnosis.select import Selection, basis_of
+from vcmm.learn.diagnosis.select import Selection, terms_basis
 
 WIDEST = 4.0  # times the range of the search
 STEPS = {1: 40, 2: 12, 3: 8}  # to find where the evidence has fallen
@@ -52,12 +59,12 @@ class TermDraws:
 def draw_term(
     problem: Problem, selection: Selection, i: int, refiner: Refiner, rng: np.random.Generator, count: int
 ) -> TermDraws:
-    """Draws of term i."""
+    """Return random numbers from the joint posterior of term i."""
     term = selection.terms[i]
     names = scanned_names(term.option)
     others = [t for j, t in enumerate(selection.terms) if j != i]
-    basis = basis_of(others, problem.m)
-    given = _FittedTo(refiner, term.width, without_span(selection.y, basis), basis)
+    basis = terms_basis(others, problem.m)
+    given = _ConditionalFit(refiner, term.width, without_span(selection.y, basis), basis)
     axes = [_cells(term.option, name, given, problem, selection.factor) for name in names]
     fits: list[Posterior] = []
     weights, boxes = [], []
@@ -75,14 +82,14 @@ def draw_term(
     which = rng.choice(len(fits), count, p=chance / chance.sum())
     freedom = max(problem.m - problem.nuisance.shape[1] - sum(t.white.shape[1] for t in selection.terms), 3)
     heavy = np.sqrt(freedom / rng.chisquare(freedom, count))[:, None]
-    normal = np.stack([_normal(fits[w], selection.factor, rng) for w in which])
+    normal = np.stack([_normal_draw(fits[w], selection.factor, rng) for w in which])
     means = np.stack([fits[w].mean for w in which])
-    values = {n: np.array([_between(boxes[w][a], n, rng) for w in which]) for a, n in enumerate(names)}
+    values = {n: np.array([_uniform_in(boxes[w][a], n, rng) for w in which]) for a, n in enumerate(names)}
     return TermDraws(means + normal * heavy, values)
 
 
 @dataclass(frozen=True, eq=False)
-class _FittedTo:
+class _ConditionalFit:
     """Data for the fit of a term: residual r (m,), white, outside the basis of the others."""
 
     refiner: Refiner
@@ -105,13 +112,13 @@ class _FittedTo:
         return posterior(x, self.r, self.refiner.white.dof, np.full(x.shape[1], width))
 
 
-def _normal(fit: Posterior, factor: float, rng: np.random.Generator) -> Array:
+def _normal_draw(fit: Posterior, factor: float, rng: np.random.Generator) -> Array:
     size, vector = np.linalg.eigh(factor * fit.covariance)
     return np.asarray(vector @ (np.sqrt(np.maximum(size, 0.0)) * rng.standard_normal(len(size))))
 
 
 def _cells(
-    option: Option, name: str, given: _FittedTo, problem: Problem, factor: float
+    option: Option, name: str, given: _ConditionalFit, problem: Problem, factor: float
 ) -> Sequence[tuple[float, float]]:
     """Return the intervals of a scanned value that together hold nearly all of its posterior, the others at their best."""
     assert option.effect is not None
@@ -120,7 +127,7 @@ def _cells(
 
     others = [n for n in scanned_names(option) if n != name]
 
-    def fallen(value: float) -> bool:
+    def has_fallen(value: float) -> bool:
         trial = at_value(option, name, value, problem)
         if trial is None:
             return True
@@ -129,28 +136,28 @@ def _cells(
         return top - given.fit(trial).log_evidence > VERY_STRONG * factor
 
     if name in MOMENTS and "time_s" in problem.run.columns:
-        return _gaps(problem.run.columns["time_s"], centre, fallen)
-    span = reach(option.effect, name, problem)
+        return _gaps(problem.run.columns["time_s"], centre, has_fallen)
+    span = search_half_width(option.effect, name, problem)
     count = min(len(scanned_names(option)), max(NODES))
     steps = span * np.geomspace(0.002 if count == 1 else 0.02, WIDEST, STEPS[count])
-    end = _last_beside if name == "period" else _fallen_at
-    low, high = (end(centre, sign * steps, name, fallen) for sign in (-1.0, 1.0))
+    end = _end_of_lobes if name == "period" else _first_fall
+    low, high = (end(centre, sign * steps, name, has_fallen) for sign in (-1.0, 1.0))
     edges = [shift_value(centre, s, name) for s in np.linspace(low, high, NODES[count] + 1)]
     return list(itertools.pairwise(edges))
 
 
-def _fallen_at(centre: float, steps: Array, name: str, fallen: HasFallen) -> float:
+def _first_fall(centre: float, steps: Array, name: str, has_fallen: HasFallen) -> float:
     """Return the first step of `moved` at which the evidence has fallen, the last where it does not."""
-    return next((float(s) for s in steps if fallen(shift_value(centre, s, name))), float(steps[-1]))
+    return next((float(s) for s in steps if has_fallen(shift_value(centre, s, name))), float(steps[-1]))
 
 
-def _last_beside(centre: float, steps: Array, name: str, fallen: HasFallen) -> float:
+def _end_of_lobes(centre: float, steps: Array, name: str, has_fallen: HasFallen) -> float:
     """Return the step after the last at which the evidence has not fallen: side lobes lie beyond a valley."""
-    high = [i for i, s in enumerate(steps) if not fallen(shift_value(centre, s, name))]
+    high = [i for i, s in enumerate(steps) if not has_fallen(shift_value(centre, s, name))]
     return float(steps[min(max(high, default=-1) + 1, len(steps) - 1)])
 
 
-def _gaps(time: Array, centre: float, fallen: HasFallen) -> list[tuple[float, float]]:
+def _gaps(time: Array, centre: float, has_fallen: HasFallen) -> list[tuple[float, float]]:
     """Return the gaps between rows about a moment at which the evidence has not fallen, and the gap of the moment itself."""
     times = np.unique(time)
     at = int(np.clip(np.searchsorted(times, centre), 1, len(times) - 1))
@@ -159,7 +166,9 @@ def _gaps(time: Array, centre: float, fallen: HasFallen) -> list[tuple[float, fl
         near = range(at + step, at + step * MOST_GAPS, step)
         inner = (k for k in near if 1 <= k < len(times))
         out += [
-            (float(times[k - 1]), float(times[k])) for k in inner if not fallen((times[k - 1] + times[k]) / 2)
+            (float(times[k - 1]), float(times[k]))
+            for k in inner
+            if not has_fallen((times[k - 1] + times[k]) / 2)
         ]
     return sorted(out)
 
@@ -172,7 +181,7 @@ def _width(low: float, high: float, name: str) -> float:
     return max(high - low if name in MOMENTS else float(np.log(high / low)), NOTHING)
 
 
-def _between(cell: tuple[float, float], name: str, rng: np.random.Generator) -> float:
+def _uniform_in(cell: tuple[float, float], name: str, rng: np.random.Generator) -> float:
     (low, high), share = cell, rng.uniform()
     return low + share * (high - low) if name in MOMENTS else float(low * (high / low) ** share)
 
@@ -192,7 +201,7 @@ class Estimate:
     unit: str
 
 
-def estimates(
+def estimate_parameters(
     problem: Problem, selection: Selection, i: int, refiner: Refiner, seed: int
 ) -> dict[str, Estimate]:
     """Return all parameters of term i."""
@@ -202,8 +211,8 @@ def estimates(
     draws = draw_term(problem, selection, i, refiner, generator(seed, f"estimate {term.family.id}"), DRAWS)
     values = draws.sizes * unit
     if term.option.effect is None:
-        return {"rms": _rms_seen(problem, term.option.columns, mean, draws.sizes)}
-    out = _linear(problem, selection, i, mean * unit, values.std(axis=0), values)
+        return {"rms": _observed_rms(problem, term.option.columns, mean, draws.sizes)}
+    out = _linear_estimates(problem, selection, i, mean * unit, values.std(axis=0), values)
     for name, those in draws.values.items():
         shown = unit_of(term.option.effect, name)
         best = float(getattr(term.option.effect, name))
@@ -222,7 +231,7 @@ def unit_of(effect: Effect, name: str) -> str:
     return OF_AN_ANGLE.get(shown, shown) if effect.about.along_axis and turns_round(effect) else shown
 
 
-def _rms_seen(problem: Problem, columns: Array, mean: Array, values: Array) -> Estimate:
+def _observed_rms(problem: Problem, columns: Array, mean: Array, values: Array) -> Estimate:
     """Return the rms of the observed change (m,), for a change that has no single component."""
     gram = columns.T @ columns / problem.m
     draws = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
@@ -230,7 +239,7 @@ def _rms_seen(problem: Problem, columns: Array, mean: Array, values: Array) -> E
     return _estimate(float(np.median(draws)), float(draws.std()), draws, unit)
 
 
-def _linear(
+def _linear_estimates(
     problem: Problem, selection: Selection, i: int, mean: Array, u: Array, values: Array
 ) -> dict[str, Estimate]:
     term = selection.terms[i]
@@ -259,8 +268,8 @@ def _linear(
         assert centre is not None
         return {name: _estimate(float(centre[1][0]), float(draws.std()), draws, shown)}
     if arrays:
-        size = {effect.diagnosis.size_name: _size(problem, selection, i, mean, values)}
-        return size | _single(selection, i, mean, u, values)
+        size = {effect.diagnosis.size_name: _rms_estimate(problem, selection, i, mean, values)}
+        return size | _single_numbers(selection, i, mean, u, values)
     for at, name in enumerate(names):
         shown = unit_of(effect, name)
         out[_shown_name(selection, i, name)] = _estimate(mean[at], u[at], values[:, at], shown)
@@ -276,7 +285,9 @@ def _linear(
     return out
 
 
-def _single(selection: Selection, i: int, mean: Array, u: Array, values: Array) -> dict[str, Estimate]:
+def _single_numbers(
+    selection: Selection, i: int, mean: Array, u: Array, values: Array
+) -> dict[str, Estimate]:
     """Return the parameters of one number beside an array: the straight part of a lost motion."""
     option = selection.terms[i].option
     assert option.effect is not None
@@ -310,7 +321,7 @@ def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:
     )
 
 
-def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: Array) -> Estimate:
+def _rms_estimate(problem: Problem, selection: Selection, i: int, mean: Array, values: Array) -> Estimate:
     """Return the rms of an array parameter: over the rows, about its mean, for a field; over the elements for random vectors.
 
     Of a field the part that the nuisance takes up in full (the line of a straightness, where the alignment is free) is not counted: no row
@@ -330,15 +341,15 @@ def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: A
     field = six[:, 3:] if turns else six[:, :3]
     field = field - field.mean(axis=0)  # a constant is the pose, or the zero of the axis
     flat = field.reshape(-1, field.shape[2])
-    free = flat @ (term.option.unit[:, None] * unseen_directions(problem.nuisance, term.option.columns))
+    free = flat @ (term.option.unit[:, None] * invisible_directions(problem.nuisance, term.option.columns))
     flat = flat - free @ np.linalg.lstsq(free, flat, rcond=None)[0]
     gram = flat.T @ flat / problem.run.n
     rms = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
     return _estimate(float(np.median(rms)), float(rms.std()), rms, "urad" if turns else "um")
 
 
-def unseen_directions(nuisance: Array, columns: Array) -> Array:
-    """Directions (k, r) of the numbers of a term of which the nuisance (m, p) leaves less than VANISHING_SHARE of the signal; columns (m, k)."""
+def invisible_directions(nuisance: Array, columns: Array) -> Array:
+    """Return the directions (k, r) of the numbers of a term of which the nuisance (m, p) leaves less than VANISHING_SHARE of the signal; columns (m, k)."""
     u, size, v = np.linalg.svd(columns, full_matrices=False)
     large = size > VANISHING_SHARE * size.max(initial=0.0)
     signals = u[:, large]
@@ -348,8 +359,8 @@ def unseen_directions(nuisance: Array, columns: Array) -> Array:
     return np.hstack([v[~large].T, (v[large].T / size[large]) @ w[share <= VANISHING_SHARE].T])
 
 
-def as_json(found: Mapping[str, Estimate]) -> dict[str, dict[str, object]]:
+def estimates_json(estimates: Mapping[str, Estimate]) -> dict[str, dict[str, object]]:
     return {
         k: {"value": e.value, "u": e.u, "interval95": list(e.interval95), "unit": e.unit}
-        for k, e in found.items()
+        for k, e in estimates.items()
     }

@@ -4,7 +4,7 @@ A play, a play that grows along its axis and one with a memory are one thing tha
 it is one of them is certain. So the probability is first that of the family: the sum over its members, which the declaration of
 an effect names by `kin`, at the link of the answer and with a motion that holds most of its signal. Where it is SECURE the simplest
 member that the rows do not refuse (within STRONG nats of the best, a share of 5 % beside it) is the answer, and the
-others that are open are said.
+others that are open are listed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,14 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import MOSTLY, SECURE, STRONG
-from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option, fitted_again
+from vcmm.learn.diagnosis.select import (
+    SelectedTerm,
+    Selection,
+    Setting,
+    best_option,
+    conditional_evidence,
+    refit,
+)
 from vcmm.physics import BY_NAME
 
 
@@ -50,27 +57,27 @@ def kin_of(effect: str) -> str:
     return (BY_NAME[effect].diagnosis.shared_physics if effect in BY_NAME else "") or effect
 
 
-def family_about(
+def family_of_answer(
     setting: Setting,
-    own: int,
+    answer: int,
     scores: Array,
     options: Array,
     gap: Array,
     total: float,
     holding: Collection[str],
 ) -> Kin:
-    """Return the family of the answer with number `own`.
+    """Return the family of the answer with the number `answer`.
 
     scores, options (nats) and gap (share of the signal that an option cannot mimic) given the other answers; total: ln of the
     weight of everything; holding: names that hold the answer and explain no more, which do not count.
     """
-    candidates = setting.found
+    candidates = setting.candidates
     nearest = np.minimum.reduceat(gap, candidates.first)
-    name, place = kin_of(candidates.families[own].name), _link(setting, own)
+    name, place = kin_of(candidates.families[answer].name), _link(setting, answer)
     every = [
         j
         for j, f in enumerate(candidates.families)
-        if j == own
+        if j == answer
         or (
             kin_of(f.name) == name
             and f.name not in holding
@@ -80,7 +87,7 @@ def family_about(
     ]
     probable = {j: float(np.exp(scores[j] - total)) for j in every}
     whole = sum(probable.values())
-    kept = [j for j in every if j == own or probable[j] >= (1.0 - SECURE) * whole]
+    kept = [j for j in every if j == answer or probable[j] >= (1.0 - SECURE) * whole]
     members = tuple(
         Member(
             candidates.families[j].name,
@@ -95,43 +102,41 @@ def family_about(
 
 
 def _link(setting: Setting, family: int) -> str:
-    effect = setting.found.options[int(setting.found.first[family])].effect
+    effect = setting.candidates.options[int(setting.candidates.first[family])].effect
     return "" if effect is None else effect.link
 
 
-def simplest(kin: Kin, own: int) -> int:
-    """Number of the simplest member that is open where the family is secure; else the answer itself."""
+def simplest_member(kin: Kin, answer: int) -> int:
+    """Return the number of the simplest member that is open where the family is secure; else the answer itself."""
     if kin.probability < SECURE:
-        return own
+        return answer
     best = kin.members[0].probability
     near = [m for m in kin.members if m.probability > best * float(np.exp(-STRONG))]
-    mine = next(m.freedom for m in kin.members if m.family == own)
+    mine = next(m.freedom for m in kin.members if m.family == answer)
     fewer = [m for m in near if m.freedom < mine]
-    return min(fewer, key=lambda m: (m.freedom, -m.probability)).family if fewer else own
+    return min(fewer, key=lambda m: (m.freedom, -m.probability)).family if fewer else answer
 
 
-def by_simplest(selection: Selection, kins: Sequence[Kin], setting: Setting) -> Selection:
+def use_simplest_members(selection: Selection, kins: Sequence[Kin], setting: Setting) -> Selection:
     """Return the selection with every answer as the simplest member of its family that the rows do not refuse."""
-    families = setting.found.families
+    families = setting.candidates.families
     terms = list(selection.terms)
     taken = {t.family.id for t in terms}
     for i, (term, kin) in enumerate(zip(selection.terms, kins)):
         family = families.index(term.family)
-        new = simplest(kin, family)
+        new = simplest_member(kin, family)
         if new != family and families[new].id not in taken:
-            terms[i] = _in_its_shape(setting, selection, i, new)
+            terms[i] = _best_shape(setting, selection, i, new)
             taken.add(families[new].id)
-    return selection if terms == list(selection.terms) else fitted_again(terms, setting, rounds=1)
+    return selection if terms == list(selection.terms) else refit(terms, setting, rounds=1)
 
 
-def _in_its_shape(setting: Setting, selection: Selection, i: int, family: int) -> Term:
+def _best_shape(setting: Setting, selection: Selection, i: int, family: int) -> SelectedTerm:
     """Return the family `family` beside the other terms, in the shape of highest evidence."""
-    from vcmm.learn.diagnosis.select import conditional
-
     others = [t for j, t in enumerate(selection.terms) if j != i]
-    best = best_option(setting.found, conditional(others, selection, setting), family)
-    candidates = setting.found
-    return Term(
+    best = best_option(setting.candidates, conditional_evidence(others, selection, setting), family)
+    candidates = setting.candidates
+    return SelectedTerm(
         candidates.families[family],
         candidates.options[best],
         candidates.columns(best),
@@ -139,7 +144,7 @@ def _in_its_shape(setting: Setting, selection: Selection, i: int, family: int) -
     )
 
 
-def open_text(kin: Kin) -> str:
+def open_members_text(kin: Kin) -> str:
     """Return 'which shape is open: backlash p 0.17, lost_motion p 0.83'; '' where one member alone is open."""
     if len(kin.members) < 2:
         return ""

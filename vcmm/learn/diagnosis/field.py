@@ -1,23 +1,23 @@
 """Weigh names against physics without a name: test whether a smooth field explains more than some of them.
 
-A name with many free numbers, or two names on top of each other, follow much that they are not: a scale glued from pieces is
-nearly a changed guide and nearly a table's gaps. The unknown deserves the same freedom. Its law is a Gaussian process (see
+A name with many free numbers, or two names together, can follow signals of other causes: a scale glued from pieces looks
+much like a changed guide, or like the gaps of a table. The unknown gets the same freedom. Its law is a Gaussian process (see
 kernels) over a covariate that the residual follows, with or without the other names; its evidence is the mean over its
 smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds what machines usually have. The shapes of the localisation
-stand in the same list; all of them share the prior of one name, which is their price.
+are in the same list and share the prior of one name, which is their price.
 
     S(names, field) = evidence(names, field) - price(names) - price(field) - mismatch - [the threshold, where names are left out]
     p(name) = sum of exp S of what was weighed with it / sum of exp S of all that was weighed
 
-price: what was free in choosing the names, the prior of their places and scanned values, and the threshold for each of
-them; the unknown is one thing, and several names that together follow one smooth course are a coincidence. Weighed are the names with
+price: the prior of places and scanned values of the names, and the threshold for each of them; the unknown is one hypothesis, while several
+names that together follow one smooth course are a coincidence. Weighed are the names with
 nothing beside them, and every subset of them beside each of the fields and shapes that explain most, or with nothing but these.
 
 The names of the best are kept. Where all are, the field is no rival: it is the residual.
 
 A field or a shape has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is outside its span (Plumlee,
-J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy). A course of the clock that nothing logs is a field: a part that heats up moves smoothly where a step is drawn through it, so against
-a smooth course of time a step and a straight drift count as they are. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
+J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy). A course in time that no column records is a field: the part warms smoothly where a step is fitted to it, so a step and a straight drift
+keep their whole part of a smooth course in time. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
 """
 
 from __future__ import annotations
@@ -32,25 +32,33 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import SCALES, Ints, Whitener, evidence_from, posterior
 from vcmm.core.effect import required
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.adequacy import described_shape
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.constants import SUREST, UNSEEN, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.learn.diagnosis.kernels import (
-    KernelQuestion,
+    KernelTest,
+    all_kernels,
+    component_kernels,
     components_of,
-    everywhere,
-    of_components,
-    of_time,
-    principal_turn,
-    proposal,
+    kernel_tests,
+    principal_coefficients,
+    propose_unknown,
     pull_back,
-    questions,
+    time_kernels,
 )
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import MOMENTS, scanned_names
 from vcmm.learn.diagnosis.result import Unknown
-from vcmm.learn.diagnosis.select import Selection, Setting, Term, best_option, mismatch
+from vcmm.learn.diagnosis.select import (
+    SelectedTerm,
+    Selection,
+    Setting,
+    all_but_one,
+    best_option,
+    mismatch,
+    white_columns,
+)
+from vcmm.learn.diagnosis.unknown_shapes import describe_family
 from vcmm.physics.structure.geometric_change import GeometricChange
 
 TRIAL_KERNELS = 8  # kernels that the residual follows most
@@ -72,7 +80,7 @@ class Hypothesis:
 
 
 def probability_left(name: str, weighed: Sequence[Hypothesis]) -> float:
-    """Of a name: what was weighed with it, among all that was weighed."""
+    """Return the probability of a name: the share of the hypotheses that contain it."""
     has = [np.array([h.score for h in weighed if (name in h.names) is with_it]) for with_it in (True, False)]
     mine, others = (float(np.logaddexp.reduce(np.append(s, -np.inf))) for s in has)
     return float(1.0 / (1.0 + np.exp(min(others - mine, SUREST))))
@@ -80,25 +88,23 @@ def probability_left(name: str, weighed: Sequence[Hypothesis]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A field instead of the terms with the numbers `refused`. lead: nats beyond theirs and the price; shares: what the list of
-    everything that was weighed leaves to each term.
-    """
+    """A field instead of the terms with the numbers `superfluous`. lead: nats beyond theirs and the price; shares: probability left to each."""
 
     lead: float
     unknown: Unknown
-    refused: Subset
+    superfluous: Subset
     columns: Array  # (m, k) of the observation, mm or rad: covariance = columns @ columns.T
     shares: tuple[float, ...] = ()
 
     @property
-    def stands(self) -> bool:
+    def is_probable(self) -> bool:
         """Whether it is more probable than the names without it."""
         return self.lead > 0
 
     @property
-    def wins(self) -> bool:
+    def replaces_names(self) -> bool:
         """Whether it is more probable than some names, and makes them superfluous."""
-        return self.stands and bool(self.refused)
+        return self.is_probable and bool(self.superfluous)
 
 
 def rival_field(
@@ -108,7 +114,7 @@ def rival_field(
     null: Array,
     generic: Dictionary | None = None,
 ) -> Field | None:
-    """The best field, and which names it makes superfluous, perhaps none; None where nothing is seen of any. null (m, M):
+    """Return the best field and the names that it makes superfluous, if any; None where the rows show no field. null (m, M):
     white null recordings; generic: shapes that compete too.
     """
     white, threshold = setting.white, setting.threshold
@@ -122,13 +128,13 @@ def rival_field(
         instead = threshold if kept != every else 0.0
         return w.evidence(kept) - sum(pays[i] for i in kept) - instead - price
 
-    few = [(), *(_without(every, i) for i in every)]
+    few = [(), *(tuple(j for j in every if j != i) for i in every)]
     fields = heapq.nlargest(
         SHORT,
-        _smooth_fields(problem, selection, setting, null),
+        _field_weighings(problem, selection, setting, null),
         key=lambda w: max(score(w, kept) for kept in few),
     )
-    shapes = [] if generic is None else _shapes(generic, selection, setting)
+    shapes = [] if generic is None else _shape_weighings(generic, selection, setting)
     if not (fields or (shapes and every)):
         return None
     choices = [*itertools.product([*fields, *shapes], _subsets(every))]
@@ -154,13 +160,16 @@ def rival_field(
     )
 
 
-def _smooth_fields(problem: Problem, selection: Selection, setting: Setting, null: Array) -> list[_Weighing]:
-    """The fields that the residual follows most, without what simple names hold of them."""
+def _field_weighings(
+    problem: Problem, selection: Selection, setting: Setting, null: Array
+) -> list[_Weighing]:
+    """Return the fields that the residual follows most, without their part in the span of simple names."""
     of_place, of_both = (_simple_columns(selection, setting, timed) for timed in (True, False))
     out = []
     for question in _trial_kernels(problem, selection, setting.white, null):
-        simple = of_place if _is_course(question) else of_both
-        w = _Weighing.of(question, simple, selection, setting.white)
+        is_course = {n for k in question.kernels for n in k.names} == {"time"}  # over the clock alone
+        simple = of_place if is_course else of_both
+        w = _Weighing.of_kernels(question, simple, selection, setting.white)
         out += [w] if w is not None else []
     return out
 
@@ -171,7 +180,7 @@ def _simple_columns(selection: Selection, setting: Setting, timed: bool) -> Arra
     return _columns([*simple], setting)
 
 
-def is_simple(term: Term) -> bool:
+def is_simple(term: SelectedTerm) -> bool:
     """Return whether a term is one number in proportion to a recorded quantity, a wave and its harmonics, or a step; not a course with a
     time constant."""
     effect = term.option.effect
@@ -179,15 +188,10 @@ def is_simple(term: Term) -> bool:
     return waves and set(scanned_names(term.option)) <= {"period", *MOMENTS}
 
 
-def _is_of_time(term: Term) -> bool:
+def _is_of_time(term: SelectedTerm) -> bool:
     """Return whether a term is a step or a straight drift: a course of the clock alone."""
     effect = term.option.effect
     return effect is not None and required(effect) == ("time_s",)
-
-
-def _is_course(question: KernelQuestion) -> bool:
-    """Return whether it is a field over the clock alone."""
-    return {n for k in question.kernels for n in k.names} == {"time"}
 
 
 def _columns(options: Sequence[Option], setting: Setting) -> Array:
@@ -195,7 +199,7 @@ def _columns(options: Sequence[Option], setting: Setting) -> Array:
     return np.concatenate([setting.raw[:, None][:, :0], *(o.columns for o in options)], axis=1)
 
 
-def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
+def remove_simple_part(columns: Array, simple: Array, white: Whitener) -> Array:
     """Return columns (m, k) of the observation without the part in the span of simple ones (m, p), as the rows see it."""
     if not simple.shape[1]:
         return columns
@@ -206,7 +210,7 @@ def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
     return np.asarray(columns - simple @ np.linalg.lstsq(x, white.apply(columns), rcond=UNSEEN)[0])
 
 
-def _curves(selection: Selection) -> set[str]:
+def _curve_axes(selection: Selection) -> set[str]:
     """Return the axes whose change of geometry is named, by one free curve: a field over such an axis is the same once more. Another
     free curve of the component claims a structure, and a field may do without it.
     """
@@ -224,10 +228,6 @@ def _subsets(every: Subset) -> Iterator[Subset]:
     return itertools.chain.from_iterable(itertools.combinations(every, k) for k in range(len(every) + 1))
 
 
-def _without(every: Subset, i: int) -> Subset:
-    return tuple(j for j in every if j != i)
-
-
 @dataclass(frozen=True, eq=False)
 class _Weighing:
     """One field, or shape, beside the names. gram, b: products of all white columns, the names' first, and the residual.
@@ -235,9 +235,9 @@ class _Weighing:
     counts, sizes: numbers of functions and prior widths that share its evidence; prior: ln.
     """
 
-    asked: KernelQuestion | tuple[Dictionary, int]  # kernels, or a family of shapes
+    source: KernelTest | tuple[Dictionary, int]  # kernels, or a family of shapes
     functions: Array
-    seen: Array  # what the functions are of the observation (m, k), mm or rad
+    effects: Array  # what the functions are of the observation (m, k), mm or rad
     y: Array
     gram: Array
     b: Array
@@ -249,25 +249,27 @@ class _Weighing:
     prior: float = 0.0
 
     @staticmethod
-    def of(asked: KernelQuestion, simple: Array, selection: Selection, white: Whitener) -> _Weighing | None:
+    def of_kernels(
+        question: KernelTest, simple: Array, selection: Selection, white: Whitener
+    ) -> _Weighing | None:
         """Return the weighing; None where nothing of the field is seen. simple (m, p): effect of simple names on the observation."""
-        bumps = np.concatenate([k.bumps * k.factor[:, None] for k in asked.kernels], axis=1)
-        free = orthogonal(bumps, simple, white)
+        bumps = np.concatenate([k.bumps * k.factor[:, None] for k in question.kernels], axis=1)
+        free = remove_simple_part(bumps, simple, white)
         x = white.apply(free)
-        turn = principal_turn(x, COUNTS[-1])
+        turn = principal_coefficients(x, COUNTS[-1])
         if turn is None or np.linalg.norm(x) <= VANISHING_SHARE * np.linalg.norm(white.scale(bumps)):
             return None
         columns = free @ turn
-        weighing = _Weighing.beside(selection, asked, white.apply(columns), columns, white.dof)
+        weighing = _Weighing.beside(selection, question, white.apply(columns), columns, white.dof)
         return replace(weighing, prior=-VERY_STRONG)
 
     @staticmethod
     def of_shape(
         generic: Dictionary, family: int, option: int, simple: Array, selection: Selection, white: Whitener
     ) -> _Weighing | None:
-        """A shape of the localisation; None where simple names are all of it."""
+        """Return the weighing of a shape of the localisation; None where simple names contain it."""
         columns = generic.options[option].columns
-        free = orthogonal(columns, simple, white)
+        free = remove_simple_part(columns, simple, white)
         x = white.apply(free)
         if np.linalg.norm(x) <= VANISHING_SHARE * np.linalg.norm(white.scale(columns)):
             return None
@@ -278,9 +280,9 @@ class _Weighing:
     @staticmethod
     def beside(
         selection: Selection,
-        asked: KernelQuestion | tuple[Dictionary, int],
+        source: KernelTest | tuple[Dictionary, int],
         functions: Array,
-        seen: Array,
+        effects: Array,
         dof: int,
     ) -> _Weighing:
         """Return the weighing. functions (m, k) white, and the same on the observation."""
@@ -288,7 +290,7 @@ class _Weighing:
         spans = tuple(np.arange(whole.shape[1])[selection.span(i)] for i in range(len(selection.terms)))
         widths = tuple(np.full(t.white.shape[1], t.width) for t in selection.terms)
         gram, b = whole.T @ whole, whole.T @ selection.y
-        return _Weighing(asked, functions, seen, selection.y, gram, b, dof, spans, widths)
+        return _Weighing(source, functions, effects, selection.y, gram, b, dof, spans, widths)
 
     def evidence(self, kept: Subset) -> float:
         """Return the nats of the field and some of the names, the mean over the smoothness and size of the field."""
@@ -300,9 +302,11 @@ class _Weighing:
         the catalogue; sigma: noise over stated.
         """
         _, count, width = max(self._at_sizes(kept))
-        options = (o for o in setting.found.options if o.effect is not None and o.effect.diagnosis.is_uniform)
+        options = (
+            o for o in setting.candidates.options if o.effect is not None and o.effect.diagnosis.is_uniform
+        )
         simple = _columns([o for o in options if o.columns.shape[1] == 1], setting)
-        return width * sigma * orthogonal(self.seen[:, :count], simple, setting.white)
+        return width * sigma * remove_simple_part(self.effects[:, :count], simple, setting.white)
 
     def _at_sizes(self, kept: Subset) -> list[tuple[float, int, float]]:
         """Return nats, number of functions and prior width of each."""
@@ -322,13 +326,12 @@ class _Weighing:
         self, problem: Problem, selection: Selection, kept: Subset, white: Whitener, says: str
     ) -> Unknown:
         """Return the field in words."""
-        if isinstance(self.asked, KernelQuestion):
-            return proposal(self.asked.clearest, problem, self.rms(white), says)
-        generic, family = self.asked
-        others = [selection.terms[i].white for i in kept]
-        given = scorer(generic, np.concatenate(others, axis=1) if others else None)
+        if isinstance(self.source, KernelTest):
+            return propose_unknown(self.source.clearest, problem, self.rms(white), says)
+        generic, family = self.source
+        given = scorer(generic, white_columns([selection.terms[i] for i in kept]))
         options = given.options(selection.y[:, None])[:, 0]
-        return described_shape(generic, given.basis, selection, white, (), family, options)
+        return describe_family(generic, given.basis, selection, white, (), family, options)
 
     def rms(self, white: Whitener) -> float:
         """Return the size of the field alone, mm or rad."""
@@ -339,33 +342,30 @@ class _Weighing:
         return float(np.sqrt(np.mean((signal / white.weight) ** 2)))
 
 
-def _trial_kernels(
-    problem: Problem, selection: Selection, white: Whitener, null: Array
-) -> list[KernelQuestion]:
+def _trial_kernels(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[KernelTest]:
     """Return the kernels that the residual follows most clearly, nothing named or all names but one; and every smooth course of time, before which a
     finer bump that follows the scatter too may rank by its score but not by its evidence.
     """
-    others = [[t for t in selection.terms if t is not term] for term in selection.terms]
-    given = [[], *(o for o in others if o)]  # all but one of one is none
-    by_identity: dict[tuple[object, ...], KernelQuestion] = {}
-    curves = _curves(selection)
-    for terms in given:
+    by_identity: dict[tuple[object, ...], KernelTest] = {}
+    curves = _curve_axes(selection)
+    for terms in ([], *all_but_one(selection.terms)):
         basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in terms)], axis=1))
         rows = pull_back(white, basis, np.column_stack([selection.y, null[:, :NULLS]]))
-        over = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
+        over = itertools.chain(
+            component_kernels(problem, components_of(selection.terms)), all_kernels(problem)
+        )
         groups = (g for g in over if not any({n for k in g for n in k.names} == {axis} for axis in curves))
-        clearest = heapq.nlargest(TRIAL_KERNELS, questions(groups, rows), key=lambda a: float(a.z[0]))
-        for question in (*clearest, *([] if terms else questions(of_time(problem), rows))):
-            by_identity.setdefault(_identity(question), question)
+        clearest = heapq.nlargest(TRIAL_KERNELS, kernel_tests(groups, rows), key=lambda a: float(a.z[0]))
+        for question in (*clearest, *([] if terms else kernel_tests(time_kernels(problem), rows))):
+            key = tuple(
+                (k.names, k.direction, k.component, k.what, k.bumps.tobytes()) for k in question.kernels
+            )
+            by_identity.setdefault(key, question)
     return list(by_identity.values())
 
 
-def _identity(question: KernelQuestion) -> tuple[object, ...]:
-    return tuple((k.names, k.direction, k.component, k.what, k.bumps.tobytes()) for k in question.kernels)
-
-
-def _own_arguments(family: Family) -> set[str]:
-    """The covariate of a change of geometry or of a drift with a temperature: a freer curve over the same axis or the same
+def _covariates_of(family: Family) -> set[str]:
+    """Return the covariate of a change of geometry or of a drift with a temperature: a freer curve over the same axis or the same
     thermometer is the same physics, better fitted.
     """
     if "sensor" in family.where:
@@ -375,16 +375,15 @@ def _own_arguments(family: Family) -> set[str]:
     return {axis, f"{axis} (periodic)"} if free else set()
 
 
-def _shapes(generic: Dictionary, selection: Selection, setting: Setting) -> list[_Weighing]:
-    """The shapes that explain most beside nothing, or beside all names but one, but those that say the same as a name."""
+def _shape_weighings(generic: Dictionary, selection: Selection, setting: Setting) -> list[_Weighing]:
+    """Return the shapes that explain most alone or beside all names but one, without those that describe the same as a name."""
     if not generic.families:
         return []
-    others = [[t for t in selection.terms if t is not term] for term in selection.terms]
-    names = set[str]().union(*(_own_arguments(t.family) for t in selection.terms))
+    names = set[str]().union(*(_covariates_of(t.family) for t in selection.terms))
     weighings: dict[int, _Weighing | None] = {}
     simple = _simple_columns(selection, setting, timed=False)
-    for terms in [[], *(o for o in others if o)]:
-        given = scorer(generic, np.concatenate([t.white for t in terms], axis=1) if terms else None)
+    for terms in ([], *all_but_one(selection.terms)):
+        given = scorer(generic, white_columns(terms))
         options = given.options(selection.y[:, None])
         scores = given.families(options)[:, 0]
         order = (int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in names)
@@ -395,6 +394,6 @@ def _shapes(generic: Dictionary, selection: Selection, setting: Setting) -> list
     return [w for w in weighings.values() if w is not None]
 
 
-def kept_terms(selection: Selection, field: Field) -> list[Term]:
+def kept_terms(selection: Selection, field: Field) -> list[SelectedTerm]:
     """Return the terms that are kept beside the field."""
-    return [t for i, t in enumerate(selection.terms) if i not in field.refused]
+    return [t for i, t in enumerate(selection.terms) if i not in field.superfluous]

@@ -1,7 +1,7 @@
 """Hold-out gate: test whether a term predicts rows it has not seen, where the conditions go beyond those of the fit.
 
 Folds extrapolate: another pose, the later time, the warmer rows, another speed, the far zone. Nuisance of the held-out
-rows (their own pose) is fitted on them, which no method can avoid. A term must win log score in most folds that excite
+rows (their own pose) is fitted on them, which no method can avoid. A term must gain log score in most folds that excite
 it, and never lose much.
 """
 
@@ -27,7 +27,7 @@ from vcmm.learn.diagnosis.constants import (
     VERY_STRONG,
 )
 from vcmm.learn.diagnosis.problem import Problem
-from vcmm.learn.diagnosis.select import Selection, Term
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection
 from vcmm.physics import BY_NAME
 from vcmm.task.response.folds import FAR_ZONE, Mask, fold_masks
 
@@ -53,8 +53,8 @@ class Fold:
 
     name: str
     test: Mask
-    fitted: Whitener
-    predicted: Whitener
+    fit_whitener: Whitener
+    test_whitener: Whitener
 
 
 def folds(problem: Problem, u: Array, rho: float) -> list[Fold]:
@@ -63,18 +63,18 @@ def folds(problem: Problem, u: Array, rho: float) -> list[Fold]:
     for name, test in fold_masks(problem.run, problem.recording.row):
         if FEWEST <= test.sum() <= problem.m - FEWEST:
             try:
-                out.append(fold_of(problem, u, rho, name, test))
+                out.append(make_fold(problem, u, rho, name, test))
             except ModelLimit:
                 continue  # too few rows for their nuisance
     return out
 
 
-def fold_of(problem: Problem, u: Array, rho: float, name: str, test: Mask) -> Fold:
+def make_fold(problem: Problem, u: Array, rho: float, name: str, test: Mask) -> Fold:
     """Return the rows `test` held out. Raises ModelLimit where either part has too few rows for its nuisance."""
-    return Fold(name, test, *(_part(problem, u, rho, k) for k in (~test, test)))
+    return Fold(name, test, *(_part_whitener(problem, u, rho, k) for k in (~test, test)))
 
 
-def _part(problem: Problem, u: Array, rho: float, rows: Mask) -> Whitener:
+def _part_whitener(problem: Problem, u: Array, rho: float, rows: Mask) -> Whitener:
     number = np.cumsum(rows) - 1
     before = problem.before[rows]
     inside = (before >= 0) & rows[np.maximum(before, 0)]
@@ -82,26 +82,28 @@ def _part(problem: Problem, u: Array, rho: float, rows: Mask) -> Whitener:
     return whitener(u[rows], problem.nuisance[rows], problem.calibration[rows], near, rho)
 
 
-def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Term]) -> HeldOut:
+def predict_fold(
+    problem: Problem, fold: Fold, selection: Selection, terms: Sequence[SelectedTerm]
+) -> HeldOut:
     """Fit `terms` on the other rows, predict the held-out ones. `problem.residual` is used without clipping back."""
     raw = problem.residual
-    r_fit, r_test = fold.fitted.apply(raw[~fold.test]), fold.predicted.apply(raw[fold.test])
+    r_fit, r_test = fold.fit_whitener.apply(raw[~fold.test]), fold.test_whitener.apply(raw[fold.test])
     sigma = selection.fit.sigma if selection.fit else 1.0
     before = float(r_test @ r_test)
     if not terms:
         return HeldOut(fold.name, 0.0, 0.0, 1.0, 0.0)
     columns = np.concatenate([t.option.columns for t in terms], axis=1)
-    x_fit, x_test = fold.fitted.apply(columns[~fold.test]), fold.predicted.apply(columns[fold.test])
+    x_fit, x_test = fold.fit_whitener.apply(columns[~fold.test]), fold.test_whitener.apply(columns[fold.test])
     width = np.concatenate([np.full(t.white.shape[1], t.width) for t in terms])
-    limited = _limit_outliers(x_fit, r_fit, fold.fitted.dof, width, sigma)
-    fit = posterior(x_fit, limited, fold.fitted.dof, width)
+    limited = _limit_outliers(x_fit, r_fit, fold.fit_whitener.dof, width, sigma)
+    fit = posterior(x_fit, limited, fold.fit_whitener.dof, width)
     rest = r_test - x_test @ fit.mean
     after = float(rest @ rest)
-    noise = fold.predicted.dof * sigma**2
-    unit = float(np.sqrt(np.mean(fold.predicted.weight**-2.0) / fold.predicted.dof))
+    noise = fold.test_whitener.dof * sigma**2
+    unit = float(np.sqrt(np.mean(fold.test_whitener.weight**-2.0) / fold.test_whitener.dof))
     left = max(after - noise, 0.0) / max(before - noise, NOTHING) if before > noise else float("nan")
     gain = _log_score(rest, x_test, fit.covariance, sigma) - _log_score(r_test, x_test[:, :0], None, sigma)
-    worse = (after - before) / (sigma**2 * float(np.sqrt(2.0 * fold.predicted.dof)))
+    worse = (after - before) / (sigma**2 * float(np.sqrt(2.0 * fold.test_whitener.dof)))
     return HeldOut(fold.name, unit * before**0.5, unit * after**0.5, left, gain, worse)
 
 
@@ -114,8 +116,8 @@ def worsened_folds(
     """
     out = []
     for part in parts:
-        terms = [t for t in selection.terms if tells(t, part)]
-        if terms and judge(problem, part, selection, terms).worse > FAR:
+        terms = [t for t in selection.terms if not is_own_zone(t, part)]
+        if terms and predict_fold(problem, part, selection, terms).worse > FAR:
             axis = part.name.removeprefix(FAR_ZONE) if part.name.startswith(FAR_ZONE) else ""
             if axis and noise is not None and predicts_blocks(problem, noise, selection, axis):
                 continue
@@ -135,10 +137,10 @@ def predicts_blocks(problem: Problem, noise: tuple[Array, float], selection: Sel
     if min(odd.sum(), (~odd).sum()) < FEWEST:
         return False
     try:
-        halves = [fold_of(problem, *noise, f"blocks of {axis}", rows) for rows in (odd, ~odd)]
+        halves = [make_fold(problem, *noise, f"blocks of {axis}", rows) for rows in (odd, ~odd)]
     except ModelLimit:
         return False
-    halves_held = [judge(problem, fold, selection, selection.terms) for fold in halves]
+    halves_held = [predict_fold(problem, fold, selection, selection.terms) for fold in halves]
     return (
         all(h.gain > 0.0 and h.worse < 0.0 for h in halves_held) and sum(h.gain for h in halves_held) > STRONG
     )
@@ -158,7 +160,7 @@ def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) ->
     return float(log_density(rest / sigma, x / sigma, np.asarray(np.linalg.cholesky(covariance))))
 
 
-def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[int]:
+def failing_terms(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[int]:
     """Return the numbers of the terms that fail: they lose much in a fold, or win in too few of the folds that excite them.
 
     The one that loses most comes first: terms that lean on one another are refused one at a time.
@@ -171,8 +173,8 @@ def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[
     return [i for _, i in sorted(failed)]
 
 
-def wins_everywhere(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int) -> bool:
-    """Does term i win rows held out in every fold that asks it, together more than VERY_STRONG nats?"""
+def wins_every_fold(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int) -> bool:
+    """Return whether term i gains in every fold that tests it, together more than VERY_STRONG nats."""
     gains = _gains(problem, parts, selection, i)
     return bool(len(gains)) and float(gains.min()) > 0.0 and float(gains.sum()) > VERY_STRONG
 
@@ -184,10 +186,10 @@ def _gains(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int
     gains = []
     for fold in parts:
         if _fitted_size(fold, selection, i) > EXCITATION_DELTA:
-            with_it = judge(problem, fold, selection, selection.terms).gain
-            without = judge(problem, fold, selection, others).gain
+            with_it = predict_fold(problem, fold, selection, selection.terms).gain
+            without = predict_fold(problem, fold, selection, others).gain
             is_told = _held_out_size(fold, selection, i) > EXCITATION_DELTA or abs(with_it - without) > STRONG
-            if is_told and (with_it > without or not _own_zone(term, fold)):
+            if is_told and (with_it > without or not is_own_zone(term, fold)):
                 gains.append(with_it - without)
     return np.array(gains)
 
@@ -211,7 +213,7 @@ def is_free_curve(name: str) -> bool:
     return name in BY_NAME and BY_NAME[name].diagnosis.is_free_curve
 
 
-def _own_zone(term: Term, fold: Fold) -> bool:
+def is_own_zone(term: SelectedTerm, fold: Fold) -> bool:
     """Return whether a fold is in the own zone of a free curve: a curve says nothing of a zone of its axis on which it was not fitted,
     nor do the harmonics of a turn of
     a part of the turn.
@@ -222,12 +224,7 @@ def _own_zone(term: Term, fold: Fold) -> bool:
     return (is_free_curve(term.family.name) or harmonics) and fold.name == f"{FAR_ZONE}{axis}"
 
 
-def tells(term: Term, fold: Fold) -> bool:
-    """Does this fold hold the term to account?"""
-    return not _own_zone(term, fold)
-
-
-def says_something(fold: Fold, selection: Selection) -> bool:
+def shows_any_term(fold: Fold, selection: Selection) -> bool:
     """Return whether any term is seen in the rows held out; otherwise no term predicts them, before and after."""
     sizes = [_held_out_size(fold, selection, i) for i in range(len(selection.terms))]
     return any(size > EXCITATION_DELTA for size in sizes)
@@ -235,14 +232,14 @@ def says_something(fold: Fold, selection: Selection) -> bool:
 
 def _fitted_size(fold: Fold, selection: Selection, i: int) -> float:
     """Return the size of term i in the rows fitted, in units of the noise: whether it is determined there."""
-    return _size(fold.fitted, ~fold.test, selection, i)
+    return _size(fold.fit_whitener, ~fold.test, selection, i)
 
 
 def _held_out_size(fold: Fold, selection: Selection, i: int) -> float:
     """Return the same in the rows held out. They may still determine a term that is not seen there: it changes the other
     terms, and so their predictions (a bed that is hot while the frame warms).
     """
-    return _size(fold.predicted, fold.test, selection, i)
+    return _size(fold.test_whitener, fold.test, selection, i)
 
 
 def _size(white: Whitener, rows: Mask, selection: Selection, i: int) -> float:

@@ -1,23 +1,28 @@
-"""The improved machine: the findings as effects with numbers and as Inputs with their covariance.
+"""The improved machine: the findings as effects with numbers and as Inputs with their covariance, and stored tables without the mistake that was found in them.
 
 Random copies (a shift per event) and changes without a single component have no crisp number; they are not added.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any, cast
 
 import numpy as np
 
 from vcmm.core.effect import Effect, parameter_fields, with_parameter
+from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import addable
 from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import linear_parameters
+from vcmm.learn.diagnosis.log_mistakes import LOG, Mistake
+from vcmm.learn.diagnosis.mistakes import table_nodes, with_numbers_of
 from vcmm.learn.diagnosis.select import Selection
+from vcmm.physics.structure.abbe import AbbeCountedTwice
 
 EVIDENCE = "diagnosis of a recording"
 
@@ -43,7 +48,7 @@ def separate_effect(effect: Effect, machine: Machine) -> Effect:
     A wave of period p is harmonic h of the period h p: with an unused h its Inputs can be told apart by place.
     """
     present = next((e for e in machine.effects if e.id == effect.id), None)
-    if present is None or type(present) is not type(effect) or same_shape(present, effect):
+    if present is None or type(present) is not type(effect) or is_same_shape(present, effect):
         return effect
     blank = {n: np.zeros_like(getattr(effect, n)) * 1.0 for n in linear_parameters(effect)}
     effect = replace(effect, **{n: float(v) if np.ndim(v) == 0 else v for n, v in blank.items()})
@@ -57,12 +62,12 @@ def separate_effect(effect: Effect, machine: Machine) -> Effect:
     return effect
 
 
-def same_shape(one: Effect, other: Effect) -> bool:
+def is_same_shape(first: Effect, second: Effect) -> bool:
     """Return whether two effects of one place differ in linear parameters only."""
-    linear = set(linear_parameters(one))
+    linear = set(linear_parameters(first))
     return all(
-        np.array_equal(getattr(one, f.name), getattr(other, f.name))
-        for f in fields(one)
+        np.array_equal(getattr(first, f.name), getattr(second, f.name))
+        for f in fields(first)
         if f.name not in linear
     )
 
@@ -94,7 +99,7 @@ def improve_machine(machine: Machine, found: tuple[tuple[Effect | None, tuple[In
     for effect, inputs in found:
         if effect is None:
             continue
-        kept = tuple(e for e in machine.effects if e.id != effect.id or not same_shape(e, effect))
+        kept = tuple(e for e in machine.effects if e.id != effect.id or not is_same_shape(e, effect))
         if any(e.id == effect.id for e in kept):
             inputs = ()  # two effects of one name and place: an Input could not say which
         names = {i.id for i in inputs}
@@ -103,10 +108,74 @@ def improve_machine(machine: Machine, found: tuple[tuple[Effect | None, tuple[In
     return machine
 
 
-def departure(effect: Effect, machine: Machine) -> Effect:
+def departure_from(effect: Effect, machine: Machine) -> Effect:
     """Return a fitted effect less what the machine has of it."""
     present = next((e for e in machine.effects if e.id == effect.id), None)
     if present is None or not addable(present, effect):
         return effect
     linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
     return replace(effect, **{n: getattr(effect, n) - getattr(present, n) for n in linear})
+
+
+def repair_machine(machine: Machine, mistake: Mistake | None) -> Machine:
+    """Return a copy of the machine whose tables agree with the recording. Raises UsageError where that has no table."""
+    if mistake is None or mistake.effect == LOG:  # the log is to be corrected, not the machine
+        return machine
+    return replace(machine, effects=repaired_effects(machine.effects, mistake, _arm(machine, mistake)))
+
+
+def _arm(machine: Machine, mistake: Mistake) -> Array | None:
+    axis = machine.axes.get(mistake.component)
+    return None if axis is None or axis.measured_at is None else np.asarray(axis.measured_at, dtype=float)
+
+
+def repaired_effects(
+    effects: Sequence[Effect], mistake: Mistake, arm: Array | None = None
+) -> tuple[Effect, ...]:
+    """Return the same effects with the tables concerned corrected; arm (3,): measured_at of the axis, for an Abbe error."""
+    if mistake.effect == LOG:
+        raise UsageError(f"{mistake.component}: the log is mistaken, no table")
+    if mistake.effect == AbbeCountedTwice.name:
+        return _without_abbe(effects, mistake, arm)
+    if mistake.source:
+        pairs = {mistake.component: mistake.source}
+        if mistake.both:
+            pairs[mistake.source] = mistake.component
+        by_place = {e.where: e for e in effects if e.about.table_parameter}
+        return tuple(
+            with_numbers_of(e, by_place[pairs[e.where]])
+            if e.about.table_parameter and e.where in pairs
+            else e
+            for e in effects
+        )
+    return tuple(_times(e, mistake.factor) if _is_affected(e, mistake) else e for e in effects)
+
+
+def _is_affected(effect: Effect, mistake: Mistake) -> bool:
+    return bool(effect.about.table_parameter) and mistake.component in ("all", effect.where)
+
+
+def _times(effect: Effect, factor: float) -> Effect:
+    value = np.asarray(getattr(effect, effect.about.table_parameter), dtype=float) * factor
+    return with_parameter(effect, effect.about.table_parameter, float(value) if value.ndim == 0 else value)
+
+
+def _without_abbe(effects: Sequence[Effect], mistake: Mistake, arm: Array | None) -> tuple[Effect, ...]:
+    """Return translations of the axis with the Abbe error subtracted (or added): minus or plus rotation x arm at their nodes."""
+    if arm is None:
+        raise UsageError(f"axis {mistake.component} has no measured_at; its Abbe error has no arm")
+    abbe = AbbeCountedTwice.from_tables(mistake.component, effects, [float(v) for v in arm])
+    moved = np.asarray(abbe.deviation, dtype=float)
+    out = []
+    for e in effects:
+        component = str(getattr(e, "component", ""))
+        if e.about.table_parameter and component[1:] in {f"{d}{mistake.component}" for d in "XYZ"}:
+            if len(abbe.grids) != 1:
+                raise UsageError(
+                    "the rotation tables have several arguments; the corrected table must be made by hand"
+                )
+            extra = np.interp(table_nodes(e), abbe.grids[0], moved[:, "XYZ".index(component[1])])
+            values = np.asarray(getattr(e, "values"), dtype=float)  # noqa: B009
+            e = with_parameter(e, "values", values - mistake.factor * extra)
+        out.append(e)
+    return tuple(out)

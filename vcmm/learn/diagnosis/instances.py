@@ -25,7 +25,7 @@ def where_of(effect: Effect) -> dict[str, str]:
     return {f.name: str(v) for f, v in places if v not in ("", ()) and not f.metadata.get("quiet", False)}
 
 
-def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:
+def missing_columns(effect: Effect, run: Run) -> tuple[str, ...]:
     """Return the required columns that neither the run nor its logs have."""
     logged = {f"temp_{sensor}_C" for sensor in run.series}
     have = logged | set(run.series) | set(run.columns) | set(run.labels)
@@ -39,7 +39,7 @@ def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
     names = [f.name for f in place_fields(kind)]
     site = _site(problem)
     out: list[Effect] = []
-    for values in itertools.product(*(domain(f, problem) for f in place_fields(kind))):
+    for values in itertools.product(*(place_values(f, problem) for f in place_fields(kind))):
         place = dict(zip(names, values))
         if "other" in place and place["other"] == place["axis"]:
             continue
@@ -57,7 +57,7 @@ def _site(problem: Problem) -> Site:
     return Site(machine.effects, tuple(machine.chain.work), tuple(machine.chain.tool), problem.run)
 
 
-def domain(spec: Field[Any], problem: Problem) -> list[Any]:
+def place_values(spec: Field[Any], problem: Problem) -> list[Any]:
     """Return the values that a place field can take here."""
     letters, run = problem.machine.chain.letters, problem.run
     linear = [a for a in letters if not is_rotary(a)]

@@ -1,6 +1,6 @@
 """The diagnosis as a Python call; the command line calls the same function.
 
-The diagnosis of a recording whose sensors have gaps (see unread).
+The diagnosis of a recording whose sensors have gaps (see sensor_gaps).
 
 Physics without a name that was found when the recording was made: it is part of the known uncertainty.
 
@@ -31,9 +31,9 @@ from vcmm.learn.diagnosis.constants import FAR, OUTLYING, VANISHING_SHARE
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import Diagnosis, NextStep, Unknown
-from vcmm.learn.diagnosis.unread import for_effects, rows_read, sensors_of
+from vcmm.learn.diagnosis.sensor_gaps import rows_for_effects, rows_with_all_readings, sensors_of
+from vcmm.learn.diagnosis.thinning import limit_observations, thinning_notes
 from vcmm.learn.diagnosis.verdict import verdict
-from vcmm.learn.diagnosis.very_long import few_enough, thinning_notes
 from vcmm.physics import ALL
 from vcmm.task.response.observe import baseline
 from vcmm.task.response.recording import UNKNOWN, Recording
@@ -41,11 +41,11 @@ from vcmm.task.response.recording import UNKNOWN, Recording
 LOOK = 'look at `observed` ("indicated - true" against "actual - commanded")'
 
 
-def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str, ...]:
+def opposite_sign_remarks(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str, ...]:
     """Return the sentences about a sign over everything; none where a mistake of the table says so already."""
     if d.mistake is not None and d.mistake.what == "sign":
         return ()
-    c, u = against_known(recording, machine)
+    c, u = multiple_of_prediction(recording, machine)
     if abs(c) > OUTLYING * u and abs(c + 2.0) < FAR * u:
         return (
             f"the residual holds {c:.1f} times what the machine file predicts (standard uncertainty {u:.1f}; -2 where all"
@@ -59,7 +59,7 @@ def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str
         places = [
             str(v)
             for a in answers
-            if _negative(a.parameters.get(opposite.parameter))
+            if _is_negative(a.parameters.get(opposite.parameter))
             for v in a.where.values()
         ]
         if places:
@@ -70,11 +70,11 @@ def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str
     return ()
 
 
-def _negative(number: object) -> bool:
+def _is_negative(number: object) -> bool:
     return float(getattr(number, "value", 0.0)) < 0.0
 
 
-def against_known(recording: Recording, machine: Machine) -> tuple[float, float]:
+def multiple_of_prediction(recording: Recording, machine: Machine) -> tuple[float, float]:
     """Return c and u(c) of the docstring of this module; (0, inf) where the machine file predicts nothing that is seen."""
     try:
         problem = make_problem(recording, machine)
@@ -94,23 +94,23 @@ def against_known(recording: Recording, machine: Machine) -> tuple[float, float]
 WAVES = 10  # that are watched: their period is known to a hundredth then
 
 
-def describe_unknown(found: Diagnosis, recording: Recording) -> Diagnosis:
+def describe_unknown(diagnosis: Diagnosis, recording: Recording) -> Diagnosis:
     """Return the diagnosis with the unknown of the recording reported: verdict, reason, what to measure next."""
     unknowns = [(name.removeprefix(UNKNOWN), k) for name, k in recording.known if name.startswith(UNKNOWN)]
     if not unknowns:
-        return found
+        return diagnosis
     rests = [
-        Unknown(("time",), f"a {what}, which no effect of the catalogue does", _rms(k), drawn=False)
+        Unknown(("time",), f"a {what}, which no effect of the catalogue does", _rms(k), is_drawable=False)
         for what, k in unknowns
     ]
     why = tuple(f"something without a name is in the recording: {rest.description}" for rest in rests)
-    steps = tuple(step for what, _ in unknowns if (step := _watch(what)) is not None)
+    steps = tuple(step for what, _ in unknowns if (step := _watch_wave(what)) is not None)
     return replace(
-        found,
-        verdict=verdict(bool(found.found), (*found.reasons, *why)),
-        reasons=(*found.reasons, *why),
-        unknown=found.unknown or rests[0],
-        next_measurement=(*steps, *found.next_measurement),
+        diagnosis,
+        verdict=verdict(bool(diagnosis.found), (*diagnosis.reasons, *why)),
+        reasons=(*diagnosis.reasons, *why),
+        unknown=diagnosis.unknown or rests[0],
+        next_measurement=(*steps, *diagnosis.next_measurement),
     )
 
 
@@ -119,7 +119,7 @@ def _rms(columns: np.ndarray) -> float:
     return float(np.sqrt(np.mean(columns**2)))
 
 
-def _watch(what: str) -> NextStep | None:
+def _watch_wave(what: str) -> NextStep | None:
     """Return how to see a wave of time by itself: nothing moves, so that no axis and no cutting causes it."""
     match = re.search(r"wave of ([\d.e+]+) s", what)
     if match is None:
@@ -133,24 +133,24 @@ def _watch(what: str) -> NextStep | None:
     return NextStep((what,), do, 3 * WAVES * period / 60.0, 0.0)
 
 
-def diagnose_unread(
+def diagnose_with_gaps(
     recording: Recording, machine: Machine, ask: Callable[[Recording], Diagnosis]
 ) -> Diagnosis:
     """Diagnose a recording whose sensors have gaps. ask: the diagnosis of one without."""
-    first = ask(rows_read(recording))
+    first = ask(rows_with_all_readings(recording))
     fitted = [a.fitted for a in first.found if a.fitted is not None]
     needed = sensors_of(recording, (*machine.effects, *fitted))
-    whole = for_effects(recording, (*machine.effects, *fitted))
-    remarks = _told(recording, whole, needed)
-    if whole.m == rows_read(recording).m:
+    whole = rows_for_effects(recording, (*machine.effects, *fitted))
+    remarks = _gap_remarks(recording, whole, needed)
+    if whole.m == rows_with_all_readings(recording).m:
         return replace(first, warnings=(*first.warnings, *remarks))
     second = ask(whole)
     untested = {n: c for n, c in second.not_testable.items() if n in first.not_testable}
     return replace(second, not_testable=untested, warnings=(*second.warnings, *remarks))
 
 
-def _told(recording: Recording, whole: Recording, needed: tuple[str, ...]) -> tuple[str, ...]:
-    read = rows_read(recording).m
+def _gap_remarks(recording: Recording, whole: Recording, needed: tuple[str, ...]) -> tuple[str, ...]:
+    read = rows_with_all_readings(recording).m
     out = []
     for name, rows in recording.unread:
         lost = int(recording.touching(rows).sum())
@@ -176,19 +176,19 @@ def diagnose(
 ) -> Diagnosis:
     """Find the physics in a recording that the machine lacks: causes, rivals, held-out improvement, next measurement.
 
-    Of more than 100 000 observations some are taken, with a note (see vcmm.learn.diagnosis.very_long).
+    Of more than 100 000 observations some are taken, with a note (see vcmm.learn.diagnosis.thinning).
     """
-    recording = few_enough(recording)
+    recording = limit_observations(recording)
 
     def ask(rows: Recording) -> Diagnosis:
         return diagnose_recording(rows, machine, seed=seed, extra_effects=extra_effects, progress=progress)
 
-    diagnosis = diagnose_unread(recording, machine, ask) if recording.unread else ask(recording)
+    diagnosis = diagnose_with_gaps(recording, machine, ask) if recording.unread else ask(recording)
     diagnosis = describe_unknown(diagnosis, recording)
     warnings = (
         *recording.notes,
         *thinning_notes(recording),
         *diagnosis.warnings,
-        *other_way(recording, machine, diagnosis),
+        *opposite_sign_remarks(recording, machine, diagnosis),
     )
     return replace(diagnosis, warnings=warnings)

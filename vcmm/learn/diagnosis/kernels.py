@@ -10,7 +10,7 @@ The residual and the nulls are pulled back to the observations once, X' r = F' (
 
 Courses of time without a name: a smooth vector of time, the scale of an axis that changes with time, the size of the part.
 
-    d(t) e            the tip moves along e; all three directions together are one question (see kernels)
+    d(t) e            the tip moves along e; all three directions together are one test
     s(t) (q - q0) e   the scale of an axis: held at its zero, or anywhere (then d(t) e is a part of it)
     g(t) p            the part grows about its middle, p the place on it
 
@@ -43,14 +43,14 @@ from vcmm.answer.evaluation.gaussian import Whitener, best_width, without_span
 from vcmm.core.axes import is_rotary
 from vcmm.core.effect import Effect, motion
 from vcmm.core.run import Array, Run
-from vcmm.learn.diagnosis.closeness import moved_by, nearness, of_component
 from vcmm.learn.diagnosis.constants import FALSE_ALARM, NOTHING, UNSEEN, VANISHING_SHARE
 from vcmm.learn.diagnosis.evidence import orthonormal
-from vcmm.learn.diagnosis.locate import modulators
-from vcmm.learn.diagnosis.null import upper_quantile
+from vcmm.learn.diagnosis.locate import direction_factors, direction_text
+from vcmm.learn.diagnosis.neighbourhoods import component_shapes, neighbourhoods, observe_component
+from vcmm.learn.diagnosis.null_recordings import upper_quantile
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.result import Unknown
-from vcmm.learn.diagnosis.select import Selection, Term, mismatch
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection, mismatch
 
 SMOOTH = (0.06, 0.15, 0.4)  # of the duration: half an hour, an hour, half of a shift
 WITH_A_PART = ("probe", "path")  # kinds that know where on the part a row is
@@ -65,40 +65,40 @@ class Course:
     what: str
 
 
-def clock(problem: Problem) -> Array | None:
+def clock_times(problem: Problem) -> Array | None:
     """Return time_s (n,) where the recording has a clock that moves."""
     time = problem.run.columns.get("time_s")
     return time if time is not None and np.ptp(time) > 0 else None
 
 
-def over_clock(time: Array, width: float) -> Array:
+def clock_bumps(time: Array, width: float) -> Array:
     """Return the bumps (n, k) over the clock, `width` of its range wide and half as far apart: their sum is as smooth everywhere."""
     z = (time - time.min()) / np.ptp(time)
     centres = np.linspace(0.0, 1.0, round(2.0 / width) + 1)
     return np.asarray(np.exp(-0.5 * ((z[:, None] - centres) / width) ** 2))
 
 
-def wandering(problem: Problem) -> Iterator[Array]:
+def time_bumps(problem: Problem) -> Iterator[Array]:
     """Yield bumps (m, k) over the clock, for any direction."""
-    time = clock(problem)
+    time = clock_times(problem)
     if time is not None:
-        yield from (problem.of_rows(over_clock(time, width)) for width in SMOOTH)
+        yield from (problem.per_observation(clock_bumps(time, width)) for width in SMOOTH)
 
 
-def stretching(problem: Problem) -> Iterator[Course]:
+def scale_courses(problem: Problem) -> Iterator[Course]:
     """Yield scales of axes and the size of the part that change with time."""
-    time = clock(problem)
+    time = clock_times(problem)
     if time is None:
         return
     grown = _growth_column(problem)
     for width in SMOOTH:
-        bumps = over_clock(time, width)
+        bumps = clock_bumps(time, width)
         for axis, q in problem.run.position.items():
             if not is_rotary(axis) and np.ptp(q) > 0:
                 yield from _of_scale(problem, axis, bumps)
         if grown is not None:
             what = "a size of the part that changes with time"
-            yield Course(("time",), problem.of_rows(bumps) * grown[:, None], what)
+            yield Course(("time",), problem.per_observation(bumps) * grown[:, None], what)
 
 
 def _of_scale(problem: Problem, axis: str, bumps: Array) -> Iterator[Course]:
@@ -107,7 +107,7 @@ def _of_scale(problem: Problem, axis: str, bumps: Array) -> Iterator[Course]:
     middle = q - q.mean()
     zero, spread = (v[:, None] / np.abs(v).max() for v in (q, middle))
     for shapes in (bumps * zero, np.concatenate([bumps, bumps * spread], axis=1)):
-        moved = moved_by(problem, f"E{axis}{axis}", shapes)
+        moved = observe_component(problem, f"E{axis}{axis}", shapes)
         yield Course(("time", axis), moved, f"a scale of {axis} that changes with time")
 
 
@@ -149,7 +149,7 @@ class Kernel:
 
 
 @dataclass(frozen=True, eq=False)
-class KernelQuestion:
+class KernelTest:
     """One test: kernels that are added, the clearest of them, t and z of the residual and of every null (1 + M,)."""
 
     kernels: tuple[Kernel, ...]
@@ -194,47 +194,47 @@ def pull_back(white: Whitener, basis: Array, rows: Array) -> PulledResiduals:
     return PulledResiduals(white, basis, rows[:, 0], (back / np.abs(back).max()).astype(np.float32))
 
 
-def of_components(problem: Problem, components: Iterable[str]) -> Iterator[list[Kernel]]:
+def component_kernels(problem: Problem, components: Iterable[str]) -> Iterator[list[Kernel]]:
     """Yield free shapes of component errors over their axes."""
     alone = np.ones(problem.m)
     for c in (c for c in components if np.ptp(problem.run.q(c[2])) > 0):
-        for moved in of_component(problem, c):
+        for moved in component_shapes(problem, c):
             yield [Kernel((c[2],), "normal", moved, alone, c)]
 
 
-def everywhere(problem: Problem) -> Iterator[list[Kernel]]:
+def all_kernels(problem: Problem) -> Iterator[list[Kernel]]:
     """Yield groups of kernels that differ by their direction only."""
-    for near in nearness(problem):
-        yield [Kernel(near.names, d, near.bumps, f) for d, f in modulators(problem).items()]
-    yield from of_time(problem)
+    for near in neighbourhoods(problem):
+        yield [Kernel(near.names, d, near.bumps, f) for d, f in direction_factors(problem).items()]
+    yield from time_kernels(problem)
 
 
-def of_time(problem: Problem) -> Iterator[list[Kernel]]:
+def time_kernels(problem: Problem) -> Iterator[list[Kernel]]:
     """Yield the smooth courses of time among them."""
-    for bumps in wandering(problem):
-        yield [Kernel(("time",), d, bumps, f) for d, f in modulators(problem).items()]
+    for bumps in time_bumps(problem):
+        yield [Kernel(("time",), d, bumps, f) for d, f in direction_factors(problem).items()]
     alone = np.ones(problem.m)
-    for course in stretching(problem):
+    for course in scale_courses(problem):
         yield [Kernel(course.names, "normal", course.columns, alone, what=course.what)]
 
 
-def questions(groups: Iterable[list[Kernel]], rows: PulledResiduals) -> Iterator[KernelQuestion]:
+def kernel_tests(groups: Iterable[list[Kernel]], rows: PulledResiduals) -> Iterator[KernelTest]:
     """Yield every kernel by itself, and those of x, y and z together: a swirl turns."""
     return itertools.chain.from_iterable(_of_group(group, rows) for group in groups)
 
 
-def _of_group(group: list[Kernel], rows: PulledResiduals) -> Iterator[KernelQuestion]:
+def _of_group(group: list[Kernel], rows: PulledResiduals) -> Iterator[KernelTest]:
     bumps = group[0].bumps.T.astype(np.float32)
     alone = []
     for k in group:
         t = ((bumps @ rows.times(k)) ** 2).sum(axis=0).astype(float)
-        alone.append(KernelQuestion((k,), k, t, normal_scores(t)))
+        alone.append(KernelTest((k,), k, t, normal_scores(t)))
     yield from alone
     turned = [a for a in alone if a.clearest.direction in tuple("xyz")]
     if len(turned) > 1:
         total = np.sum([a.t for a in turned], axis=0)
         clearest = max(turned, key=lambda a: float(a.z[0])).clearest
-        yield KernelQuestion(tuple(a.clearest for a in turned), clearest, total, normal_scores(total))
+        yield KernelTest(tuple(a.clearest for a in turned), clearest, total, normal_scores(total))
 
 
 def normal_scores(t: Array, forgiven: float = 0.0) -> Array:
@@ -244,19 +244,19 @@ def normal_scores(t: Array, forgiven: float = 0.0) -> Array:
     return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), UNSEEN**2))
 
 
-def reach(x: Array) -> float:
+def largest_gain(x: Array) -> float:
     """Return the largest of |X' e|^2 over unit vectors e."""
     small = x.T @ x if x.shape[1] < len(x) else x @ x.T
     return float(np.linalg.eigvalsh(small)[-1])
 
 
-def principal(x: Array, count: int) -> Array:
+def principal_functions(x: Array, count: int) -> Array:
     """Return the first principal functions (m, count at most) of bumps x (m, k), the first of rms 1."""
-    turn = principal_turn(x, count)
+    turn = principal_coefficients(x, count)
     return x[:, :0] if turn is None else np.asarray(x @ turn)
 
 
-def principal_turn(x: Array, count: int) -> Array | None:
+def principal_coefficients(x: Array, count: int) -> Array | None:
     """Return the coefficients (k, count at most) that make bumps x (m, k) their first principal functions; None where x is nothing."""
     value, vector = np.linalg.eigh(x.T @ x)
     first = np.argsort(-value)[:count]
@@ -265,18 +265,18 @@ def principal_turn(x: Array, count: int) -> Array | None:
     return np.asarray(vector[:, first] * np.sqrt(len(x) / float(value[first[0]])))
 
 
-def components_of(terms: Sequence[Term]) -> tuple[str, ...]:
+def components_of(terms: Sequence[SelectedTerm]) -> tuple[str, ...]:
     """Return the component errors in which terms move their axes: of their places, or the positioning errors of their axes."""
     components = {c for t in terms for c in (t.family.where.get("component", ""), _positioning(t))}
     return tuple(sorted(c for c in components if len(c) == 3 and c[0] == "E" and c[2] in "XYZ"))
 
 
-def _positioning(term: Term) -> str:
+def _positioning(term: SelectedTerm) -> str:
     axis = term.family.where.get("axis", "")
     return f"E{axis}{axis}"
 
 
-def proposal(kernel: Kernel, problem: Problem, rms: float, says: str) -> Unknown:
+def propose_unknown(kernel: Kernel, problem: Problem, rms: float, says: str) -> Unknown:
     """Return the unknown over the covariates of a kernel; `says` with {} for the names.
 
     A translation of a component is drawn in its own direction; the effect of a rotation depends on the arm, so that no curve
@@ -284,17 +284,16 @@ def proposal(kernel: Kernel, problem: Problem, rms: float, says: str) -> Unknown
     """
     over = " and ".join(kernel.names)
     letter = kernel.component[1:2].lower()
-    direction = letter if letter in modulators(problem) else kernel.direction
+    direction = letter if letter in direction_factors(problem) else kernel.direction
     if kernel.what:
         what = kernel.what
     elif kernel.component:
         what = f"a shape of {kernel.component} over {over}"
     else:
-        along = "along the normal" if direction == "normal" else f"in {direction}"
-        what = f"a dependence on {over} {along} without a name"
-    drawn = kernel.component[1:2] not in tuple("ABC") and not kernel.what
+        what = f"a dependence on {over} {direction_text(direction)} without a name"
+    is_drawable = kernel.component[1:2] not in tuple("ABC") and not kernel.what
     text = f"{what} {says.format('the names' if kernel.component == '' else 'its names')}"
-    return Unknown(kernel.names[:3], text, rms, direction, len(kernel.names) > 1, drawn=drawn)
+    return Unknown(kernel.names[:3], text, rms, direction, len(kernel.names) > 1, is_drawable=is_drawable)
 
 
 NOTHING_NAMED = (
@@ -305,7 +304,7 @@ MOST_QUESTIONS = 20  # of the clearest questions: where templates explain them a
 FUNCTIONS = MOST_QUESTIONS  # in which the size of a departure is estimated
 
 
-def departure(problem: Problem, selection: Selection, white: Whitener, null: Array) -> Unknown | None:
+def find_departure(problem: Problem, selection: Selection, white: Whitener, null: Array) -> Unknown | None:
     """Return the clearest departure from white, None where chance explains it. null (m, M): prepared null recordings, white."""
     basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in selection.terms)], axis=1))
     alarm = FALSE_ALARM if selection.terms else NOTHING_NAMED
@@ -316,8 +315,8 @@ def departure(problem: Problem, selection: Selection, white: Whitener, null: Arr
         * _variance(selection)
         / max(float(selection.rest @ selection.rest), NOTHING)
     )
-    question = _clearest(of_components(problem, components_of(selection.terms)), rows, forgiven, alarm)
-    question = question or _clearest(everywhere(problem), rows, forgiven, alarm)
+    question = _clearest(component_kernels(problem, components_of(selection.terms)), rows, forgiven, alarm)
+    question = question or _clearest(all_kernels(problem), rows, forgiven, alarm)
     return (
         None if question is None else _measure_departure(question[0], problem, question[1], selection, white)
     )
@@ -336,33 +335,33 @@ def _clearest(
     """
     largest = np.full(rows.rows.shape[1] - 1, -np.inf)
     clearest = heapq.nlargest(
-        MOST_QUESTIONS, _track_largest(questions(groups, rows), largest), key=lambda a: float(a.z[0])
+        MOST_QUESTIONS, _track_largest(kernel_tests(groups, rows), largest), key=lambda a: float(a.z[0])
     )
     limit = upper_quantile(largest, alarm)
     for question in (a for a in clearest if a.z[0] > limit):
         x = rows.columns(question.kernels)
-        if x.shape[1] and normal_scores(question.t, _of_templates(x, rows, forgiven))[0] > limit:
+        if x.shape[1] and normal_scores(question.t, _template_share(x, rows, forgiven))[0] > limit:
             return question.clearest, rows.columns([question.clearest])
     return None
 
 
-def _track_largest(trials: Iterable[KernelQuestion], largest: Array) -> Iterator[KernelQuestion]:
+def _track_largest(trials: Iterable[KernelTest], largest: Array) -> Iterator[KernelTest]:
     """Yield the same, while `largest` (M,) takes the largest z of every null recording."""
     for question in trials:
         np.maximum(largest, question.z[1:], out=largest)
         yield question
 
 
-def _of_templates(x: Array, rows: PulledResiduals, forgiven: float) -> float:
+def _template_share(x: Array, rows: PulledResiduals, forgiven: float) -> float:
     """Return the share of t that errors of templates of energy `forgiven` (over that of the residual) may bring, at their worst."""
-    return reach(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), NOTHING)
+    return largest_gain(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), NOTHING)
 
 
 def _measure_departure(
     kernel: Kernel, problem: Problem, columns: Array, selection: Selection, white: Whitener
 ) -> Unknown:
     """Return the departure with its size, from the principal functions of the kernel."""
-    functions = principal(columns, FUNCTIONS)
+    functions = principal_functions(columns, FUNCTIONS)
     fit = best_width(functions, selection.rest, white.dof)
     rms = float(np.sqrt(np.mean((functions @ fit.mean / white.weight) ** 2)))
-    return proposal(kernel, problem, rms, "is left that no name explains: neighbours agree")
+    return propose_unknown(kernel, problem, rms, "is left that no name explains: neighbours agree")

@@ -49,7 +49,7 @@ def generic_families(problem: Problem) -> tuple[Family, ...]:
 def each_shape(problem: Problem) -> Iterator[Family]:
     """Yield the same one after another: together they are many columns."""
     size = float(np.median(problem.u))
-    over, factors = covariates(problem), modulators(problem)
+    over, factors = covariates(problem), direction_factors(problem)
     prior = -float(np.log(max(len(over) * len(factors), 1)))
     for name, groups in over.items():
         for direction, factor in factors.items():
@@ -62,7 +62,7 @@ def _option(columns: Array, among: int) -> Option:
     return Option(None, columns, np.ones(k), tuple(map(str, range(k))), -float(np.log(among)))
 
 
-def modulators(problem: Problem) -> dict[str, Array]:
+def direction_factors(problem: Problem) -> dict[str, Array]:
     """Return direction -> factor (m,): the observation as it is, and the components of its direction that vary."""
     out = {"normal": np.ones(problem.m)}
     d = problem.recording.direction
@@ -80,27 +80,29 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
     run, out = problem.run, {}
     axes = [a for a in run.position if np.ptp(run.position[a]) > 0]
     for axis in axes:
-        out[axis] = [polynomials(problem.of_rows(run.position[axis]))]
+        out[axis] = [polynomials(problem.per_observation(run.position[axis]))]
         lines = spectral_lines(run.position[axis])[:LINES]
         if lines:
-            out[f"{axis} (periodic)"] = [_wave(problem.of_rows(run.position[axis]), p) for p in lines]
+            out[f"{axis} (periodic)"] = [_wave(problem.per_observation(run.position[axis]), p) for p in lines]
     for a, b in itertools.combinations(axes, 2):
-        out[f"{a} and {b}"] = [surface(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))]
-        zones = zone_bumps(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))
+        out[f"{a} and {b}"] = [
+            surface(problem.per_observation(run.position[a]), problem.per_observation(run.position[b]))
+        ]
+        zones = zone_bumps(problem.per_observation(run.position[a]), problem.per_observation(run.position[b]))
         if zones:
             out[f"{a} and {b} (zone)"] = zones
     for a, (name, values) in itertools.product(axes, _shared_conditions(problem)):
-        out[f"{a} and {name}"] = [surface(problem.of_rows(run.position[a]), values)]
+        out[f"{a} and {name}"] = [surface(problem.per_observation(run.position[a]), values)]
     for a, angle in itertools.product(axes, [c for c in run.columns if c.endswith("angle_rad")]):
-        out[f"{a} and {short(angle)}"] = [
-            _waves_by(problem.of_rows(run.columns[angle]), problem.of_rows(run.position[a]))
+        out[f"{a} and {without_unit(angle)}"] = [
+            _waves_by(problem.per_observation(run.columns[angle]), problem.per_observation(run.position[a]))
         ]
     for name, values in run.columns.items():
         if np.ptp(values) > 0 and not name.startswith(SKIP):
-            out[short(name)] = _of_column(name, problem.of_rows(values))
+            out[without_unit(name)] = _of_column(name, problem.per_observation(values))
     steps = change_points(run)
     if steps:
-        time = problem.of_rows(run.column("time_s"))
+        time = problem.per_observation(run.column("time_s"))
         out["time (periodic)"] = [_wave(time, p) for p in spectral_lines(run.column("time_s"))[:LINES]]
         out["time (step)"] = [(time > t).astype(float)[:, None] for t in steps]
     for name, labels in run.labels.items():
@@ -113,7 +115,7 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
 def _shared_conditions(problem: Problem) -> list[tuple[str, Array]]:
     """Return the conditions whose product with a place is looked at: the speed on the way, whatever its direction."""
     speed = path_speed(problem.run)
-    return [] if speed is None or np.ptp(speed) <= UNSEEN else [("speed", problem.of_rows(speed))]
+    return [] if speed is None or np.ptp(speed) <= UNSEEN else [("speed", problem.per_observation(speed))]
 
 
 def path_speed(run: Run) -> Array | None:
@@ -122,8 +124,8 @@ def path_speed(run: Run) -> Array | None:
     return np.asarray(np.linalg.norm(run.vector(*names), axis=1)) if names else None
 
 
-def short(column: str) -> str:
-    """Name of a column without its unit: time_s -> time, temp_part_C -> temp_part, speed_X_mm_s -> speed_X."""
+def without_unit(column: str) -> str:
+    """Return the name of a column without its unit: time_s -> time, temp_part_C -> temp_part, speed_X_mm_s -> speed_X."""
     for unit in (
         "_mm_s2",
         "_rad_s2",
@@ -195,13 +197,13 @@ def _wave(x: Array, period: float) -> Array:
 
 def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
     """Return the places in the order of their scores. chance (M,): largest score of each null recording."""
-    if not generic.found.families:
+    if not generic.candidates.families:
         return ()
     scores = generic.scores(y[:, None])[:, 0]
     out: list[Place] = []
     names: set[str] = set()
     for i in np.argsort(-scores, kind="stable"):
-        family = generic.found.families[i]
+        family = generic.candidates.families[i]
         p = (1 + int(np.sum(chance >= scores[i]))) / (1 + len(chance))
         if p > 1.0 - SECURE or len(out) == MOST_SHOWN:
             break
@@ -214,17 +216,21 @@ def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
 
 def score_map(generic: Scorer, y: Array) -> tuple[Place, ...]:
     """Return the evidence over every covariate in its best direction, in the order of the scores; for the picture."""
-    if not generic.found.families:
+    if not generic.candidates.families:
         return ()
     scores = generic.scores(y[:, None])[:, 0]
     best: dict[str, Place] = {}
     for i in np.argsort(-scores, kind="stable"):
-        family = generic.found.families[i]
+        family = generic.candidates.families[i]
         direction = family.where["direction"]
         best.setdefault(family.name, Place(family.name, direction, float("nan"), "", float(scores[i])))
     return tuple(best.values())
 
 
+def direction_text(direction: str) -> str:
+    """Return 'in x', or 'along the normal'."""
+    return "along the normal" if direction == "normal" else f"in {direction}"
+
+
 def _words(covariate: str, direction: str) -> str:
-    along = "along the normal" if direction == "normal" else f"in {direction}"
-    return f"the residual {along} depends on {covariate}"
+    return f"the residual {direction_text(direction)} depends on {covariate}"

@@ -32,8 +32,8 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 from vcmm.learn.diagnosis.constants import MOST_SHAPES
-from vcmm.learn.diagnosis.log_units import unit_forms
 from vcmm.learn.diagnosis.scans import MOST_STEPS
+from vcmm.learn.diagnosis.units_and_signs import unit_forms
 from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.observe import Observer
 from vcmm.task.response.recording import Recording
@@ -56,7 +56,7 @@ class ClockMistake:
 
 
 def clock_mistakes(run: Run) -> Iterator[ClockMistake]:
-    """Offset and drift of all logs together, where there are logs with a clock of their own."""
+    """Yield offset and drift of all logs together, where there are logs with a clock of their own."""
     if "time_s" not in run.columns:
         return
     time = run.column("time_s")
@@ -198,28 +198,28 @@ def _of_clock(clock: ClockMistake, change: Callable[[Run], Array | None]) -> Ite
             )
 
 
-class _Watched(dict[str, Any]):
+class _TableOfReads(dict[str, Any]):
     """A table of a run that notes which of its names are read."""
 
-    def __init__(self, table: Mapping[str, Any], kind: str, asked: set[Name]) -> None:
+    def __init__(self, table: Mapping[str, Any], kind: str, names_read: set[Name]) -> None:
         super().__init__(table)
-        self.kind, self.asked = kind, asked
+        self.kind, self.names_read = kind, names_read
 
     def __getitem__(self, name: str) -> Any:
-        self.asked.add((self.kind, name))
+        self.names_read.add((self.kind, name))
         return super().__getitem__(name)
 
     def get(self, name: str, default: Any = None) -> Any:
-        self.asked.add((self.kind, name))
+        self.names_read.add((self.kind, name))
         return super().get(name, default)
 
     def __contains__(self, name: object) -> bool:
-        self.asked.add((self.kind, str(name)))
+        self.names_read.add((self.kind, str(name)))
         return super().__contains__(name)
 
     def __iter__(self) -> Iterator[str]:
         names = list(super().__iter__())
-        self.asked.update((self.kind, name) for name in names)
+        self.names_read.update((self.kind, name) for name in names)
         return iter(names)
 
     def keys(self) -> Any:
@@ -241,7 +241,7 @@ def names_read(observer: Observer) -> set[Name]:
     names: set[Name] = {(PLACES, ""), *ZEROED}
     run = copy(observer.run)
     for kind in TABLES:
-        object.__setattr__(run, kind, _Watched(getattr(run, kind), kind, names))
+        object.__setattr__(run, kind, _TableOfReads(getattr(run, kind), kind, names))
     for effect in observer.usable.effects:
         effect.error_motion(run)
     return names
@@ -272,7 +272,7 @@ def _is_same(first: Any, second: Any) -> bool:
 
 
 def _kinds(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection, str]]]]:
-    """Kind, and of each form of it what is meant, the run that should have been written, and what no kind says."""
+    """Yield a kind, and for each of its forms the columns, the corrected run, and words that the kind does not have."""
     for what, forms in _forms(run):
         yield what, [(columns, corrected, "") for columns, corrected in forms]
     yield UNIT, list(_units(sorted(n for n, v in run.columns.items() if np.ptp(v) > 0)))
@@ -310,8 +310,8 @@ def _forms(run: Run) -> Iterator[tuple[str, list[tuple[str, RunCorrection]]]]:
 
 
 def _units(names: Sequence[str]) -> Iterator[tuple[str, RunCorrection, str]]:
-    """One column in another unit, all of one unit and all of a kind: who takes m/min for mm/s does so of every linear axis, who writes speeds
-    per minute perhaps of rotary ones too."""
+    """Yield one column in another unit, all columns of one unit, and all of a kind: m/min in place of mm/s concerns every linear axis, a speed
+    per minute perhaps the rotary axes too."""
     for start, forms in unit_forms().items():
         alike = tuple(n for n in names if n.startswith(start))
         of_unit = (tuple(n for n in alike if _ending(n) == end) for end in dict.fromkeys(map(_ending, alike)))
@@ -326,7 +326,7 @@ def _groups(names: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _ending(name: str) -> str:
-    """The unit of a column, and nothing of its place: temp_air_C, temp_scale_x_C -> C, speed_X_mm_s -> mm_s, sense_X -> ''."""
+    """Return the unit of a column without its place: temp_air_C, temp_scale_x_C -> C, speed_X_mm_s -> mm_s, sense_X -> ''."""
     parts = name.split("_")
     return parts[-1] if parts[0] == "temp" else "_".join(parts[2:])
 

@@ -15,7 +15,7 @@ from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import NOTHING
-from vcmm.learn.diagnosis.null import robust_scale
+from vcmm.learn.diagnosis.null_recordings import robust_scale
 from vcmm.learn.diagnosis.problem import Problem
 
 Mask = npt.NDArray[np.bool_]
@@ -65,7 +65,7 @@ def check_belonging(problem: Problem, white: Whitener) -> None:
         )
 
 
-def wild(problem: Problem) -> tuple[Mask, str]:
+def wild_rows(problem: Problem) -> tuple[Mask, str]:
     """Return single rows so far off that they are no observation of the same thing, and the words for it.
 
     The nuisance is fitted by least absolute values (reweighted least squares): one typing error of 10 mm would pull a

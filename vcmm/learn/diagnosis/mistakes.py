@@ -18,13 +18,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, cast
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from vcmm.answer.evaluation.gaussian import Whitener, without_span
-from vcmm.core.effect import Effect
+from vcmm.core.effect import Effect, own_nodes, with_parameter
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.inputs import STATE
 from vcmm.core.machine import Machine
@@ -32,7 +31,7 @@ from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.constants import CLOSING, FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import orthonormal
 from vcmm.learn.diagnosis.log_mistakes import LABELS_EXCHANGED, LOG, MISTAKE, Mistake, log_hypotheses
-from vcmm.learn.diagnosis.null import clip_residuals, robust_scale
+from vcmm.learn.diagnosis.null_recordings import clip_residuals, robust_scale
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import POINTS, ROUNDS
 from vcmm.physics import BY_NAME
@@ -75,7 +74,7 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
     best = int(np.argmax(scores))
     if scores[best] <= VERY_STRONG:
         return None
-    candidates[best] = _at_its_best(candidates[best], white, raw, bound)
+    candidates[best] = _refine_clock(candidates[best], white, raw, bound)
     left[:, best] = raw - white.apply(candidates[best].departure)
     departures[:, best] = raw - left[:, best]
     near = [
@@ -96,14 +95,14 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
     return replace(candidates[best], score=score, rivals=rivals)
 
 
-def _at_its_best(mistake: Mistake, white: Whitener, raw: Array, bound: float) -> Mistake:
+def _refine_clock(mistake: Mistake, white: Whitener, raw: Array, bound: float) -> Mistake:
     """Return a mistake with one number at the value that leaves least: a grid between its neighbours, and again about the best of it."""
     if mistake.clock is None:
         return mistake
     clock = mistake.clock
     value, step = clock.value, clock.step
 
-    def left(m: Mistake) -> float:
+    def misfit(m: Mistake) -> float:
         return float(np.minimum((raw - white.apply(m.departure)) ** 2, bound**2).sum())
 
     for _ in range(ROUNDS):
@@ -112,7 +111,7 @@ def _at_its_best(mistake: Mistake, white: Whitener, raw: Array, bound: float) ->
             if made is not None:
                 at_trial = replace(clock, value=float(trial))
                 new = replace(mistake, component=made[0], departure=made[1], clock=at_trial)
-                if left(new) < left(mistake):
+                if misfit(new) < misfit(mistake):
                     mistake, value = new, float(trial)
         step /= POINTS / 2
     return mistake
@@ -207,12 +206,12 @@ def _swaps(
     problem: Problem, tables: dict[str, Effect], errors: dict[str, Array], nothing: Array
 ) -> Iterator[Mistake]:
     """Yield one component in the place of another, and both exchanged."""
-    single = {k: cast(Any, t) for k, t in tables.items() if len(getattr(t, "arguments", ())) == 1}
+    single = {k: t for k, t in tables.items() if len(getattr(t, "arguments", ())) == 1}
     moved: dict[tuple[str, str], Array] = {}
     for a, table in single.items():
         for b, source in single.items():
             if a != b and (a[1] in "XYZ") == (b[1] in "XYZ"):
-                moved[a, b] = _baseline_of(problem, (_holding(table, source),)) - nothing
+                moved[a, b] = _baseline_of(problem, (with_numbers_of(table, source),)) - nothing
     zero = np.zeros(problem.m)
     share = -float(np.log(max(2 * len(single), 1)))
     for (a, b), instead in moved.items():
@@ -223,12 +222,21 @@ def _swaps(
             yield Mistake(a, f"swapped with {b}", whole, prior=share, source=b, both=True)
 
 
-def _holding(table: Any, source: Any) -> Effect:
-    """Return the component of `table` with the numbers of `source`: node by node where the counts agree, else by position."""
-    grid, values = table.grids[0], np.asarray(source.values, dtype=float)
+def with_numbers_of(effect: Effect, source: Effect) -> Effect:
+    """Return a table with the numbers of another component: node by node where the counts agree, else by position."""
+    grid, other = table_nodes(effect), table_nodes(source)
+    values = np.asarray(getattr(source, "values"), dtype=float)  # noqa: B009 - tables and splines have it
     if len(values) != len(grid):
-        values = np.interp(grid, source.grids[0], values)
-    return cast(Effect, replace(table, values=values))
+        values = np.interp(grid, other, values)
+    return with_parameter(effect, "values", values)
+
+
+def table_nodes(effect: Effect) -> Array:
+    """Return the nodes (k,) of a table over one axis. Raises UsageError for anything else."""
+    nodes = own_nodes(effect)
+    if nodes is None:
+        raise UsageError(f"{effect.id} is no table over one axis; it cannot be exchanged")
+    return nodes
 
 
 def generalises(large: str, small: str) -> bool:
@@ -251,7 +259,7 @@ def slipped_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
     labels = [n for n in labels if len(np.unique(recording.run.labels[n][recording.row])) > 1]
     steps = [k for k in range(-CLOSING, CLOSING + 1) if k]
     for label, by in itertools.product(labels, steps):
-        meant = replace(recording, run=_slipped(recording.run, label, by, recording.lines))
+        meant = replace(recording, run=_slip_label(recording.run, label, by, recording.lines))
         try:
             columns = np.reshape(nuisance_columns(meant, problem.machine)[0], (problem.m, -1))
             whitener = replace(problem, nuisance=columns).whitener()
@@ -269,7 +277,7 @@ def slipped_labels(problem: Problem, white: Whitener) -> Iterator[Mistake]:
         yield Mistake(text, LABELS_EXCHANGED, departure, prior=share - max(too_little, 0.0), effect=LOG)
 
 
-def _slipped(run: Run, label: str, by: int, lines: np.ndarray | None) -> Run:
+def _slip_label(run: Run, label: str, by: int, lines: np.ndarray | None) -> Run:
     """Return the run with a label taken from `by` rows before (by < 0: after) in the order of the file."""
     rows = np.arange(run.n) if lines is None or len(lines) != run.n else np.argsort(lines, kind="stable")
     values = run.labels[label].copy()

@@ -30,8 +30,8 @@ from vcmm.learn.diagnosis.constants import (
     UNSEEN,
     VERY_STRONG,
 )
-from vcmm.learn.diagnosis.locate import modulators, path_speed, polynomials
-from vcmm.learn.diagnosis.null import Noise, by_columns, draws, robust_scale
+from vcmm.learn.diagnosis.locate import direction_factors, path_speed, polynomials
+from vcmm.learn.diagnosis.null_recordings import Noise, by_columns, draw_null_recordings, robust_scale
 from vcmm.learn.diagnosis.problem import Problem, generator
 from vcmm.physics.structure.scatter import Scatter
 
@@ -47,7 +47,7 @@ class Audit:
     """scale: sigma of one observation in units of u; rho; growth: ln sigma per mm/s of speed; findings in words.
 
     limit: the scale that the stated noise may show, whatever its tails, correlation and speed were found to be.
-    less: factor on u where the noise was stated too large beyond chance, else 1: beside a smaller noise the uncertainty of
+    u_factor: factor on u where the noise was stated too large beyond chance, else 1: beside a smaller noise the uncertainty of
     the calibration weighs more, and is taken for physics where that is not counted.
     """
 
@@ -57,13 +57,13 @@ class Audit:
     noise: Noise
     findings: tuple[str, ...]
     limit: float = np.inf
-    less: float = 1.0
+    u_factor: float = 1.0
 
     def u(self, problem: Problem) -> Array:
         """Return the standard uncertainties with the found dependence on speed, and smaller where they were stated too large."""
         speed = speeds(problem)
         by_speed = 1.0 if speed is None or self.growth == 0 else np.exp(self.growth * speed)
-        return np.asarray(self.less * problem.u * by_speed)
+        return np.asarray(self.u_factor * problem.u * by_speed)
 
 
 def stated_noise(problem: Problem) -> Noise:
@@ -76,7 +76,7 @@ def stated_noise(problem: Problem) -> Noise:
 def audit(problem: Problem, white: Whitener, rest: Array, seed: int) -> Audit:
     """Look at white residuals (m,) that hold no known effect; `white` must be without AR filter and speed weights."""
     noise = stated_noise(problem)
-    null = draws(noise, white, seed, "noise audit", DRAWS)
+    null = draw_null_recordings(noise, white, seed, "noise audit", DRAWS)
     spread = robust_scale(null)
     middle = float(np.median(spread))
     findings: list[str] = []
@@ -110,7 +110,7 @@ def _limit(spread: Array, problem: Problem, white: Whitener, rho: float, seed: i
 
 
 def _by_speed(rest: Array, problem: Problem, growth: float) -> float:
-    """Scale over all rows, over that at the lowest speed: a scatter that grows with speed is judged where it is least."""
+    """Return the scale over all rows divided by that at the speed of least scatter, where the stated noise is compared."""
     speed = speeds(problem)
     if speed is None or growth == 0:
         return 1.0
@@ -193,7 +193,7 @@ def neighbour_correlation(r: Array, before: Ints, spread: Array | None = None) -
 def speeds(problem: Problem) -> Array | None:
     """Return |v| of every observation (m,) mm/s, or None."""
     speed = path_speed(problem.run)
-    return None if speed is None else problem.of_rows(speed)
+    return None if speed is None else problem.per_observation(speed)
 
 
 def _growth(rest: Array, null: Array, problem: Problem, white: Whitener, findings: list[str]) -> float:
@@ -224,9 +224,11 @@ def _without_product(rest: Array, problem: Problem, white: Whitener, speed: Arra
     run = problem.run
     axes = [a for a in run.position if np.ptp(run.position[a]) > 0]
     shapes = [
-        white.apply(_products(problem.of_rows(run.position[a]), speed) * (factor * problem.u)[:, None])
+        white.apply(
+            _products(problem.per_observation(run.position[a]), speed) * (factor * problem.u)[:, None]
+        )
         for a in axes
-        for factor in modulators(problem).values()
+        for factor in direction_factors(problem).values()
     ]
     shapes = [x for x in shapes if x.shape[1]]
     if not shapes:

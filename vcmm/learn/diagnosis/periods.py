@@ -98,7 +98,7 @@ def _peak(q: Array, start: float, length: float) -> float | None:
     return float(near[best]) if window[best] >= IN_STEP else None
 
 
-def shortest(q: Array | None, finest: float) -> float:
+def shortest_period(q: Array | None, finest: float) -> float:
     """Return the shortest period, down to `finest`, that rows at q (n,) can tell from every longer one."""
     if q is None:
         return float("inf")
@@ -107,7 +107,7 @@ def shortest(q: Array | None, finest: float) -> float:
 
 
 def can_show_period(q: Array | None, period: float, least: float | None = None) -> bool:
-    """Return whether rows at q (n,) can show this period, and no longer one in its place. least: `shortest`, where it is known."""
+    """Return whether rows at q (n,) can show this period, and no longer one in its place. least: `shortest_period`, where it is known."""
     if q is None:
         return False
     length = float(np.ptp(q))
@@ -116,7 +116,7 @@ def can_show_period(q: Array | None, period: float, least: float | None = None) 
         or len(np.unique(np.round(q / (NEAR * period)))) < FEWEST
     ):
         return False
-    return period >= (shortest(q, period) if least is None else least) * (1 - 1e-2)
+    return period >= (shortest_period(q, period) if least is None else least) * (1 - 1e-2)
 
 
 def whole_fractions(periods: Sequence[float], q: Array) -> list[float]:
@@ -124,10 +124,10 @@ def whole_fractions(periods: Sequence[float], q: Array) -> list[float]:
     turn itself, as far as rows at q (n,) show them.
     """
     whole = sorted({1, *(max(round(ROUND / p), 1) for p in periods)})
-    return [ROUND / k for k in whole if np.ptp(q) >= A_TURN * ROUND / k and of_angle(k, q)]
+    return [ROUND / k for k in whole if np.ptp(q) >= A_TURN * ROUND / k and can_show_harmonic(k, q)]
 
 
-def of_angle(harmonic: int, angle: Array) -> bool:
+def can_show_harmonic(harmonic: int, angle: Array) -> bool:
     """Return whether rows at these angles (n,) rad can show a wave with `harmonic` periods per turn. It takes more than two places each."""
     around = np.mod(angle, ROUND)
     cells = 16 * harmonic
@@ -135,7 +135,7 @@ def of_angle(harmonic: int, angle: Array) -> bool:
     return len(cells_met) > 2 * harmonic
 
 
-def alias(q: Array | None, period: float) -> float | None:
+def nearest_alias(q: Array | None, period: float) -> float | None:
     """Return the longest other period with the same numbers at q, or None where there is none.
 
     On a lattice of step h: frequencies 1/h - f, then 1/h + f. A screw of 5 mm looked at every 4 mm shows 20 mm.
@@ -198,7 +198,7 @@ def aliases(q: Array, period: float) -> tuple[float, ...]:
     highest = max(
         1.0 / LEAD if period > LEAD else 0.0,
         5.0 / period,
-        1.0 / (alias(q, period) or np.inf) * (1 + SUM_TOLERANCE),
+        1.0 / (nearest_alias(q, period) or np.inf) * (1 + SUM_TOLERANCE),
     )
     n = np.arange(1, max(int(highest / g), 1) + 2)
     f = np.concatenate([np.abs(n * g - 1.0 / period), n * g + 1.0 / period])

@@ -86,7 +86,7 @@ def _value(e: Estimate, signed: bool = False) -> str:
     return plain(e.value if signed else abs(e.value)) + (f" {e.unit}" if e.unit != "1" else "")
 
 
-def remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:
+def answer_remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:
     """Return the remark beside an answer: that of the effect itself, the alias of a period, or that the instrument (kind
     displacement or angle) may be to blame.
     """

@@ -15,7 +15,7 @@ from vcmm.answer.evaluation.gaussian import Ints, Whitener, whitener
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.learn.diagnosis.sanity import without_gaps
+from vcmm.learn.diagnosis.sanity import series_of, without_gaps
 from vcmm.task.response.observe import Observer, known_here, noise_u, nuisance_columns
 from vcmm.task.response.recording import Recording
 
@@ -42,7 +42,7 @@ class Problem:
         return len(self.residual)
 
     @property
-    def drawn_here(self) -> Array:
+    def own_uncertainty(self) -> Array:
         """Uncertainty of this recording alone (m, r), see `known_here`."""
         return known_here(self.recording, self.machine)
 
@@ -59,12 +59,12 @@ class Problem:
         stated = (*self.stated, (name, columns))
         return replace(self, stated=stated, calibration=_beside(self.m, stated))
 
-    def without(self, statements: Collection[str]) -> Problem:
+    def without_statements(self, statements: Collection[str]) -> Problem:
         """Return the problem without the statements under some Input ids: the rows alone determine these quantities then."""
         kept = tuple((name, columns) for name, columns in self.stated if name not in statements)
         return replace(self, stated=kept, calibration=_beside(self.m, kept))
 
-    def of_rows(self, values: Array) -> Array:
+    def per_observation(self, values: Array) -> Array:
         """Return a column of the run (n,) as one value per observation (m,)."""
         return np.asarray(values)[self.recording.row]
 
@@ -104,14 +104,8 @@ def neighbours_of(recording: Recording) -> Ints:
 
 def predecessors(row: Ints) -> Ints:
     """Return for each observation the one before it in the same series: same place within its row, the row before; -1: none."""
-    row = np.asarray(row, dtype=np.intp)
-    order = np.argsort(row, kind="stable")
-    first = np.r_[True, np.diff(row[order]) > 0]
-    starts = np.maximum.accumulate(np.where(first, np.arange(len(row)), 0))
-    place = np.arange(len(row)) - starts
     out = np.full(len(row), -1, dtype=np.intp)
-    for k in range(int(place.max(initial=0)) + 1):
-        members = order[place == k]
+    for members in series_of(np.asarray(row, dtype=np.intp)):
         out[members[1:]] = members[:-1]
     return out
 

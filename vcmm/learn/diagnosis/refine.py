@@ -42,7 +42,7 @@ class Refiner:
 
     def _open(self, option: Option, name: str, r: Array, basis: Array) -> float:
         assert option.effect is not None
-        span = reach(option.effect, name, self.problem)
+        span = search_half_width(option.effect, name, self.problem)
         centre, step = float(getattr(option.effect, name)), BENT * span
         trials = [
             at_value(option, name, shift_value(centre, s * step, name), self.problem) for s in (-1.0, 1.0)
@@ -55,7 +55,7 @@ class Refiner:
     def along(self, option: Option, name: str, r: Array, basis: Array) -> Option:
         """Return the option at its best value of one scanned parameter."""
         assert option.effect is not None
-        span = reach(option.effect, name, self.problem)
+        span = search_half_width(option.effect, name, self.problem)
         best, best_value = option, self.evidence(option, r, basis)
         for _ in range(ROUNDS):
             assert best.effect is not None
@@ -86,7 +86,7 @@ def scanned_names(option: Option) -> list[str]:
     ]
 
 
-def reach(effect: Effect, name: str, problem: Problem) -> float:
+def search_half_width(effect: Effect, name: str, problem: Problem) -> float:
     """Return half width of the search: relative (ln) for most, 0.4 / travel in frequency for periods, seconds for a step."""
     if name == "period":
         axis = getattr(effect, "axis", "")

@@ -13,8 +13,19 @@ from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
 from vcmm.core.readable import Readable, Reading
 from vcmm.core.views import draw
-from vcmm.learn.diagnosis.checks import (
+from vcmm.learn.diagnosis.constants import EVEN_ODDS, SECURE
+from vcmm.learn.diagnosis.discrepancy import FittedShape
+from vcmm.learn.diagnosis.estimates import Estimate, estimates_json
+from vcmm.learn.diagnosis.evidence import Detectable
+from vcmm.learn.diagnosis.families import Kin
+from vcmm.learn.diagnosis.holdout import HeldOut
+from vcmm.learn.diagnosis.locate import Place
+from vcmm.learn.diagnosis.log_mistakes import MISTAKE, Mistake
+from vcmm.learn.diagnosis.mistakes import is_stale
+from vcmm.learn.diagnosis.plain_words import plain_words
+from vcmm.learn.diagnosis.result_parts import (
     CrossChecks,
+    Failure,
     NextStep,
     Transfer,
     next_step_json,
@@ -22,19 +33,8 @@ from vcmm.learn.diagnosis.checks import (
     stable_json,
     transfer_json,
 )
-from vcmm.learn.diagnosis.constants import EVEN_ODDS, SECURE
-from vcmm.learn.diagnosis.discrepancy import Shape
-from vcmm.learn.diagnosis.estimates import Estimate, as_json
-from vcmm.learn.diagnosis.families import Kin
-from vcmm.learn.diagnosis.holdout import HeldOut
-from vcmm.learn.diagnosis.later import Failure
-from vcmm.learn.diagnosis.locate import Place
-from vcmm.learn.diagnosis.log_mistakes import MISTAKE, Mistake
-from vcmm.learn.diagnosis.mistakes import is_stale
-from vcmm.learn.diagnosis.plain_words import plain_words
-from vcmm.learn.diagnosis.power import Detectable
 from vcmm.learn.diagnosis.statement_tests import Pull
-from vcmm.learn.diagnosis.thinning import loss
+from vcmm.learn.diagnosis.thinning import size_loss
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,23 +72,21 @@ class Answer:
     )
     alias_probability: float = 0.0  # of the name and of all that repeats it exactly in this recording
     alias_of: str = ""  # the answer that this one repeats exactly, at another place
-    withheld: str = ""  # why it is not written although it is probable; "" where nothing speaks against it
+    withheld_because: str = ""  # why it is not written although it is probable; "" where nothing forbids it
     share_of_rows: float = 0.0  # of the excess energy of the rows as they are
     kin: Kin | None = None  # the family of the name: one physics in shapes of fewer or more numbers
-    scanned: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
-    beyond: str = ""  # why physics does not have its size; "" where it may
+    scanned_parameters: tuple[str, ...] = ()  # parameters that are no size: lags, distances, periods, moments
+    impossible_because: str = ""  # why physics does not have its size; "" where it may
     mistake: str = (
         ""  # of a log_mistake: columns_exchanged, labels_exchanged, clock_offset ... (docs/diagnose.md)
     )
-    renewed: RenewedTables | None = (
+    renewed_tables: RenewedTables | None = (
         None  # of a calibration that is stale as a whole: its tables anew, where they predict rows held out
     )
     of_instrument: tuple[
         str, ...
     ] = ()  # errors of the instrument that repeat it exactly, as probable as all of the machine
-    stands: bool = (
-        False  # a finding before the share of a mechanism that no catalogue holds was taken off (see outside)
-    )
+    was_finding: bool = False  # a finding before the share of a mechanism that no catalogue holds was subtracted (see engine.discount_unknown_mechanism)
 
     @property
     def family(self) -> str:
@@ -107,7 +105,7 @@ class Answer:
     @property
     def improbable(self) -> bool:
         """Whether it is less probable than not, together with all that repeats it exactly, and its family is not secure."""
-        if self.stands:
+        if self.was_finding:
             return False
         return max(self.probability, self.alias_probability) < EVEN_ODDS and self.family_probability < SECURE
 
@@ -127,13 +125,13 @@ class Answer:
         return self.times(1.0 / (1.0 + odds))
 
     @property
-    def undetermined(self) -> bool:
+    def is_undetermined(self) -> bool:
         """Whether its size may be anything: no size is known to better than half of itself, or next to nothing is explained by it and
         the interval spans orders of magnitude.
         """
         if is_stale(self.effect, self.where.get("component")):
             return False
-        sizes = [e for name, e in self.parameters.items() if name not in self.scanned and e.value]
+        sizes = [e for name, e in self.parameters.items() if name not in self.scanned_parameters and e.value]
         if sizes and all(e.u > HALF * abs(e.value) for e in sizes):
             return True
         ends = [np.abs(e.interval95) for e in self.parameters.values() if np.prod(np.sign(e.interval95)) > 0]
@@ -142,7 +140,9 @@ class Answer:
     @property
     def doubtful(self) -> bool:
         """Whether it is a candidate and not a finding."""
-        return self.improbable or self.undetermined or bool(self.withheld or self.beyond)
+        return (
+            self.improbable or self.is_undetermined or bool(self.withheld_because or self.impossible_because)
+        )
 
     @property
     def id(self) -> str:
@@ -159,8 +159,8 @@ class Unknown:
     rms: float
     direction: str = "normal"
     pair: bool = False  # the two first covariates act together
-    drawn: bool = True  # can its shape be shown over them?
-    shape: Shape | None = None
+    is_drawable: bool = True  # can its shape be shown over them?
+    shape: FittedShape | None = None
     formula: str = ""
     gain: float = 0.0  # nats of the formula on rows never fitted
 
@@ -198,15 +198,15 @@ class Diagnosis(Readable):
     seed: int
     angle: bool = False
     warnings: tuple[str, ...] = ()
-    map: tuple[Place, ...] = ()  # evidence over every covariate, best direction each; p is not asked
+    map: tuple[Place, ...] = ()  # evidence over every covariate, best direction each; p is not computed
     chance: float = 0.0  # the largest score of 99 % of null recordings
     reasons: tuple[str, ...] = ()  # why the verdict is "partly explained" or "unexplained"
     pulls: tuple[Pull, ...] = ()  # of what the machine file states of itself
-    searched: tuple[int, int] = (0, 0)  # observations in which names were searched, and all of them
-    recorded: int = (
+    search_counts: tuple[int, int] = (0, 0)  # observations in which names were searched, and all of them
+    recorded_count: int = (
         0  # observations that the recording held, where `all of them` were chosen from more; else 0
     )
-    failed: tuple[Failure, ...] = ()  # steps after the names that did not succeed
+    failures: tuple[Failure, ...] = ()  # steps after the names that did not succeed
     checks: CrossChecks | None = None  # parts of the rows, and a second opinion
     transfer: tuple[Transfer, ...] = ()  # what the file from one recording leaves of the others
     reading: Reading | None = field(default=None, repr=False)
@@ -218,8 +218,8 @@ class Diagnosis(Readable):
 
     def plot(self, ax: Any = None) -> Axes:
         """Plot names found and candidates, with their probability."""
-        drawn: Axes = draw(self, ax)
-        return drawn
+        axes: Axes = draw(self, ax)
+        return axes
 
     @property
     def found(self) -> tuple[Answer, ...]:
@@ -256,13 +256,13 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "second_opinion": second_opinion_json(d.checks),
         "transfer": [transfer_json(t, micro) for t in d.transfer],
         "improved_machine": None,
-        "failed": failed_json(d.failed),
+        "failed": failures_json(d.failures),
     }  # fmt: skip
-    finite: dict[str, Any] = _finite(in_urad(body) if d.angle else body)
+    finite: dict[str, Any] = _finite(with_urad_keys(body) if d.angle else body)
     return finite
 
 
-def failed_json(failed: Sequence[Failure]) -> list[dict[str, str]]:
+def failures_json(failed: Sequence[Failure]) -> list[dict[str, str]]:
     return [{"step": f.step, "text": f.text} for f in failed]
 
 
@@ -270,36 +270,36 @@ def _search_extent(d: Diagnosis) -> dict[str, Any]:
     """Return in how many observations names were searched, of how many that were fitted, of how many that were recorded, and the factor by
     which an effect must be larger than with all of them to be found.
     """
-    searched, of = d.searched
-    recorded = d.recorded or of
+    searched, of = d.search_counts
+    recorded = d.recorded_count or of
     return {
         "observations": searched,
         "of": of,
         "recorded": recorded,
-        "loss": loss(searched, recorded) if searched else 1.0,
+        "loss": size_loss(searched, recorded) if searched else 1.0,
     }
 
 
-def in_urad(body: dict[str, Any]) -> dict[str, Any]:
+def with_urad_keys(body: dict[str, Any]) -> dict[str, Any]:
     """Return the document with the unit stated: beside every ..._um of the contract, which holds urad here, the key ..._urad."""
 
-    def told(value: Any) -> Any:
+    def add_units(value: Any) -> Any:
         if isinstance(value, list):
-            return [told(v) for v in value]
+            return [add_units(v) for v in value]
         if not isinstance(value, dict):
             return value
-        numbers = {k: told(v) for k, v in value.items()}
+        numbers = {k: add_units(v) for k, v in value.items()}
         angles = {f"{k[:-3]}_urad": v for k, v in numbers.items() if k.endswith("_um")}
         return {**numbers, **angles, "unit": "urad"} if angles else numbers
 
-    return {**told(body), "unit": "urad"}
+    return {**add_units(body), "unit": "urad"}
 
 
 def _answer(a: Answer) -> dict[str, Any]:
     return {
         "effect": a.effect,
         "where": dict(a.where),
-        "parameters": as_json(a.parameters),
+        "parameters": estimates_json(a.parameters),
         "probability": a.probability,
         "family": a.family,
         "family_probability": a.family_probability,
@@ -314,7 +314,7 @@ def _answer(a: Answer) -> dict[str, Any]:
         "doubtful": a.doubtful,
         "share_of_rows": a.share_of_rows,
         "alias_of": a.alias_of or None,
-        "not_written_because": a.withheld or a.beyond or None,
+        "not_written_because": a.withheld_because or a.impossible_because or None,
         "text": plain_words(a.effect, a.where, a.parameters),
     } | ({"mistake": a.mistake} if a.mistake else {})
 
@@ -344,7 +344,7 @@ def _unknown(x: Unknown, micro: float) -> dict[str, Any]:
     return out
 
 
-def _shape(s: Shape, micro: float) -> dict[str, Any]:
+def _shape(s: FittedShape, micro: float) -> dict[str, Any]:
     """Return the curve over one covariate, or the map over two: [i][j] at the i-th value of the first and the j-th of the second."""
     grid = {"over": list(s.names), s.names[0]: s.x.tolist()}
     if s.y is not None:

@@ -18,7 +18,7 @@ from vcmm.task.response.observe import Observer
 from vcmm.task.response.recording import Ints, Recording
 
 
-def in_order(recording: Recording, machine: Machine) -> Recording:
+def sort_rows(recording: Recording, machine: Machine) -> Recording:
     """Return the same recording, rows by time (else by position, columns and labels), the observations of a row by direction."""
     recording = replace(recording, run=_run_with_counts(recording, machine))
     run = recording.run
@@ -28,7 +28,7 @@ def in_order(recording: Recording, machine: Machine) -> Recording:
     return replace(moved, run=run.take(rows), lines=lines)
 
 
-def as_in_the_file(recording: Recording, machine: Machine, values: Array) -> Array:
+def in_file_order(recording: Recording, machine: Machine, values: Array) -> Array:
     """Return the values (m,) of `in_order(recording, machine)`, such as residuals, in the order of the recording itself."""
     out = np.empty_like(values)
     out[_order(replace(recording, run=_run_with_counts(recording, machine)))[3]] = values
@@ -36,7 +36,7 @@ def as_in_the_file(recording: Recording, machine: Machine, values: Array) -> Arr
 
 
 def _order(recording: Recording) -> tuple[Ints, Ints, Ints, Ints]:
-    """Run rows in their order, row and other of every observation among these, and the observations in their order."""
+    """Return the run rows in their order, row and other of every observation among these, and the observations in their order."""
     rows = rows_in_order(recording.run, recording)
     place = np.empty(recording.run.n, dtype=np.intp)
     place[rows] = np.arange(recording.run.n)
@@ -54,7 +54,7 @@ def _run_with_counts(recording: Recording, machine: Machine) -> Run:
 
 
 def rows_in_order(run: Run, recording: Recording) -> Ints:
-    """Run rows in their order; rows that agree in everything stand in the order of what was observed there."""
+    """Return the run rows in their order; rows that agree in everything are sorted by their observations."""
     if "time_s" in run.columns and bool((np.diff(run.columns["time_s"]) > 0).all()):
         return np.arange(run.n)
     position = [run.position[a] for a in sorted(run.position)]
@@ -67,5 +67,5 @@ def rows_in_order(run: Run, recording: Recording) -> Ints:
 
 
 def _lexical(keys: Sequence[Array]) -> Ints:
-    """Order by the first key, then the second ..."""
+    """Return the order by the first key, then the second ..."""
     return np.lexsort(list(reversed(keys))).astype(np.intp)

@@ -1,7 +1,7 @@
 """Check that a recording is fit to be diagnosed: copies, dead or saturated sensors, impossible numbers, gaps, signs, belonging.
 
 Rows that are no observations (copies of another row, a sensor at its stop) are left out, with a remark and
-their lines; a recording that is rubbish as a whole is refused. `doubtful` lowers what may be claimed.
+their lines; a recording that is unusable as a whole is refused. `doubtful` lowers what may be claimed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.units_and_signs import inches, sign_warnings
+from vcmm.learn.diagnosis.units_and_signs import sign_remarks, unit_remarks
 from vcmm.task.response.observe import noise_u
 from vcmm.task.response.recording import ALL_ROWS, SOURCE_LABEL, Ints, Recording
 
@@ -55,12 +55,12 @@ class SanityCheck:
 
 def check_recording(recording: Recording, machine: Machine) -> SanityCheck:
     """Look at the numbers before any physics. Raises ModelLimit where there is nothing to diagnose."""
-    _not_dead(recording)
+    _refuse_dead_sensor(recording)
     recording, warnings = without_dead_columns(recording)
-    _no_impossible_log(recording)
-    copied = partial(copies, u=usual_u(recording, machine))
+    _refuse_impossible_log(recording)
+    copied = partial(copied_rows, u=usual_u(recording, machine))
     out = np.zeros(recording.m, dtype=bool)
-    for find in (copied, frozen, saturated_rows, impossible):
+    for find in (copied, stuck_rows, saturated_rows, impossible_rows):
         mask, text = find(recording)
         fresh = mask & ~out
         if fresh.any():
@@ -73,11 +73,11 @@ def check_recording(recording: Recording, machine: Machine) -> SanityCheck:
     doubtful = bool(out.mean() > 0.1) and not _only_copies(recording, copied, out)
     kept = recording.take(~out) if out.any() else recording
     warnings += [
-        *missing_labels(kept),
-        *quiet_sensors(kept),
-        *gaps(kept),
-        *sign_warnings(kept),
-        *inches(kept, machine),
+        *missing_label_remarks(kept),
+        *constant_sensor_remarks(kept),
+        *gap_remarks(kept),
+        *sign_remarks(kept),
+        *unit_remarks(kept, machine),
     ]
     return SanityCheck(kept, tuple(warnings), doubtful)
 
@@ -94,7 +94,7 @@ def usual_u(recording: Recording, machine: Machine) -> float:
         return 0.0
 
 
-def _not_dead(recording: Recording) -> None:
+def _refuse_dead_sensor(recording: Recording) -> None:
     if recording.m >= FEWEST and np.ptp(recording.value) == 0.0:
         raise ModelLimit(
             f"recording {recording.name}: all {recording.m} observations are {recording.value[0] * 1e3:g} um"
@@ -102,7 +102,7 @@ def _not_dead(recording: Recording) -> None:
         )
 
 
-def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
+def copied_rows(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
     """Return observations that repeat an earlier one in every number: copied rows, which would count as further evidence.
 
     Without time stamps repeats of one place may agree to the last digit of a coarse display: two of them do so with
@@ -119,7 +119,7 @@ def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
     timed = _has_own_times(recording, ~copy)
     if not copy.any():
         return none, ""
-    if not timed and (_by_chance(recording.value, rows, u) or not _in_a_row(copy)):
+    if not timed and (_may_be_chance(recording.value, rows, u) or not _in_a_row(copy)):
         return none, ""
     return copy, "copies of other rows, with the same reading to the last digit" + (
         "" if timed else " (if they are repeats, add time_s)"
@@ -132,13 +132,13 @@ def _in_a_row(copy: Mask) -> bool:
 
 
 def _has_own_times(recording: Recording, kept: Mask) -> bool:
-    """Does the clock give every row that is kept a time of its own?"""
+    """Return whether every row that is kept has a time of its own."""
     time = recording.run.columns.get("time_s")
     rows = np.unique(recording.row[kept])
     return time is not None and len(np.unique(time[rows])) == len(rows)
 
 
-def _by_chance(value: Array, rows: Array, u: float) -> bool:
+def _may_be_chance(value: Array, rows: Array, u: float) -> bool:
     """Return whether the equal readings of rows that agree in all else may be those of a coarse display."""
     from scipy.special import pdtrc
 
@@ -159,7 +159,7 @@ def _by_chance(value: Array, rows: Array, u: float) -> bool:
 
 
 def _within(value: Array, place: Ints, reach: float) -> int:
-    """Number of pairs of one place whose values differ by no more than reach."""
+    """Return the number of pairs of one place whose values differ by no more than reach."""
     total = 0
     order = np.lexsort((value, place))
     v, p = value[order], place[order]
@@ -185,19 +185,19 @@ def _of_rows(recording: Recording) -> list[Array]:
     return columns_of_rows + [run.position[a][second] for a in run.position]
 
 
-def series_of(recording: Recording) -> list[Ints]:
-    """Return observations of one series each, in order: d, or dx, dy and dz apart."""
-    order = np.argsort(recording.row, kind="stable")
-    first = np.r_[True, np.diff(recording.row[order]) > 0]
-    starts = np.maximum.accumulate(np.where(first, np.arange(recording.m), 0))
-    place = np.arange(recording.m) - starts
+def series_of(row: Ints) -> list[Ints]:
+    """Return the observations of one series each, in order: d, or dx, dy and dz apart; row (m,): the run row of each observation."""
+    order = np.argsort(row, kind="stable")
+    first = np.r_[True, np.diff(row[order]) > 0]
+    starts = np.maximum.accumulate(np.where(first, np.arange(len(row)), 0))
+    place = np.arange(len(row)) - starts
     return [order[place == k].astype(np.intp) for k in range(int(place.max(initial=0)) + 1)]
 
 
-def frozen(recording: Recording) -> tuple[Mask, str]:
-    """Runs of one and the same reading, longer than the coarseness of the readings explains."""
+def stuck_rows(recording: Recording) -> tuple[Mask, str]:
+    """Return runs of one and the same reading, longer than the coarseness of the readings explains."""
     out = np.zeros(recording.m, dtype=bool)
-    for series in series_of(recording):
+    for series in series_of(recording.row):
         value = recording.value[series]
         if len(value) < FEWEST:
             continue
@@ -215,7 +215,7 @@ def frozen(recording: Recording) -> tuple[Mask, str]:
 def saturated_rows(recording: Recording) -> tuple[Mask, str]:
     """Return readings that pile up at their largest or smallest value: the end of the measuring range."""
     out = np.zeros(recording.m, dtype=bool)
-    for series in series_of(recording):
+    for series in series_of(recording.row):
         value = recording.value[series]
         kinds, count = np.unique(value, return_counts=True)
         if len(value) < FEWEST or len(kinds) < FEWEST:
@@ -227,7 +227,7 @@ def saturated_rows(recording: Recording) -> tuple[Mask, str]:
     return out, "the reading is at the end of its range: the sensor is saturated"
 
 
-def impossible(recording: Recording) -> tuple[Mask, str]:
+def impossible_rows(recording: Recording) -> tuple[Mask, str]:
     """Return rows with a condition that no workshop has; a column that is so everywhere is refused."""
     out, names = np.zeros(recording.m, dtype=bool), []
     for name, values in recording.run.columns.items():
@@ -277,7 +277,7 @@ def without_dead_columns(recording: Recording) -> tuple[Recording, list[str]]:
     return replace(recording, run=replace(run, columns=columns, series=logs)), remarks
 
 
-def _no_impossible_log(recording: Recording) -> None:
+def _refuse_impossible_log(recording: Recording) -> None:
     for name, log in ((n, s) for n, s in recording.run.series.items() if not n.startswith("accel_")):
         gradient = name == "gradient"
         wrong = np.flatnonzero(np.abs(log.value - (0.0 if gradient else 55.0)) > (50.0 if gradient else 95.0))
@@ -291,7 +291,7 @@ def _no_impossible_log(recording: Recording) -> None:
             )
 
 
-def quiet_sensors(recording: Recording) -> list[str]:
+def constant_sensor_remarks(recording: Recording) -> list[str]:
     """Return temperatures that are constant while another one changes, and those that look like degF."""
     out, run = [], recording.run
     names = _thermometers(recording)
@@ -324,7 +324,7 @@ def _thermometers(recording: Recording) -> list[str]:
     return [c for c in names if c != "temp_gradient_C"]
 
 
-def missing_labels(recording: Recording) -> list[str]:
+def missing_label_remarks(recording: Recording) -> list[str]:
     """Return nuisances per value of a label column that the recording does not have."""
     wanted = recording.nuisance.items()
     out = [(w, b) for w, b in wanted if b not in (*ALL_ROWS, *recording.run.labels)]
@@ -354,14 +354,14 @@ def _fahrenheit(middle: dict[str, float]) -> list[str]:
     ]
 
 
-def in_time(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """Return a time in the unit in which it has one to four digits before the point: 12 min, 40 s, 0.3 s."""
     if seconds >= 5400.0:
         return f"{seconds / 3600.0:.3g} h"
     return f"{seconds / 60.0:.3g} min" if seconds >= 300.0 else f"{seconds:.3g} s"
 
 
-def gaps(recording: Recording) -> list[str]:
+def gap_remarks(recording: Recording) -> list[str]:
     """Return times without rows, far longer than usual."""
     if "time_s" not in recording.run.columns or recording.m < 2 * FEWEST:
         return []
@@ -380,7 +380,7 @@ def gaps(recording: Recording) -> list[str]:
     remarks = []
     for i in long[:3]:
         where = recording.places(order[[i, i + 1]])
-        remarks.append(f"{in_time(float(step[i]))} between {where}")
+        remarks.append(f"{duration_text(float(step[i]))} between {where}")
     more = f" and {len(long) - 3} more" if len(long) > 3 else ""
     return [
         f"no rows for {'; '.join(remarks)}{more}: what happened there is unknown, and a drift across it may be a step"

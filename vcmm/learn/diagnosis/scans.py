@@ -22,17 +22,17 @@ from vcmm.learn.diagnosis.periods import (
     FEWEST,
     TURNS,
     aliases,
+    can_show_harmonic,
     can_show_period,
     coordinate,
-    of_angle,
-    shortest,
+    shortest_period,
     whole_fractions,
 )
 
 EACH_SIDE = 10  # rows that a change point needs on either side
 MOST_LINES = 300  # spectral lines per axis
 MOST_STEPS = 80  # change points
-ASIDE = 0.5  # of the largest share across: a touch nearer to the pole tells less than a quarter of what it does of an angle
+ASIDE = 0.5  # of the largest share across: a touch nearer to the pole holds less than a quarter of the information about an angle
 WeightedChanges = list[tuple[dict[str, Any], float]]
 
 
@@ -66,7 +66,7 @@ def _shows(effect: Effect, run: Run, period: float, finest: float) -> bool:
     q = coordinate(effect, run)
     if q is not None and turns_round(effect):
         return any(abs(p / period - 1.0) < 1e-6 for p in whole_fractions([period], q))
-    return can_show_period(q, period, shortest(q, finest / 2))
+    return can_show_period(q, period, shortest_period(q, finest / 2))
 
 
 def _shapes(effect: Effect, spec: Field[Any], run: Run) -> WeightedChanges:
@@ -84,10 +84,10 @@ def _is_unresolved(spec: Field[Any], waves: int, run: Run) -> bool:
     if angle is None:
         return False
     size = np.abs(run.columns.get(spec.metadata["waves_by"], np.ones(run.n)))
-    return not of_angle(int(waves), angle[size >= ASIDE * size.max(initial=0.0)])
+    return not can_show_harmonic(int(waves), angle[size >= ASIDE * size.max(initial=0.0)])
 
 
-def refused_changes(kind: type[Effect], run: Run) -> list[dict[str, Any]]:
+def unresolved_changes(kind: type[Effect], run: Run) -> list[dict[str, Any]]:
     """Return keyword changes of the shapes of an effect that `_shapes` leaves out: lobes that the directions do not resolve."""
     return [
         {f.name: k} for f in fields(kind) for k in f.metadata.get("tries", ()) if _is_unresolved(f, k, run)
@@ -108,7 +108,7 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> WeightedChanges:
         lines = spectral_lines(_coordinate(effect, run))
         if turns_round(effect) and q is not None:
             return _even(spec.name, whole_fractions(lines or coarse, q))
-        least = shortest(q, min([*coarse, *lines])) if q is not None else float("inf")
+        least = shortest_period(q, min([*coarse, *lines])) if q is not None else float("inf")
         coarse = [v for v in coarse if can_show_period(q, v, least)]
         fine = [v for v in lines if can_show_period(q, v, least) and _may_be(v, effect, spec, q)]
         if not coarse:

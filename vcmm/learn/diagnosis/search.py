@@ -1,21 +1,21 @@
 """One search: everything that depends on the noise preparation, the null, and the explanations by mistakes and effects.
 
-Rows that were pulled in owe evidence: outliers are paid for before answers are compared.
+Outliers enter the comparison of answers at their full cost.
 
-Rows beyond `clip` robust standard deviations of a fit are pulled in, so that a few bad readings do not bend it. Done about a fit
-that lacks a name this hides the name: a bed that is hot before the first readings are over shows in a dozen rows alone, and
-about a frame with two lags all of them are outliers. Done about a fit that takes every row as it is, it may make one: two bad
-readings before the end are a step. A pulled-in row costs c^2 / 2 nats however far it lay, so the evidence about such
-rows compares different rows. Here every row counts as it is, by the t law of HEAVY degrees of freedom (the heaviest that is
-thought of, in which an outlier costs the logarithm of its size), with the scale of the noise at its best:
+Rows beyond `clip` robust standard deviations of a fit are limited to it, so that a few bad readings do not bend the fit. Limits about a fit
+that lacks a name hide the name: a bed that becomes hot within the first readings shows in a dozen rows alone, and beside
+a frame with two lags all of them are outliers. Limits about a fit to the rows as they are may create a name: two bad
+readings before the end look like a step. A limited row costs c^2 / 2 nats at any distance, so evidence computed from limited
+rows compares different rows. Here every row counts as it is, by the t law of HEAVY degrees of freedom (the heaviest tails
+considered, in which an outlier costs the logarithm of its size), with the scale of the noise at its best:
 
     loss = min over s of  dof ln s + dof / m * sum of (h + 1) / 2 ln(1 + (r / s)^2 / (h - 2))
 
 h - 2 in place of h, as s is the standard deviation (Lange, Little & Taylor, J. Am. Stat. Assoc. 84 (1989) 881).
 
-One outlying reading, where a name explains much of it and little of the others (the first, of a lag of half a minute), is
-a bad reading or that name, and no row decides which: its distance is no evidence. So a name that is found only because
-rows are taken as they are has to be worth it without the one row that speaks most for it.
+One outlying reading that a name explains, while it explains little of the others (the first reading, by a lag of half a minute), is
+either a bad reading or the effect of that name, and no other row decides between them: its distance is no evidence. So a name that is found
+only with rows as they are must have enough evidence without the one row that supports it most.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ from vcmm.learn.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.learn.diagnosis.log_mistakes import MISTAKE, Mistake
 from vcmm.learn.diagnosis.mistakes import factor_fits, find_mistake, generalises
 from vcmm.learn.diagnosis.noise import Audit
-from vcmm.learn.diagnosis.null import Noise, clip_residuals, draws, upper_quantile
+from vcmm.learn.diagnosis.null_recordings import Noise, clip_residuals, draw_null_recordings, upper_quantile
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner
 from vcmm.learn.diagnosis.select import (
+    SelectedTerm,
     Selection,
     Setting,
-    Term,
-    among,
     clean_outliers,
-    fitted_again,
-    joint,
+    fewest_numbers,
+    fit_jointly,
     net_evidence,
-    numbers,
+    refit,
+    refit_in_dictionary,
     select,
 )
 from vcmm.learn.diagnosis.sharpen import sharpen
@@ -73,57 +73,57 @@ def heavy_losses(r: Array, dof: int) -> Array:
     low = high - SPAN
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if _pull(square / np.exp(2 * middle)) > 1 else (low, middle)
+        low, high = (middle, high) if _scale_pull(square / np.exp(2 * middle)) > 1 else (low, middle)
     far = np.log1p(square / np.exp(2 * high) / (HEAVY - 2))
     return np.asarray(dof / len(r) * (high + (HEAVY + 1) / 2 * far))
 
 
-def _pull(x: Array) -> float:
+def _scale_pull(x: Array) -> float:
     """Return how much rows of squared size x (m,), in squared scales, widen the scale: one where it is at its best."""
     return float(np.mean((HEAVY + 1) * x / (HEAVY - 2 + x)))
 
 
-def worth_of_all_rows(state: Selection, setting: Setting) -> float:
+def evidence_of_all_rows(state: Selection, setting: Setting) -> float:
     """Return the nats of all terms together, each having paid the threshold, with every row as it is; up to a constant of the recording."""
-    dof = setting.found.dof
+    dof = setting.candidates.dof
     if state.fit is None:
         return -heavy_loss(setting.raw, dof)
     fitted = 0.5 * dof * float(np.log(state.fit.sigma**2 * dof / (state.y @ state.y)))
-    return net_evidence(state, setting) + fitted - heavy_loss(_left(state, setting), dof)
+    return net_evidence(state, setting) + fitted - heavy_loss(_residual(state, setting), dof)
 
 
-def one_row_speaks(state: Selection, setting: Setting, plain: Selection) -> float:
+def largest_row_support(state: Selection, setting: Setting, plain: Selection) -> float:
     """Return the nats of the row that supports an answer most and contradicts a plain one, every row as it is."""
-    dof = setting.found.dof
-    rests = [_left(s, setting) for s in (plain, state)]
+    dof = setting.candidates.dof
+    rests = [_residual(s, setting) for s in (plain, state)]
     if not all(r.any() for r in rests):
         return 0.0
     before, after = (heavy_losses(r, dof) for r in rests)
     return float(np.max(before - after))
 
 
-def _left(state: Selection, setting: Setting) -> Array:
+def _residual(state: Selection, setting: Setting) -> Array:
     """Return white rows (m,) less the terms, without limits on outliers."""
     if state.fit is None:
         return setting.raw
     return np.asarray(setting.raw - np.concatenate([t.white for t in state.terms], axis=1) @ state.fit.mean)
 
 
-def pulled_cost(state: Selection, setting: Setting) -> float:
-    """Return the nats by which the rows that were pulled in cost more as they are, at the scale of the noise that the others show."""
-    return _debt(_left(state, setting), state.rest, setting.found.dof, setting.clip)
+def outlier_cost(state: Selection, setting: Setting) -> float:
+    """Return the nats by which the limited rows cost more as they are, at the scale of the noise of the other rows."""
+    return _outlier_excess(_residual(state, setting), state.rest, setting.candidates.dof, setting.clip)
 
 
 def heavy_tail_allowance(setting: Setting) -> float:
-    """Return the cost of noise of heavy tails, the t law of HEAVY degrees of freedom: all but 1 % of recordings owe less."""
-    dof, clip = setting.found.dof, setting.clip
-    sample = draws(Noise(HEAVY), setting.white, 0, "what heavy tails owe", RECORDINGS)
+    """Return the outlier cost that all but 1 % of recordings with heavy tails (the t law of HEAVY degrees of freedom) stay below."""
+    dof, clip = setting.candidates.dof, setting.clip
+    sample = draw_null_recordings(Noise(HEAVY), setting.white, 0, "what heavy tails owe", RECORDINGS)
     near = clip_residuals(sample, setting.white, clip)
-    return upper_quantile(np.array([_debt(r, y, dof, clip) for r, y in zip(sample.T, near.T)]))
+    return upper_quantile(np.array([_outlier_excess(r, y, dof, clip) for r, y in zip(sample.T, near.T)]))
 
 
-def _debt(r: Array, near: Array, dof: int, clip: float) -> float:
-    """Return clip (|r| / sigma - clip) summed over the rows beyond: r (m,) as it is, near (m,) pulled in, which gives sigma."""
+def _outlier_excess(r: Array, near: Array, dof: int, clip: float) -> float:
+    """Return the sum of clip (|r| / sigma - clip) over the rows beyond the limit: r (m,) as it is; near (m,) limited, which gives sigma."""
     sigma = max(float(np.sqrt(near @ near / dof)), NOTHING)
     return float(np.sum(clip * np.maximum(np.abs(r) / sigma - clip, 0.0))) if np.isfinite(clip) else 0.0
 
@@ -138,7 +138,7 @@ class Stage:
     white: Whitener
     u: Array
     noise: Audit
-    found: Dictionary
+    candidates: Dictionary
     generic: Dictionary
     threshold: float
     generic_threshold: float
@@ -151,7 +151,7 @@ class Stage:
 
 def build_stage(
     problem: Problem,
-    known: Catalogue,
+    catalogue: Catalogue,
     generics: Sequence[Family],
     noise: Audit,
     seed: int,
@@ -165,8 +165,10 @@ def build_stage(
     """
     u = noise.u(problem)
     white = problem.whitener(u, noise.rho)
-    candidates, generic = dictionary(known.families, white), dictionary(generics, white)
-    sample = draws(noise.noise, white, seed, "null", nulls if screen is None else min(nulls, NULL_RECORDINGS))
+    candidates, generic = dictionary(catalogue.families, white), dictionary(generics, white)
+    sample = draw_null_recordings(
+        noise.noise, white, seed, "null", nulls if screen is None else min(nulls, NULL_RECORDINGS)
+    )
     sample = clip_residuals(sample, white, noise.noise.clip)
     if screen is not None:
         return replace(
@@ -174,12 +176,12 @@ def build_stage(
             white=white,
             u=u,
             noise=noise,
-            found=candidates,
+            candidates=candidates,
             generic=generic,
             sample=sample,
             screen=screen,
         )
-    largest, chance = _largest(scorer(candidates), sample), _largest(scorer(generic), sample)
+    largest, chance = _largest_scores(scorer(candidates), sample), _largest_scores(scorer(generic), sample)
     return Stage(
         white,
         u,
@@ -193,8 +195,8 @@ def build_stage(
     )
 
 
-def _largest(given: Scorer, sample: Array) -> Array:
-    if not given.found.families:
+def _largest_scores(given: Scorer, sample: Array) -> Array:
+    if not given.candidates.families:
         return np.zeros(sample.shape[1])
     return given.largest(sample)
 
@@ -207,19 +209,21 @@ def setting_of(problem: Problem, stage: Stage) -> Setting:
 def setting_under(problem: Problem, stage: Stage, white: Whitener) -> Setting:
     """Return the same with another whitener, that of another calibration."""
     raw = white.apply(problem.residual)
-    return Setting(stage.found, white, raw, stage.noise.noise.clip, stage.threshold, Refiner(problem, white))
+    return Setting(
+        stage.candidates, white, raw, stage.noise.noise.clip, stage.threshold, Refiner(problem, white)
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """Result of the search. problem: repaired; stage: with options at the best values of the competitors; tied: ids of terms that a
-    mistake of the table may explain."""
+    """Result of the search. problem: repaired; stage: with options at the best values of the competitors; mistake_rivals: ids of terms
+    that a mistake of the table may explain."""
 
     selection: Selection
     mistake: Mistake | None
     problem: Problem
     stage: Stage
-    tied: tuple[str, ...] = ()
+    mistake_rivals: tuple[str, ...] = ()
 
 
 def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> SearchResult:
@@ -228,7 +232,7 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
     earlier: findings under another preparation of the noise.
     """
     plain, candidates = search_names(setting_of(problem, stage), earlier)
-    stage = replace(stage, found=candidates)
+    stage = replace(stage, candidates=candidates)
     raw = stage.white.apply(problem.residual)
     mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
     if mistake is None:
@@ -236,10 +240,15 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
     repaired = replace(problem, residual=problem.residual - mistake.departure)
     beside = setting_of(repaired, stage)
     with_it, candidates = settle_names(select(clean_outliers(beside)), beside, beside, None)
-    if not _exact(mistake, stage, with_it):
+    if not _has_exact_factor(mistake, stage, with_it):
         return SearchResult(plain, None, problem, stage)
-    best, rival = _free(plain, stage)
-    lead = mistake.score + _evidence(with_it) - best - stage.threshold * further(with_it.terms, plain.terms)
+    best, rival = _best_without_mistake(plain, stage)
+    lead = (
+        mistake.score
+        + _evidence(with_it)
+        - best
+        - stage.threshold * count_extra_names(with_it.terms, plain.terms)
+    )
     kept = {t.family.id for t in with_it.terms}
     instead = [t.family for t in plain.terms if t.family.id not in kept]
     is_general = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
@@ -249,11 +258,11 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
         )
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival
     return SearchResult(
-        with_it, replace(mistake, lead=lead, free=free), repaired, replace(stage, found=candidates)
+        with_it, replace(mistake, lead=lead, free=free), repaired, replace(stage, candidates=candidates)
     )
 
 
-def further(with_it: Sequence[Term], plain: Sequence[Term]) -> int:
+def count_extra_names(with_it: Sequence[SelectedTerm], plain: Sequence[SelectedTerm]) -> int:
     """Return how many names an answer with a mistake has more than one without: each pays the threshold, and a mistake is a name. Where
     nothing is named without it, the best name is what it is compared with.
     """
@@ -263,51 +272,53 @@ def further(with_it: Sequence[Term], plain: Sequence[Term]) -> int:
 def search_names(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
     """Return the names, and the dictionary in which they were found.
 
-    Where rows were pulled in, the answer depends on what they were pulled in about: what a search finds that takes every row
-    as it is, nothing, or, where they owe more than heavy tails of the noise excuse, no row at all. Then the answers are worth
-    what they say of all rows as they are. An answer to rows none of which was pulled in must leave no more than is excused; one
-    that names what is not found with rows pulled in about nothing must be worth it without the row that speaks most for it.
+    Where rows are limited, the answer depends on the fit about which they are limited: the names found in all rows as they are, zero, or,
+    where the cost of the outliers exceeds that of heavy tails, no limit at all. The answers are then compared by the evidence
+    of all rows as they are. An answer without limits must not leave outliers that cost more than heavy tails do; an answer
+    with names that are not found with limits about zero must have enough evidence without the row that supports it most.
     """
     candidates, rivals = _at_best_values(setting)
-    extended = replace(setting, found=candidates)
+    extended = replace(setting, candidates=candidates)
     return settle_names(max(rivals, key=lambda s: net_evidence(s, extended)), extended, setting, earlier)
 
 
 def settle_names(
-    near: Selection, own: Setting, setting: Setting, earlier: Selection | None
+    near: Selection, near_setting: Setting, setting: Setting, earlier: Selection | None
 ) -> tuple[Selection, Dictionary]:
-    """Return the names found with rows pulled in about a first search, own: or, where these rows owe for it, others (see `named`)."""
-    debt = pulled_cost(near, own)
-    if max(debt, pulled_cost(joint((), setting), setting)) <= setting.threshold:
-        return near, own.found
-    plain = select(own)
+    """Return the names of a first search, or others where its limited rows cost more than the threshold (see `search_names`)."""
+    debt = outlier_cost(near, near_setting)
+    if max(debt, outlier_cost(fit_jointly((), setting), setting)) <= setting.threshold:
+        return near, near_setting.candidates
+    plain = select(near_setting)
     if debt <= setting.threshold:
-        return (plain if _one_row_alone(near, own, plain, own) else near), own.found
-    answers = [(near, own)]
+        return (
+            plain if _rests_on_one_row(near, near_setting, plain, near_setting) else near
+        ), near_setting.candidates
+    answers = [(near, near_setting)]
     free = heavy_tail_allowance(setting)
     if debt > free:
-        answers += [(s, w) for s, w in _of_every_row(setting, earlier) if pulled_cost(s, w) <= free]
-    robust = [(s, w) for s, w in answers if not _one_row_alone(s, w, plain, own)]
-    best, used = max([*robust, (plain, own)], key=lambda a: worth_of_all_rows(*a))
-    return best, used.found
+        answers += [(s, w) for s, w in _of_every_row(setting, earlier) if outlier_cost(s, w) <= free]
+    robust = [(s, w) for s, w in answers if not _rests_on_one_row(s, w, plain, near_setting)]
+    best, used = max([*robust, (plain, near_setting)], key=lambda a: evidence_of_all_rows(*a))
+    return best, used.candidates
 
 
-def _one_row_alone(state: Selection, setting: Setting, plain: Selection, plain_setting: Setting) -> bool:
-    """Does an answer name more than a plain one, and is it worth no more but for one row?"""
+def _rests_on_one_row(state: Selection, setting: Setting, plain: Selection, plain_setting: Setting) -> bool:
+    """Return whether an answer names more than a plain one and owes its larger evidence to one row."""
     if not {t.family.id for t in plain.terms} < {t.family.id for t in state.terms}:
         return False
-    lead = worth_of_all_rows(state, setting) - worth_of_all_rows(plain, plain_setting)
-    return lead <= one_row_speaks(state, setting, plain)
+    lead = evidence_of_all_rows(state, setting) - evidence_of_all_rows(plain, plain_setting)
+    return lead <= largest_row_support(state, setting, plain)
 
 
 def _of_every_row(setting: Setting, earlier: Selection | None) -> list[tuple[Selection, Setting]]:
     """Yield names with every row as it is, and the findings of another preparation, tested again."""
     wider, selections = _at_best_values(replace(setting, clip=np.inf))
-    wide = replace(setting, found=wider, start=setting.raw)
-    again = [fitted_again(s.terms, wide) for s in selections]
+    wide = replace(setting, candidates=wider, start=setting.raw)
+    again = [refit(s.terms, wide) for s in selections]
     kept = {f.id for f in wider.families}
     if earlier is not None and all(t.family.id in kept for t in earlier.terms):
-        again.append(among(earlier, wide))
+        again.append(refit_in_dictionary(earlier, wide))
     return [(s, wide) for s in again]
 
 
@@ -320,34 +331,34 @@ def _at_best_values(setting: Setting) -> tuple[Dictionary, list[Selection]]:
     setting = clean_outliers(setting)
     plain = select(setting)
     sharp = sharpen(setting, plain)
-    selections = [plain] if sharp is setting else [select(sharp), among(plain, sharp)]
-    if any(numbers(t.family) > FEW for s in selections for t in s.terms):
+    selections = [plain] if sharp is setting else [select(sharp), refit_in_dictionary(plain, sharp)]
+    if any(fewest_numbers(t.family) > FEW for s in selections for t in s.terms):
         few = select(replace(sharp, most=FEW))
         selections += (
             [few]
             if net_evidence(few, sharp) > max(net_evidence(s, sharp) for s in selections) + SIMPLER
             else []
         )
-    return sharp.found, selections
+    return sharp.candidates, selections
 
 
-def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:
-    """Does the mistake's number fit, or only some multiple of its shape?"""
+def _has_exact_factor(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:
+    """Return whether the number of the mistake fits, and not only some multiple of its shape."""
     chosen = np.concatenate([with_it.y[:, None][:, :0], *(t.white for t in with_it.terms)], axis=1)
-    rest = with_it.rest
-    sigma = with_it.fit.sigma if with_it.fit else float(np.sqrt(rest @ rest / stage.white.dof))
-    return factor_fits(stage.white.apply(mistake.departure), rest, chosen, sigma)
+    return factor_fits(
+        stage.white.apply(mistake.departure), with_it.rest, chosen, with_it.sigma(stage.white.dof)
+    )
 
 
-def _free(plain: Selection, stage: Stage) -> tuple[float, tuple[str, ...]]:
+def _best_without_mistake(plain: Selection, stage: Stage) -> tuple[float, tuple[str, ...]]:
     """Return the nats of the best explanation without a mistake, and its name where it is no term: a calibration that is stale by
     an amount too small to be named is still an alternative to a mistake.
     """
-    if plain.terms or not stage.found.families:
+    if plain.terms or not stage.candidates.families:
         return _evidence(plain), ()
-    scores = scorer(stage.found).scores(plain.y[:, None])[:, 0]
+    scores = scorer(stage.candidates).scores(plain.y[:, None])[:, 0]
     best = int(np.argmax(scores))
-    return max(float(scores[best]), 0.0), (stage.found.families[best].name,)
+    return max(float(scores[best]), 0.0), (stage.candidates.families[best].name,)
 
 
 def _evidence(selection: Selection) -> float:

@@ -5,7 +5,7 @@
    the errors of templates forgiven) the name is no property of the machine: each recording loses its own share of it
 3. the residuals are joined and diagnosed as one; a name that is found now and contradicts itself goes the same way
 
-A name with a lag, period or moment is never taken away so: found in one recording its shape may be wrong for the others, and
+A name with a lag, period or moment is never removed so: found in one recording its shape may be wrong for the others, and
 then its sizes contradict one another although the physics is one. It is found from all rows, and its sizes are reported.
 
 One recording given twice in one call is no second witness: every interval would come out too narrow by sqrt(2).
@@ -31,16 +31,16 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import FALSE_ALARM, MISMATCH, NOTHING
-from vcmm.learn.diagnosis.estimates import as_json
-from vcmm.learn.diagnosis.improve import departure
+from vcmm.learn.diagnosis.estimates import estimates_json
+from vcmm.learn.diagnosis.improve import departure_from
 from vcmm.learn.diagnosis.job import diagnose
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.result import Answer, Diagnosis, Transfer, diagnosis_json
 from vcmm.learn.diagnosis.sanity import CHANCE, display_step, usual_u
 from vcmm.learn.diagnosis.scans import is_change
-from vcmm.learn.diagnosis.unread import rows_read
-from vcmm.learn.diagnosis.very_long import few_together
-from vcmm.learn.diagnosis.written_fit import handed_over, rms_left, with_written_fit, written
+from vcmm.learn.diagnosis.sensor_gaps import rows_with_all_readings
+from vcmm.learn.diagnosis.thinning import limit_together
+from vcmm.learn.diagnosis.written_machine import add_written_fit, changes_machine, rms_under, written_machine
 from vcmm.task.response.folds import Mask
 from vcmm.task.response.joining import join_recordings
 from vcmm.task.response.recording import Ints, Recording
@@ -50,7 +50,7 @@ def refuse_copies(recordings: Sequence[Recording], machine: Machine) -> None:
     """Raises UsageError with both names where one recording holds another."""
     for first, second in itertools.combinations(recordings, 2):
         few, many = sorted((first, second), key=lambda r: r.m)
-        if few.m and _rows(few) <= _rows(many) and _surely(few, machine):
+        if few.m and _rows(few) <= _rows(many) and _is_surely_copied(few, machine):
             raise UsageError(
                 f"all {few.m} readings of {few.name} stand in {many.name} too, to the last digit: a copy is no second witness;"
                 f" give only {many.name}"
@@ -66,7 +66,7 @@ def _rows(recording: Recording) -> set[bytes]:
     return {row.tobytes() for row in table}
 
 
-def _surely(recording: Recording, machine: Machine) -> bool:
+def _is_surely_copied(recording: Recording, machine: Machine) -> bool:
     """Return whether its readings would not all repeat by chance."""
     u, step = usual_u(recording, machine), display_step(recording.value)
     chance = min(step / (2.0 * np.sqrt(np.pi) * u), 1.0) if u > 0 else 1.0
@@ -90,25 +90,25 @@ class Size:
 
 @dataclass(frozen=True, eq=False)
 class SharedAnswer:
-    """A name and its sizes. common: they agree; p of their chi-square."""
+    """A name and its sizes. is_common: they agree; p of their chi-square."""
 
     answer: Answer
     sizes: tuple[Size, ...]
     p: float
 
     @property
-    def common(self) -> bool:
+    def is_common(self) -> bool:
         return self.p >= FALSE_ALARM
 
 
 @dataclass(frozen=True, eq=False)
 class Several:
-    """together: the diagnosis of all rows, less the effects of single recordings; shared: its names with their sizes in each, and
+    """together: the diagnosis of all rows, less the effects of single recordings; shared_answers: its names with their sizes in each, and
     those that are each one's own; alone: the diagnosis of each by itself; left_out: column -> recordings that lack it.
     """
 
     together: Diagnosis
-    shared: tuple[SharedAnswer, ...]
+    shared_answers: tuple[SharedAnswer, ...]
     alone: tuple[tuple[str, Diagnosis], ...]
     recording: Recording
     left_out: dict[str, tuple[str, ...]]
@@ -147,35 +147,35 @@ def diagnose_several(
     UsageError
         They cannot be joined, or one is given twice.
     """
-    recordings = [_all_read(r) for r in few_together(recordings)]
+    recordings = [_rows_with_all_readings(r) for r in limit_together(recordings)]
     refuse_copies(recordings, machine)
     whole = join_recordings(recordings, machine)
 
-    def asked(recording: Recording) -> Diagnosis:
+    def diagnose_one(recording: Recording) -> Diagnosis:
         return diagnose(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
 
     names, rest = [r.name for r in recordings], whole.recording
     differences: tuple[SharedAnswer, ...] = ()
-    alone = tuple((r.name, asked(r)) for r in recordings)
+    alone = tuple((r.name, diagnose_one(r)) for r in recordings)
     answers: Sequence[Answer] = unique_answers([a for _, d in alone for a in d.found if not has_scan(a)])
     for turn in range(ROUNDS + 1):
         problem = make_problem(rest, machine)
         shared = measure_shared_names(answers, problem, whole.part, names)
-        differing = tuple(s for s in shared if not s.common and not has_scan(s.answer))
-        rest, differences = without(problem, whole.part, differing), (*differences, *differing)
+        differing = tuple(s for s in shared if not s.is_common and not has_scan(s.answer))
+        rest, differences = remove_own_shares(problem, whole.part, differing), (*differences, *differing)
         if turn and not differing:
             break
-        together = asked(rest)
+        together = diagnose_one(rest)
         answers = together.found
     agreeing = tuple(s for s in shared if s not in differing)
-    together = with_written_fit(together, recordings, machine)  # of the rows as they were given
+    together = add_written_fit(together, recordings, machine)  # of the rows as they were given
     together = replace(together, transfer=transfers(recordings, [d for _, d in alone], machine))
     return Several(together, (*agreeing, *differences), alone, rest, whole.left_out)
 
 
-def _all_read(recording: Recording) -> Recording:
+def _rows_with_all_readings(recording: Recording) -> Recording:
     """Return the rows at which every sensor has a reading: another recording may need a sensor that one alone does not."""
-    read = rows_read(recording)
+    read = rows_with_all_readings(recording)
     lost = recording.m - read.m
     remark = f"{lost} observations in which a sensor has no reading are set aside"
     return replace(read, notes=(*read.notes, remark)) if lost else read
@@ -185,14 +185,14 @@ def transfers(
     recordings: Sequence[Recording], alone: Sequence[Diagnosis], machine: Machine
 ) -> tuple[Transfer, ...]:
     """Return the residuals of every other recording under the machine file written from each, and under the machine before."""
-    before = [rms_left([r], machine) for r in recordings]
+    before = [rms_under([r], machine) for r in recordings]
     out = []
     for source, diagnosis in zip(recordings, alone):
-        if not written(diagnosis):
+        if not changes_machine(diagnosis):
             continue
-        with_it = handed_over(diagnosis, machine)
+        with_it = written_machine(diagnosis, machine)
         out += [
-            Transfer(r.name, source.name, rms, rms_left([r], with_it))
+            Transfer(r.name, source.name, rms, rms_under([r], with_it))
             for r, rms in zip(recordings, before)
             if r is not source
         ]
@@ -206,22 +206,22 @@ def has_scan(a: Answer) -> bool:
     )
 
 
-def unique_answers(found: Sequence[Answer]) -> list[Answer]:
+def unique_answers(answers: Sequence[Answer]) -> list[Answer]:
     """Return, of every name and place, the answer of highest evidence."""
     best: dict[tuple[str, tuple[tuple[str, str], ...]], Answer] = {}
-    for a in sorted(found, key=lambda a: -a.evidence):
+    for a in sorted(answers, key=lambda a: -a.evidence):
         best.setdefault((a.effect, tuple(a.where.items())), a)
     return list(best.values())
 
 
 def measure_shared_names(
-    found: Sequence[Answer], problem: Problem, part: Ints, names: Sequence[str]
+    answers: Sequence[Answer], problem: Problem, part: Ints, names: Sequence[str]
 ) -> tuple[SharedAnswer, ...]:
     """Return the names that have a crisp number, with their sizes in every recording alone; part (m,): number of the recording."""
-    named = [a for a in found if a.fitted is not None]
+    named = [a for a in answers if a.fitted is not None]
     if not named:
         return ()
-    templates = np.stack([template(a, problem) for a in named], axis=1)
+    templates = np.stack([answer_signal(a, problem) for a in named], axis=1)
     sizes = [_sizes(templates, problem, part == k, name) for k, name in enumerate(names)]
     return tuple(
         SharedAnswer(a, sizes_of_answer := tuple(s[i] for s in sizes), agreement(sizes_of_answer))
@@ -262,35 +262,35 @@ def _sizes(templates: Array, problem: Problem, rows: Mask, name: str) -> list[Si
     ]
 
 
-def template(a: Answer, problem: Problem) -> Array:
+def answer_signal(a: Answer, problem: Problem) -> Array:
     """Return the effect of the common size of a name on the observations (m,)."""
     assert a.fitted is not None
-    effect = departure(a.fitted, problem.machine)
+    effect = departure_from(a.fitted, problem.machine)
     return problem.observer.through(effect, effect.error_motion(problem.run))
 
 
-def without(problem: Problem, part: Ints, own: Sequence[SharedAnswer]) -> Recording:
-    """Return the recording less, in the rows of each, its own share of names that are not common."""
+def remove_own_shares(problem: Problem, part: Ints, differing: Sequence[SharedAnswer]) -> Recording:
+    """Return the recording less, in the rows of each, its share of the names `differing`, which are not common."""
     value = problem.recording.value
-    for shared in own:
+    for shared in differing:
         times = np.array([s.times or 0.0 for s in shared.sizes])
-        value = value - times[part] * template(shared.answer, problem)
+        value = value - times[part] * answer_signal(shared.answer, problem)
     return replace(problem.recording, value=value)
 
 
-def several_json(found: Several) -> dict[str, Any]:
+def several_json(several: Several) -> dict[str, Any]:
     """Return the keys of several recordings beside those of one: `shared` and `recordings`."""
     return {
         "shared": [
             {
                 "effect": s.answer.effect,
                 "where": dict(s.answer.where),
-                "common": s.common,
+                "common": s.is_common,
                 "p": s.p,
-                "parameters": as_json(s.answer.parameters),
+                "parameters": estimates_json(s.answer.parameters),
                 "sizes": [{"recording": z.recording, "times": z.times, "u": z.u} for z in s.sizes],
             }
-            for s in found.shared
+            for s in several.shared_answers
         ],
         "recordings": [
             {
@@ -299,6 +299,6 @@ def several_json(found: Several) -> dict[str, Any]:
                     k: v for k, v in diagnosis_json(d).items() if k in ("verdict", "answer", "unknown", "fit")
                 },
             }
-            for name, d in found.alone
+            for name, d in several.alone
         ],
     }

@@ -1,8 +1,8 @@
 """Sharpen time constants, distances and periods of all competitors before names are compared.
 
 A coarse grid of trial values decides nothing between two names that both need a value off the grid: with a strong signal the
-half step that is missing costs tens of nats. So after a first search the names that explain most, given nothing and given all
-chosen terms but one, get an option at their own best values, every shape of them (one lag or two); then the search runs again.
+half step that is missing costs tens of nats. So after a first search the names that explain most, alone and beside all
+chosen terms but one, get an option at their own best values, in every shape (one lag or two); then the search runs again.
 
 Such an option weighs as its cell of the grid, times the share of the cell that the rows leave open:
 sqrt(2 pi) s / width, s from the curvature of the evidence (Laplace's approximation of the mean over the cell).
@@ -39,17 +39,18 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option
 from vcmm.learn.diagnosis.constants import FEWEST, MOST_SHAPES, NOTHING, SAME, UNSEEN
 from vcmm.learn.diagnosis.evidence import Dictionary
-from vcmm.learn.diagnosis.periods import MOST_BINS, NEAR, TURNS, coordinate, shortest
+from vcmm.learn.diagnosis.periods import MOST_BINS, NEAR, TURNS, coordinate, shortest_period
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner, at_value, scanned_names
 from vcmm.learn.diagnosis.scans import turns_round
 from vcmm.learn.diagnosis.select import (
+    SelectedTerm,
     Selection,
     Setting,
-    Term,
-    basis_of,
-    conditional,
+    all_but_one,
+    conditional_evidence,
     family_scores,
+    terms_basis,
 )
 
 FINER = 2.0  # times finer than the finest usual period: what is looked at
@@ -61,7 +62,7 @@ class Spectrum:
     """Frequencies (k,) and, of rows (m,), what they need: bins, factor D, whitener."""
 
     frequency: Array
-    kept: slice
+    band: slice
     bins: Ints
     factor: Array
     white: Whitener
@@ -74,7 +75,7 @@ class Spectrum:
     def nats(self, r: Array) -> Array:
         """Return the nats (k,) of a wave of each frequency in a white residual r (m,)."""
         z = self.white.adjoint(r) * self.factor
-        turned = np.fft.rfft(np.bincount(self.bins, z, minlength=self.points))[self.kept]
+        turned = np.fft.rfft(np.bincount(self.bins, z, minlength=self.points))[self.band]
         c, s = turned.real, -turned.imag
         taken = (self.ss * c**2 + self.cc * s**2 - 2.0 * self.cs * c * s) / (self.cc * self.ss - self.cs**2)
         share = np.clip(taken / max(float(r @ r), NOTHING), 0.0, 1.0 - UNSEEN)
@@ -82,7 +83,7 @@ class Spectrum:
 
     @cached_property
     def price(self) -> float:
-        """Ln of the number of independent lines, by simulation."""
+        """The logarithm of the number of independent lines, by simulation."""
         rng = np.random.default_rng(0)
         low = self.lowest()
         highest, mean = [], []
@@ -101,18 +102,24 @@ class Spectrum:
             return self
         count = len(self.frequency) // wider
         return replace(
-            self, frequency=self.frequency[:count], kept=slice(self.kept.start, self.kept.start + count),
+            self, frequency=self.frequency[:count], band=slice(self.band.start, self.band.start + count),
             bins=np.round(self.bins / wider).astype(np.intp), points=self.points // wider,
             cc=self.cc[:count], ss=self.ss[:count], cs=self.cs[:count],
         )  # fmt: skip
 
 
-def lines_of(
-    template: Option, r: Array, basis: Array, refine: Refiner, floor: float, known: Sequence[float], most: int
+def highest_lines(
+    template: Option,
+    r: Array,
+    basis: Array,
+    refine: Refiner,
+    floor: float,
+    trial_periods: Sequence[float],
+    most: int,
 ) -> list[tuple[Option, float]]:
     """Return the highest lines that no trial period covers, as options, and ln of their share of all lines.
 
-    r (m,): white residual outside `basis`; floor: nats that a line must have beyond its price; known: trial periods, as how many lie
+    r (m,): white residual outside `basis`; floor: nats that a line must have beyond its price; trial_periods: how many of each lie
     within the range of the places.
     """
     spectrum = _spectrum_of(template, refine)
@@ -123,7 +130,7 @@ def lines_of(
         return []
     price = spectrum.price
     out: list[tuple[Option, float]] = []
-    taken = [periods / spectrum.length for periods in known]
+    taken = [periods / spectrum.length for periods in trial_periods]
     for k in np.argsort(-nats)[: MOST_SHAPES * FEWEST]:
         f = float(spectrum.frequency[k])
         if nats[k] <= floor + price or len(out) == most:
@@ -154,9 +161,9 @@ def spectrum_of(effect: Effect, problem: Problem, white: Whitener) -> Spectrum |
         return None
     spec = next(f for f in parameter_fields(effect) if f.name == "period")
     finest = min(spec.metadata["scan"]) / FINER
-    at = problem.of_rows(q)
+    at = problem.per_observation(q)
     length = float(np.ptp(at))
-    highest = min(1.0 / shortest(q, finest), MOST_BINS * NEAR / max(length, NOTHING))
+    highest = min(1.0 / shortest_period(q, finest), MOST_BINS * NEAR / max(length, NOTHING))
     if length <= 0 or highest * length <= TURNS + 1:
         return None
     width = NEAR / highest
@@ -187,53 +194,49 @@ MOST = 6  # competitors that are looked at, given some terms
 LINES = 3  # of a spectrum whose best values are searched: the highest on the grid may be a side lobe
 ENOUGH = 2**12  # frequencies whose highest line is simulated
 LINE_SPACING = 0.75  # of 1 / range: two trial frequencies that are closer stand on one line
-Sharp = tuple[int, Option, float]  # family, option at its best, ln weight within the family
+SharpOption = tuple[int, Option, float]  # family, option at its best, ln weight within the family
 
 
 def sharpen(setting: Setting, state: Selection) -> Setting:
     """Return the setting with further options; the same one where no competitor has a value to be searched."""
-    if not setting.found.families:
+    if not setting.candidates.families:
         return setting
-    new: dict[tuple[int, str, tuple[float, ...]], Sharp] = {}
-    for given in _conditioning_sets(state):
+    new: dict[tuple[int, str, tuple[float, ...]], SharpOption] = {}
+    for given in ([], *all_but_one(state.terms)):
         for sharp in _of_competitors(given, setting, state):
             values = tuple(
                 round(float(np.log(getattr(sharp[1].effect, n))), 2) for n in scanned_names(sharp[1])
             )
             new.setdefault((sharp[0], type(sharp[1].effect).__name__, values), sharp)
-    return replace(setting, found=_extend_dictionary(setting, list(new.values()))) if new else setting
+    return replace(setting, candidates=_extend_dictionary(setting, list(new.values()))) if new else setting
 
 
-def _conditioning_sets(state: Selection) -> list[Sequence[Term]]:
-    every = range(len(state.terms))
-    others = [[state.terms[j] for j in every if j != i] for i in every]
-    return [[], *(o for o in others if o)]
-
-
-def _of_competitors(given: Sequence[Term], setting: Setting, state: Selection) -> list[Sharp]:
-    options = conditional(given, state, setting)
-    scores = family_scores(setting.found, options)
+def _of_competitors(given: Sequence[SelectedTerm], setting: Setting, state: Selection) -> list[SharpOption]:
+    options = conditional_evidence(given, state, setting)
+    scores = family_scores(setting.candidates, options)
     taken = {t.family.id for t in given}
     order = [int(j) for j in np.argsort(-scores, kind="stable") if scores[j] > setting.threshold]
     families = [
-        j for j in order if setting.found.families[j].id not in taken and _has_scans(setting.found, j)
+        j
+        for j in order
+        if setting.candidates.families[j].id not in taken and _has_scans(setting.candidates, j)
     ]
-    basis = basis_of(given, len(state.y))
+    basis = terms_basis(given, len(state.y))
     r = without_span(state.y, basis)
     listed = [s for j in families[:MOST] for s in _of_family(j, options, r, basis, setting)]
-    waves = [j for j in range(len(scores)) if setting.found.families[j].id not in taken]
+    waves = [j for j in range(len(scores)) if setting.candidates.families[j].id not in taken]
     return listed + [s for j in waves for s in _off_the_list(j, r, basis, setting)]
 
 
-def _off_the_list(j: int, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
+def _off_the_list(j: int, r: Array, basis: Array, setting: Setting) -> list[SharpOption]:
     """Return the highest lines of the spectrum that no trial period of a family covers, at their best values."""
-    options = [setting.found.options[k] for k in setting.found.of_family(j)]
+    options = [setting.candidates.options[k] for k in setting.candidates.of_family(j)]
     wave = next((o for o in options if _is_wave(o)), None)
     if wave is None:
         return []
     refine = setting.refine
     frequencies = [f for o in options if (f := _frequency(o, setting)) is not None]
-    lines = lines_of(wave, r, basis, refine, setting.threshold, frequencies, LINES)
+    lines = highest_lines(wave, r, basis, refine, setting.threshold, frequencies, LINES)
     sharp = [(refine(option, r, basis), weight) for option, weight in lines]
     return [(j, option, weight + refine.open_share(option, r, basis)) for option, weight in sharp]
 
@@ -249,9 +252,9 @@ def _has_scans(candidates: Dictionary, j: int) -> bool:
     return any(scanned_names(candidates.options[k]) for k in candidates.of_family(j))
 
 
-def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
+def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting) -> list[SharpOption]:
     """Return the best options of every shape of a family, at their best values: one, or of a spectrum the highest lines."""
-    candidates = setting.found
+    candidates = setting.candidates
     shapes: dict[str, list[int]] = {}
     for k in sorted(candidates.of_family(j), key=lambda k: -float(options[k])):
         if scanned_names(candidates.options[k]):
@@ -267,8 +270,8 @@ def _lines(members: Sequence[int], setting: Setting) -> list[int]:
     """Return, of options in the order of their evidence, the first, and of waves the first on LINES different lines."""
     kept: list[int] = []
     for k in members:
-        wave = _frequency(setting.found.options[k], setting)
-        others = [_frequency(setting.found.options[i], setting) for i in kept]
+        wave = _frequency(setting.candidates.options[k], setting)
+        others = [_frequency(setting.candidates.options[i], setting) for i in kept]
         if not kept or (
             wave is not None and all(o is not None and abs(wave - o) > LINE_SPACING for o in others)
         ):
@@ -287,9 +290,9 @@ def _frequency(option: Option, setting: Setting) -> float | None:
     return None if q is None else float(np.ptp(q)) / period
 
 
-def _extend_dictionary(setting: Setting, new: Sequence[Sharp]) -> Dictionary:
+def _extend_dictionary(setting: Setting, new: Sequence[SharpOption]) -> Dictionary:
     """Return the dictionary with further options, each beside the others of its family."""
-    candidates = setting.found
+    candidates = setting.candidates
     options: list[Option] = []
     columns: list[Array] = []
     weight: list[float] = []

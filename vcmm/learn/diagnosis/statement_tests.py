@@ -37,7 +37,7 @@ def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho
     """
     if not problem.stated:
         return ()
-    white = problem.without([name for name, _ in problem.stated]).whitener(u, rho)
+    white = problem.without_statements([name for name, _ in problem.stated]).whitener(u, rho)
     k, y = white.apply(problem.calibration) / sigma, white.apply(rest) / sigma
     posterior = condition(k.T @ k, k.T @ y, np.ones(k.shape[1]))
     left, z = posterior.covariance, posterior.mean  # variance of z that the rows leave
@@ -67,21 +67,21 @@ def _as_normal(square: float, dof: int) -> float:
     return float((np.cbrt(square / dof) - (1.0 - spread)) / np.sqrt(spread))
 
 
-def farthest(asked: int) -> float:
-    """Return the value that the largest of `asked` pulls exceeds as rarely as one pull exceeds 3 where every statement is true: 3.6 of 8,
+def pull_limit(count: int) -> float:
+    """Return the value that the largest of `count` pulls exceeds as rarely as one pull exceeds 3 where every statement is true: 3.6 of 8,
     3.8 of 21."""
     from scipy.special import ndtr, ndtri
 
-    return float(-ndtri(ndtr(-FAR) / max(asked, 1)))
+    return float(-ndtri(ndtr(-FAR) / max(count, 1)))
 
 
-def contradiction(pull: float, asked: int) -> float:
-    """Return the probability that a statement with this pull does not hold, the largest of `asked` pulls, equal odds before.
+def contradiction_probability(pull: float, count: int) -> float:
+    """Return the probability that a statement with this pull does not hold, the largest of `count` pulls, equal odds before.
 
     1 / (1 - e p ln p) with p the two-sided probability of chance: the most that p can say against a statement (Sellke,
     Bayarri & Berger, Am. Stat. 55 (2001) 62).
     """
     from scipy.special import ndtr
 
-    p = min(max(2.0 * asked * float(ndtr(-abs(pull))), LOWEST), 1.0 / math.e)
+    p = min(max(2.0 * count * float(ndtr(-abs(pull))), LOWEST), 1.0 / math.e)
     return float(1.0 / (1.0 - math.e * p * np.log(p)))

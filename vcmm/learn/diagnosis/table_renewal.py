@@ -22,10 +22,10 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Family, Option
 from vcmm.learn.diagnosis.constants import FEWEST, STRONG
-from vcmm.learn.diagnosis.holdout import Fold, HeldOut, fold_of, judge
+from vcmm.learn.diagnosis.holdout import Fold, HeldOut, make_fold, predict_fold
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.search import Stage
-from vcmm.learn.diagnosis.select import Selection, Term
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection
 from vcmm.physics.structure.component import CalibrationModes
 
 WIDER = tuple(
@@ -82,31 +82,31 @@ def renew_tables(problem: Problem, stage: Stage, selection: Selection, stale: in
     for i, term in enumerate(selection.terms):
         if i != stale:
             rest -= term.option.columns @ selection.fit.mean[selection.span(i)]
-    bare = replace(problem.without([b.name for b in blocks]), residual=rest)
+    bare = replace(problem.without_statements([b.name for b in blocks]), residual=rest)
     white = bare.whitener(stage.u, stage.noise.rho)
     columns = np.concatenate([b.columns for b in blocks], axis=1)
     x, y = white.apply(columns), white.apply(rest)
-    width, fit = _best(x, y, white.dof)
-    y = _pulled_in(x, y, fit, stage)
-    width, fit = _best(x, y, white.dof)
-    term = Term(
+    width, fit = _best_posterior(x, y, white.dof)
+    y = _limit_outliers(x, y, fit, stage)
+    width, fit = _best_posterior(x, y, white.dof)
+    term = SelectedTerm(
         Family("calibration", {}, ()),
         Option(None, columns, np.ones(x.shape[1]), ("calibration",) * x.shape[1], 0.0),
         x,
         width,
     )
     alone = Selection((term,), fit, y, y - x @ fit.mean)
-    held_out = tuple(judge(bare, fold, alone, (term,)) for fold in _halves(bare, stage))
+    held_out = tuple(predict_fold(bare, fold, alone, (term,)) for fold in _halves(bare, stage))
     return _numbers(blocks, fit, width, held_out)
 
 
-def _best(x: Array, y: Array, dof: int) -> tuple[float, Posterior]:
+def _best_posterior(x: Array, y: Array, dof: int) -> tuple[float, Posterior]:
     """Return the width of highest evidence, and the posterior there."""
     fits = [(float(s), posterior(x, y, dof, np.full(x.shape[1], s))) for s in WIDER]
     return max(fits, key=lambda pair: pair[1].log_evidence)
 
 
-def _pulled_in(x: Array, y: Array, fit: Posterior, stage: Stage) -> Array:
+def _limit_outliers(x: Array, y: Array, fit: Posterior, stage: Stage) -> Array:
     """Return outliers pulled towards the fit."""
     signal = x @ fit.mean
     limit = stage.noise.noise.clip * fit.sigma
@@ -118,7 +118,7 @@ def _halves(problem: Problem, stage: Stage) -> list[Fold]:
     even = problem.recording.row % 2 == 0
     if min(even.sum(), (~even).sum()) < FEWEST:
         return []
-    return [fold_of(problem, stage.u, stage.noise.rho, n, rows) for n, rows in zip(HALVES, (even, ~even))]
+    return [make_fold(problem, stage.u, stage.noise.rho, n, rows) for n, rows in zip(HALVES, (even, ~even))]
 
 
 def _block(problem: Problem, item: Input) -> _TableInput | None:
@@ -157,7 +157,7 @@ def _numbers_of(effect: Effect, error: str) -> tuple[tuple[str, ...], Array] | N
 def _numbers(
     blocks: Sequence[_TableInput], fit: Posterior, width: float, held_out: tuple[HeldOut, ...]
 ) -> RenewedTables:
-    """Draws to numbers: change and covariance are linear in them."""
+    """Return the renewed tables: change and covariance are linear in the fitted numbers of unit variance."""
     k, r = sum(len(b.errors) for b in blocks), sum(b.factor.shape[1] for b in blocks)
     factor, row, column = np.zeros((k, r)), 0, 0
     for b in blocks:

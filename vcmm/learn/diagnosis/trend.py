@@ -45,13 +45,13 @@ class _Gain:
     more: int
 
 
-def trend(times: Sequence[float | None], seen: Sequence[tuple[float, float] | None]) -> Trend:
+def trend(times: Sequence[float | None], found_values: Sequence[tuple[float, float] | None]) -> Trend:
     """Return the trend of values with standard uncertainties, None where the number was not found, in the order of time.
 
     times: of every recording, in any unit; where one is not known only a step is looked for, since order is all that is known.
     """
-    at = [i for i, s in enumerate(seen) if s is not None]
-    pairs = [s for s in seen if s is not None]
+    at = [i for i, s in enumerate(found_values) if s is not None]
+    pairs = [s for s in found_values if s is not None]
     if len(at) < 2 or not all(u is not None and u > 0 for _, u in pairs):
         return Trend("")
     values, u = np.array(pairs).T
@@ -71,9 +71,9 @@ def trend(times: Sequence[float | None], seen: Sequence[tuple[float, float] | No
     return Trend(IRREGULAR if _beyond(total, len(at) - 1) < CHANCE else STEADY)
 
 
-def presence(seen: Sequence[tuple[float, float] | None]) -> tuple[str, int | None, int | None]:
+def presence(found_values: Sequence[tuple[float, float] | None]) -> tuple[str, int | None, int | None]:
     """Return whether a number was found always, since when, or until when: between which two recordings (their numbers) that lies."""
-    there = [s is not None for s in seen]
+    there = [s is not None for s in found_values]
     turns = [i for i in range(len(there) - 1) if there[i] != there[i + 1]]
     if not turns:
         return ALWAYS, None, None

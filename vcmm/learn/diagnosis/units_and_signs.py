@@ -1,9 +1,9 @@
-"""Detect positions in inches, and times in minutes: units that no header contradicts, from quantities that belong together.
+"""Units and signs that contradict one another, and the factors of units that are taken for those of a heading.
 
-A small artefact on a large machine also covers a small part of the travels. So positions are suspected only where a
-second thing disagrees by 25.4: the points of the part, or digits that are round in mm and not as they stand.
+Positions in inches and times in minutes: units that no header contradicts, from quantities that belong together. A small artefact on a large machine also covers a small part of the travels.
+So positions are suspected only where a second thing disagrees by 25.4: the points of the part, or digits that are round in mm and not as they stand.
 
-Signs that contradict one another: speeds against normals, senses against speeds, speeds against the motion itself.
+Signs: speeds against normals, senses against speeds, speeds against the motion itself.
 """
 
 from __future__ import annotations
@@ -13,8 +13,31 @@ import numpy.typing as npt
 
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.log_units import METRES_PER_MINUTE, METRES_PER_SECOND, PER_MINUTE
 from vcmm.task.response.recording import Recording
+
+# the speed in mm/s (or rad/s) over the number that is written in another unit
+PER_MINUTE, METRES_PER_MINUTE, METRES_PER_SECOND = 1.0 / 60.0, 1000.0 / 60.0, 1000.0
+
+
+def unit_forms() -> dict[str, tuple[tuple[float, float, str], ...]]:
+    """Return, by the beginning of a column, (factor, zero, words) of every unit that may be meant: the quantity is factor (value - zero)."""
+    from scipy.constants import convert_temperature, degree_Fahrenheit, g, zero_Celsius
+
+    freezing = float(convert_temperature(0.0, "Celsius", "Fahrenheit"))
+    return {
+        "temp_": (
+            (degree_Fahrenheit, freezing, "the values are degF"),
+            (1.0, zero_Celsius, "the values are K"),
+        ),
+        "speed_": (
+            (PER_MINUTE, 0.0, "the values are 60 times too large, as per minute"),
+            (60.0, 0.0, "the values are 60 times too small"),
+            (METRES_PER_MINUTE, 0.0, "the values are 1000/60 times too small, as m/min"),
+            (METRES_PER_SECOND, 0.0, "the values are 1000 times too small, as m/s"),
+        ),
+        "load_": ((1.0 / g, 0.0, "the values are N"), (g, 0.0, "the values are 9.81 times too small")),
+    }
+
 
 INCH = 25.4
 NEAR = 0.05  # of the factor that the points of the part give; the tip is its radius away from them
@@ -22,7 +45,7 @@ DIGITS = 5  # after the point, mm: what coordinate lists hold
 FASTEST = 1000.0  # mm/s, 60 m/min in every second row: beyond what feed axes do on a measured path
 
 
-def inches(recording: Recording, machine: Machine) -> list[str]:
+def unit_remarks(recording: Recording, machine: Machine) -> list[str]:
     """Return one sentence where positions look like inches, one where the times look like minutes."""
     return [*_positions(recording, machine), *_times(recording)]
 
@@ -100,7 +123,7 @@ MOST = 0.9  # share of the rows from which a sign is called reversed
 ENOUGH = 20  # rows that can tell
 
 
-def sign_warnings(recording: Recording) -> list[str]:
+def sign_remarks(recording: Recording) -> list[str]:
     """Return one sentence per contradiction."""
     return [*_approach(recording), *_senses(recording), *_speeds(recording)]
 
@@ -183,7 +206,7 @@ def _varies(speed: Array) -> bool:
 
 
 def _of_another_unit(axis: str, motion: Array, speed: Array) -> list[str]:
-    """Speeds that go with the motion in most rows, at one ratio, which is that of two units. A pause between two runs is no motion of that speed."""
+    """Return speeds that go with the motion in most rows, at one ratio, which is that of two units. A pause between two runs is no motion of that speed."""
     large = np.abs(speed) > 0.5 * np.abs(speed).max()
     ratio = motion[large] / speed[large]
     usual = float(np.median(ratio))

@@ -14,7 +14,7 @@ import numpy as np
 
 from vcmm.learn.diagnosis.constants import (
     FALSE_ALARM,
-    LEAST_TOLD,
+    LEAST_PRINTED,
     STRUCTURE_CORRELATION,
     UNSTATED_RATIO,
 )
@@ -24,7 +24,7 @@ from vcmm.learn.diagnosis.noise import Audit
 from vcmm.learn.diagnosis.result import Answer, Unknown
 
 
-def reasons(
+def reasons_against(
     named: bool, rest: Unknown | None, refused: bool, excess: str, noise: Audit, left: float
 ) -> tuple[str, ...]:
     """Return why the names are not the whole story; empty where they are.
@@ -54,7 +54,7 @@ def reasons(
     return tuple(out)
 
 
-def beyond(noise: Audit, left: float, forgiven: float = 0.0) -> str:
+def unstated_scatter(noise: Audit, left: float, forgiven: float = 0.0) -> str:
     """Return why the scatter is not the stated one, for any tails and correlation; "" where it may be.
 
     left: the same by rms, which outliers raise and a filter for correlation blurs; forgiven: what the errors of strong
@@ -70,7 +70,7 @@ def beyond(noise: Audit, left: float, forgiven: float = 0.0) -> str:
     )
 
 
-def curves(answers: Sequence[Answer]) -> tuple[str, ...]:
+def shared_curve_remarks(answers: Sequence[Answer]) -> tuple[str, ...]:
     """Return the components that two free curves share: together they are a shape, and neither says why it is so."""
     places = [a.where.get("component", "") for a in answers if is_free_curve(a.effect)]
     shared = dict.fromkeys(p for p in places if places.count(p) > 1)
@@ -82,21 +82,21 @@ def curves(answers: Sequence[Answer]) -> tuple[str, ...]:
 
 def describe_probability(probability: float) -> str:
     """Return a probability in words: below one in a thousand no template is known well enough for digits."""
-    return f"{probability:.2g}" if probability >= LEAST_TOLD else f"below {LEAST_TOLD:g}"
+    return f"{probability:.2g}" if probability >= LEAST_PRINTED else f"below {LEAST_PRINTED:g}"
 
 
-def doubts(answers: Sequence[Answer]) -> tuple[str, ...]:
+def doubt_remarks(answers: Sequence[Answer]) -> tuple[str, ...]:
     """Return why answers are no findings and not written: names less probable than not, sizes that may be anything, rows that they
     predict worse than no terms do.
     """
     out = []
     for a in answers:
         name = " ".join((a.effect.replace("_", " "), *a.where.values()))
-        if a.withheld:
-            out.append(f"{name} is not written: {a.withheld}")
-        elif a.beyond:
-            out.append(f"{name} is a candidate and no finding: {a.beyond}")
-        elif a.undetermined:
+        if a.withheld_because:
+            out.append(f"{name} is not written: {a.withheld_because}")
+        elif a.impossible_because:
+            out.append(f"{name} is a candidate and no finding: {a.impossible_because}")
+        elif a.is_undetermined:
             out.append(
                 f"{name} is a candidate and no finding: its size is not known to better than half of itself, or spans orders of"
                 " magnitude"

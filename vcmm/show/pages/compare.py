@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm import __version__
-from vcmm.learn.diagnosis.locate import short
+from vcmm.learn.diagnosis.locate import without_unit
 from vcmm.show import charts as draw
 from vcmm.show.pages.header import facts
 from vcmm.show.report import blocks as r
@@ -62,7 +62,7 @@ def _pictures(rows: Sequence[Comparison], k: int) -> list[str]:
 def _columns(part: Misfit, covariate: str) -> list[str]:
     """Return the axes and columns of the run that the words of a covariate name."""
     words = covariate.replace(" (periodic)", "").replace(" (step)", "").replace(" (zone)", "").split(" and ")
-    columns = {short(c): c for c in part.run.columns} | {a: a for a in part.run.position}
+    columns = {without_unit(c): c for c in part.run.columns} | {a: a for a in part.run.position}
     return [columns[w] for w in words if w in columns]
 
 

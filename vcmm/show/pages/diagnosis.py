@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm import __version__
-from vcmm.learn.diagnosis.acceptance import answers_to_write
-from vcmm.learn.diagnosis.comparison import left_by
-from vcmm.learn.diagnosis.constants import LEAST_TOLD
+from vcmm.learn.diagnosis.comparison import misfit_without_covariates
+from vcmm.learn.diagnosis.constants import LEAST_PRINTED
 from vcmm.learn.diagnosis.log_mistakes import LOG
 from vcmm.learn.diagnosis.plain_words import plain_words
-from vcmm.learn.diagnosis.row_order import as_in_the_file
-from vcmm.learn.diagnosis.very_long import few_enough
-from vcmm.learn.diagnosis.written_fit import handed_over
+from vcmm.learn.diagnosis.row_order import in_file_order
+from vcmm.learn.diagnosis.thinning import limit_observations
+from vcmm.learn.diagnosis.written_machine import answers_to_write, written_machine
 from vcmm.physics import BY_NAME
 from vcmm.show import charts as draw
 from vcmm.show.pages.diagnosis_pictures import (
@@ -83,7 +82,7 @@ def sentences(d: Diagnosis) -> list[str]:
     elif d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
     out += [_answer_text(a) for a in d.found] + _of_unknown(d)
-    out += [_answer_text(a) for a in d.candidates if a.with_rivals >= LEAST_TOLD]
+    out += [_answer_text(a) for a in d.candidates if a.with_rivals >= LEAST_PRINTED]
     out += [f"Where, before any name was fitted: {p.text}." for p in d.location[:1]]
     return out
 
@@ -98,7 +97,7 @@ def _answer_text(a: Answer) -> str:
         else ""
     )
     words = plain_words(a.effect, a.where, a.parameters)
-    if a.probability < LEAST_TOLD:  # it has the shape that was fitted, not the name
+    if a.probability < LEAST_PRINTED:  # it has the shape that was fitted, not the name
         words = f"Most probably {' or '.join(a.cannot_be_told_from)}; what was fitted has the shape of"
     elif a.doubtful:
         words = f"Perhaps, less probable than not: {words[:1].lower()}{words[1:]}"
@@ -155,7 +154,7 @@ def diagnosis_page(
         blocks += [r.heading("Each recording by itself"), html(by_itself(several))]
     if d.unknown is not None and d.unknown.shape is not None:
         blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
-    drawn = few_enough(recording, MOST_DRAWN)
+    drawn = limit_observations(recording, MOST_DRAWN)
     blocks += [r.heading("Residual before and after")]
     if drawn is not recording:
         blocks += [r.paragraph(f"Drawn are {drawn.m} of {recording.m} observations, evenly over the rows.")]
@@ -274,8 +273,11 @@ def _over_what_named_it(
 
 def residuals(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[Array, Array]:
     """Return residuals (m,) mm or rad before and after, observation by observation as the recording has them."""
-    written = handed_over(d, machine)
-    before, after = (as_in_the_file(recording, m, left_by(recording, m).residual) for m in (machine, written))
+    written = written_machine(d, machine)
+    before, after = (
+        in_file_order(recording, m, misfit_without_covariates(recording, m).residual)
+        for m in (machine, written)
+    )
     return before, after
 
 

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm.core.units import plain
-from vcmm.learn.diagnosis.constants import LEAST_TOLD
+from vcmm.learn.diagnosis.constants import LEAST_PRINTED
 from vcmm.learn.diagnosis.verdict import describe_probability
 from vcmm.show.tables.quantities import percent
 from vcmm.show.tables.table import NUMBER_TEXT, WORDS, Column, ResultTable
 
 if TYPE_CHECKING:
     from vcmm.learn.diagnosis.estimates import Estimate
+    from vcmm.learn.diagnosis.evidence import Detectable
     from vcmm.learn.diagnosis.families import Member
     from vcmm.learn.diagnosis.locate import Place
-    from vcmm.learn.diagnosis.power import Detectable
     from vcmm.learn.diagnosis.result import Answer, Diagnosis, NextStep, Transfer
 
 FOUND_PHYSICS = "effects missing from the machine model"
@@ -64,7 +64,7 @@ def open_members(a: Answer) -> tuple[Member, ...]:
 
 
 def probability_text(a: Answer) -> str:
-    return f"{a.probability:.3f}" if a.probability >= LEAST_TOLD else describe_probability(a.probability)
+    return f"{a.probability:.3f}" if a.probability >= LEAST_PRINTED else describe_probability(a.probability)
 
 
 def _join_words(words: Sequence[str]) -> str:
@@ -139,7 +139,11 @@ def folds(d: Diagnosis) -> ResultTable[FoldRow]:
 NEXT: tuple[Column[NextStep], ...] = (
     Column("separates", lambda n: ", ".join(n.separates)),
     Column("do", lambda n: n.do),
-    Column("then right with", lambda n: "–" if n.expected is None else f"p {n.expected:.2f}", NUMBER_TEXT),
+    Column(
+        "then right with",
+        lambda n: "–" if n.expected_probability is None else f"p {n.expected_probability:.2f}",
+        NUMBER_TEXT,
+    ),
     Column("minutes", lambda n: f"{n.minutes:.0f}" if n.minutes >= 10 else f"{n.minutes:.2g}", NUMBER_TEXT),
 )
 

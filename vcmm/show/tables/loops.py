@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vcmm.learn.diagnosis.acceptance import answers_to_write
 from vcmm.learn.diagnosis.result import Diagnosis, diagnosis_json
+from vcmm.learn.diagnosis.written_machine import answers_to_write
 from vcmm.show.tables.compensation import proof_json
 
 if TYPE_CHECKING:

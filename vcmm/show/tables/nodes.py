@@ -110,8 +110,12 @@ def process_sentences(fit: ProcessFit) -> list[str]:
     )
     short = [a for a, v in zip("xyz", low) if v <= fit.trial_range[0] * 1.0001]
     long = [a for a, v in zip("xyz", high) if v >= fit.trial_range[1] * 0.9999]
-    open_ends = [f"{' '.join(short)} not separated from shorter than {fit.trial_range[0]:.0f} mm"] if short else []
-    open_ends += [f"{' '.join(long)} not separated from longer than {fit.trial_range[1]:.0f} mm"] if long else []
+    open_ends = (
+        [f"{' '.join(short)} not separated from shorter than {fit.trial_range[0]:.0f} mm"] if short else []
+    )
+    open_ends += (
+        [f"{' '.join(long)} not separated from longer than {fit.trial_range[1]:.0f} mm"] if long else []
+    )
     return [
         f"field between the nodes, by likelihood, with 95 % coverage intervals: length scales along {lengths} mm"
         + "".join(f"; {t}" for t in open_ends),

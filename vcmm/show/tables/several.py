@@ -29,7 +29,7 @@ def _size(s: Size) -> str:
 
 SIZES: tuple[Column[SharedAnswer], ...] = (
     Column("name", lambda s: _name(s.answer)),
-    Column("is", lambda s: "common" if s.common else "each one's own"),
+    Column("is", lambda s: "common" if s.is_common else "each one's own"),
     Column("size 1.00", lambda s: values_text(s.answer)),
     Column("in each", lambda s: "; ".join(f"{z.recording}: {_size(z)}" for z in s.sizes)),
     Column("p", lambda s: f"{s.p:.2g}", NUMBER_TEXT),
@@ -38,7 +38,7 @@ SIZES: tuple[Column[SharedAnswer], ...] = (
 
 def sizes(several: Several) -> ResultTable[SharedAnswer]:
     note = "sizes as multiples, every recording fitted by itself with all names; p: chance of such differences if they were one"
-    return ResultTable("what is common and what is each one's own", SIZES, several.shared, note)
+    return ResultTable("what is common and what is each one's own", SIZES, several.shared_answers, note)
 
 
 @dataclass(frozen=True)

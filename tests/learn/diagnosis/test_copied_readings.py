@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.learn.diagnosis.repeated import _equal_share
+from vcmm.learn.diagnosis.copied_readings import _equal_share
 
 
 def test_the_share_of_equal_pairs_by_hand():

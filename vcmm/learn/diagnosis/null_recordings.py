@@ -28,7 +28,7 @@ class Noise:
     clip: float = FAR
 
 
-def draws(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Array:
+def draw_null_recordings(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Array:
     """Return the null residuals (m, count) in the white space: calibration and nuisance are exactly what the whitener removes."""
     rng = generator(seed, name)
     m = len(white.weight)

@@ -1,9 +1,16 @@
-"""Further evidence beside the names, as values and documents: next measurements, parts of the rows, a second opinion, transfer."""
+"""Parts of a diagnosis beside the names, as values and documents.
+
+Next measurements, names searched again in parts of the rows, a second opinion, what a file from one recording leaves of another, and steps that failed: a failure after the names is
+reported, and the findings stay.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
+
+from vcmm.core.errors import VcmmError
 
 
 @dataclass(frozen=True)
@@ -14,7 +21,9 @@ class NextStep:
     do: str
     minutes: float
     gain: float
-    expected: float | None = None  # probability of what is right, expected after it; None where no rows say
+    expected_probability: float | None = (
+        None  # probability of what is right, expected after it; None where no rows say
+    )
 
 
 @dataclass(frozen=True)
@@ -31,12 +40,12 @@ class Transfer:
 class Stability:
     """kind -> True where every tested part finds the same names, None where none could be tested; text: the changes.
 
-    most: of every term the largest probability that the parts allow.
+    probability_limits: of every term the largest probability that the parts allow.
     """
 
     same: dict[str, bool | None]
     text: tuple[str, ...]
-    most: tuple[float, ...]
+    probability_limits: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -73,7 +82,7 @@ def next_step_json(n: NextStep) -> dict[str, Any]:
         "separates": list(n.separates),
         "do": n.do,
         "minutes": n.minutes,
-        "expected_probability": n.expected,
+        "expected_probability": n.expected_probability,
     }
 
 
@@ -103,3 +112,43 @@ def transfer_json(t: Transfer, micro: float) -> dict[str, Any]:
         "rms_before": t.before * micro,
         "rms_after": t.after * micro,
     }
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A step that did not succeed, and why."""
+
+    step: str
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """failures: of VcmmError and of the operating system, in words; bugs: what else was raised, to be raised again once
+    everything is printed.
+    """
+
+    failures: list[Failure]
+    bugs: list[Exception]
+
+    @classmethod
+    def none(cls) -> Attempt:
+        return cls([], [])
+
+    def __call__(self, step: str, work: Callable[[], T], otherwise: T) -> T:
+        """Run the work and return its result; `otherwise` where it fails."""
+        try:
+            return work()
+        except (VcmmError, OSError) as error:
+            self.failures.append(Failure(step, str(error)))
+        except Exception as error:
+            self.failures.append(Failure(step, f"{type(error).__name__}: {error}"))
+            self.bugs.append(error)
+        return otherwise
+
+    def raise_bugs(self) -> None:
+        for bug in self.bugs:
+            raise bug

@@ -1,43 +1,26 @@
-"""Choose the next measurement: the feasible add-on that separates the tied answers best per minute.
+"""Add-ons: the rows of a recording measured again with one thing changed, as they would be.
 
-Each add-on repeats a sample of the recording's own rows with one thing changed (a second stylus length, another
-speed, the approach from the other side, the artefact turned, a temperature step, a longer log). The rows are simulated,
-not measured: only the columns of the rivals on old and new rows together decide. separability s as in `confusion`.
+A second stylus length, another speed, the approach from the other side, the artefact turned, a temperature step, a longer log. Only
+rows, columns and labels are made; nothing is measured.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from vcmm.answer.evaluation.gaussian import Whitener, left_beside, whitener
-from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series
-from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.confirming import ROWS, confirming, expected_probability, log_odds
-from vcmm.learn.diagnosis.confusion import Standing
-from vcmm.learn.diagnosis.constants import NOTHING
-from vcmm.learn.diagnosis.discrepancy import values_of
-from vcmm.learn.diagnosis.evidence import best_mimic
-from vcmm.learn.diagnosis.problem import Problem, predecessors
-from vcmm.learn.diagnosis.result import NextStep, Unknown
-from vcmm.learn.diagnosis.select import Selection, Setting
+from vcmm.learn.diagnosis.problem import Problem
 from vcmm.task.response.logs import RememberingRun
-from vcmm.task.response.observe import Observer, nuisance_columns
 from vcmm.task.response.recording import Recording
 
-PLACES = 60  # along the covariate of something unknown
+ROWS = 80  # of the recording repeated in an add-on, and quantiles of the evidence that it adds
 PER_TOUCH = 10.0  # s
-LEAST_GAIN = 0.08  # gain of separability below which an add-on is not proposed
-MOST_SHOWN = 3
 STANDS = 0.05  # component of the normal below which an axis has stopped before the touch
-ALONG, CONFIRMED = (
-    15.0,
-    30.0,
-)  # minutes to set an instrument up along an axis; for a measurement of another kind
+ALONG = 15.0  # minutes to set an instrument up along an axis
 STRETCH = 2.0  # times the length of the log by which it is continued
 
 Change = Callable[[Run], Run | None]
@@ -50,135 +33,6 @@ class AddOn:
     do: str
     minutes: float
     change: Change
-
-
-def next_steps(
-    problem: Problem, setting: Setting, selection: Selection, places: Sequence[Standing]
-) -> tuple[NextStep, ...]:
-    """Return the best add-ons for every answer that has rivals, at other places too; where none of them helps, the confirmation of the name."""
-    out: list[NextStep] = []
-    for i, place in enumerate(places):
-        here = list(zip(place.twins, place.shares))[:1] or list(
-            place.elsewhere[:1]
-        )  # the same name at another place
-        candidates = [*here, *((j, place.rival_probability) for j in place.families[:1])]
-        rivals = [j for j, _ in candidates]
-        steps = [
-            f
-            for j, share in candidates
-            for f in _for_rival(problem, setting, selection, i, j, log_odds(place.probability, share))
-        ]
-        if rivals and not steps:
-            steps = _confirming(problem, selection, i, _pair(selection, i, setting, rivals[0]))
-        elif place.names and not steps:  # a rival that these rows do not resolve is no candidate
-            steps = _confirming(problem, selection, i, (selection.terms[i].family.name, place.names[0]))
-        out += steps
-    return tuple(out)
-
-
-def _for_rival(
-    problem: Problem, setting: Setting, selection: Selection, i: int, family: int, odds: float
-) -> list[NextStep]:
-    """Return the add-ons that separate term i from one rival, the best per minute first. odds: ln of term over rival."""
-    rival = _nearest(setting, selection, family, i)
-    pair = _pair(selection, i, setting, family)
-    columns = (selection.terms[i].option.columns, rival.columns)
-    question = _RivalQuestion(pair, odds, separability(columns, problem.whitener(), selection, i))
-    steps = [
-        _try_addon(problem, addon, selection, i, rival, question) for addon in (*ADDONS, *along_axes(problem))
-    ]
-    return sorted((f for f in steps if f is not None), key=lambda f: -f.gain / f.minutes)[:MOST_SHOWN]
-
-
-@dataclass(frozen=True)
-class _RivalQuestion:
-    """Two names, ln of their odds, and the share of the first one's signal that the other cannot mimic, as length and in noise."""
-
-    pair: tuple[str, str]
-    odds: float
-    now: tuple[float, float]
-
-
-def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[str, str]:
-    """Return the pair that is separated: two names, or one name at two places."""
-    mine, rival = selection.terms[i].family, setting.found.families[family]
-    return (mine.id, rival.id) if mine.name == rival.name else (mine.name, rival.name)
-
-
-def _confirming(problem: Problem, selection: Selection, i: int, pair: tuple[str, str]) -> list[NextStep]:
-    """Return the instruction of the catalogue, where repeated rows do not separate the two."""
-    do = confirming(selection.terms[i], pair[1], problem.run)
-    return [NextStep(pair, do, CONFIRMED, 0.0)] if do else []
-
-
-def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:
-    """Return how to find the law of a departure without a name: its first covariate varied finely, all else equal."""
-    if unknown is None or not unknown.covariates:
-        return ()
-    name = unknown.covariates[0]
-    values = values_of(problem, name)
-    if name.removeprefix("tip_").upper() in problem.run.position and values is not None:
-        low, high = float(values.min()), float(values.max())
-        step = (high - low) / PLACES
-        axis = name.removeprefix("tip_").upper()
-        do = f"measure {axis} from {low:.4g} to {high:.4g} in steps of {step:.2g}, both ways, all else equal"
-    elif name.startswith("temp_"):
-        do = f"repeat some touches at three values of {name}, at the same places"
-    elif name == "time":
-        do = "touch one place again and again, as fast as possible, for as long as the log was"
-    elif name == "speed" or name.startswith("speed_"):
-        do = "repeat some touches at three speeds, at the same places"
-    else:
-        return ()
-    pace = PER_TOUCH if problem.recording.kind == "probe" else 1.0
-    return (NextStep(("unknown", name), do, float(round(2 * PLACES * pace / 60)), 0.0),)
-
-
-def _nearest(setting: Setting, selection: Selection, family: int, i: int) -> Option:
-    """Return the rival's option that mimics the answer best."""
-    return setting.found.options[best_mimic(setting.found, family, selection.signal(i))]
-
-
-def separability(
-    columns: tuple[Array, Array], white: Whitener, selection: Selection, i: int
-) -> tuple[float, float]:
-    """Return the share of the answer's signal, as length, that the rival cannot mimic; and the same in units of the noise of this whitener."""
-    assert selection.fit is not None
-    signal = white.apply(columns[0] @ selection.fit.mean[selection.span(i)])
-    length = float(np.linalg.norm(left_beside(signal, white.apply(columns[1]))))
-    return length / max(float(np.linalg.norm(signal)), NOTHING), length / selection.fit.sigma
-
-
-def _try_addon(
-    problem: Problem,
-    addon: AddOn,
-    selection: Selection,
-    i: int,
-    rival: Option,
-    question: _RivalQuestion,
-) -> NextStep | None:
-    """Return the add-on with its expected result; None where it cannot be done, separates no better, or decides no more."""
-    try:
-        longer = extend_recording(problem, addon)
-        if longer is None:
-            return None
-        recording, u = longer
-        observer = Observer(recording, problem.machine)
-        columns = tuple(_on(observer, o) for o in (selection.terms[i].option, rival))
-        nuisance, _ = nuisance_columns(recording, problem.machine)
-        calibrations = [c for _, c in observer.calibration()]
-        calibration = np.concatenate([np.zeros((recording.m, 0)), *calibrations], axis=1)
-        white = whitener(u, nuisance, calibration, predecessors(recording.row))
-        then = separability((columns[0], columns[1]), white, selection, i)
-    except (ModelLimit, UsageError):
-        return None
-    gain = then[0] - question.now[0]
-    before, after = (
-        expected_probability(question.odds, more) for more in (0.0, then[1] ** 2 - question.now[1] ** 2)
-    )
-    if gain <= LEAST_GAIN or after - before <= LEAST_GAIN * (1.0 - before):
-        return None
-    return NextStep(question.pair, instruction(addon, problem), minutes_of(addon, problem), gain, after)
 
 
 def instruction(addon: AddOn, problem: Problem) -> str:
@@ -195,15 +49,6 @@ def minutes_of(addon: AddOn, problem: Problem) -> float:
         return float(f"{seconds / 60:.2g}") if seconds < 6000 else float(round(seconds / 60))
     pace = float(np.median(steps)) if len(steps) and problem.recording.kind != "probe" else PER_TOUCH
     return float(round(addon.minutes + min(ROWS, problem.m) * pace / 60))
-
-
-def _on(observer: Observer, option: Option) -> Array:
-    """Return the columns of an option on another recording. Raises UsageError for random copies, whose number would differ."""
-    if option.effect is None or any("@" in label for label in option.labels):
-        raise UsageError("this effect has one copy per label; it cannot be carried to another recording")
-    names = dict.fromkeys(label.split("[")[0] for label in option.labels)
-    parts = [observer.of_parameter(option.effect, name) for name in names]
-    return np.concatenate(parts, axis=1) * option.unit
 
 
 def extend_recording(problem: Problem, addon: AddOn) -> tuple[Recording, Array] | None:
@@ -355,7 +200,7 @@ def _continue_log(log: Series, until: float, rise: float) -> Series:
 
 
 def along_axes(problem: Problem) -> tuple[AddOn, ...]:
-    """Runs of an instrument along one axis alone, where the recording moves several at once."""
+    """Return runs of an instrument along one axis alone, where the recording moves several axes at once."""
     moving = [a for a, q in problem.run.position.items() if a in "XYZ" and np.ptp(q) > 0]
     if problem.recording.kind != "displacement" or len(moving) < 2:
         return ()

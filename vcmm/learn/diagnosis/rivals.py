@@ -27,9 +27,9 @@ from vcmm.learn.diagnosis.constants import (
     UNSEEN,
 )
 from vcmm.learn.diagnosis.evidence import IMPOSSIBLE, Scorer, orthonormal, scorer
-from vcmm.learn.diagnosis.families import Kin, family_about
+from vcmm.learn.diagnosis.families import Kin, family_of_answer
 from vcmm.learn.diagnosis.mistakes import generalises
-from vcmm.learn.diagnosis.select import Selection, Setting, Term
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection, Setting
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Standing:
     elsewhere: tuple[
         tuple[int, float], ...
     ] = ()  # families of the same name at other places that explain as much, with their probabilities
-    with_aliases: float = 0.0  # probability of the name at its place and of all that repeats it exactly
+    alias_probability: float = 0.0  # probability of the name at its place and of all that repeats it exactly
     exact: tuple[int, ...] = ()  # families that repeat it exactly, the most probable first
     twins: tuple[int, ...] = ()  # those of the same name, at other places
     shares: tuple[float, ...] = ()  # their probabilities
@@ -53,39 +53,41 @@ class Standing:
     exact_shares: tuple[float, ...] = ()  # probabilities of `exact`
 
 
-def lower_standing(place: Standing, share: float) -> Standing:
+def scale_standing(standing: Standing, share: float) -> Standing:
     """Return the standing where only a share of its probability is left to the name and to what it cannot be told from."""
     return replace(
-        place,
-        probability=place.probability * share,
-        with_aliases=place.with_aliases * share,
-        rival_probability=place.rival_probability * share,
-        shares=tuple(p * share for p in place.shares),
-        exact_shares=tuple(p * share for p in place.exact_shares),
-        elsewhere=tuple((j, p * share) for j, p in place.elsewhere),
-        kin=place.kin.times(share) if place.kin else None,
+        standing,
+        probability=standing.probability * share,
+        alias_probability=standing.alias_probability * share,
+        rival_probability=standing.rival_probability * share,
+        shares=tuple(p * share for p in standing.shares),
+        exact_shares=tuple(p * share for p in standing.exact_shares),
+        elsewhere=tuple((j, p * share) for j, p in standing.elsewhere),
+        kin=standing.kin.times(share) if standing.kin else None,
     )
 
 
-def standing(selection: Selection, setting: Setting, i: int) -> Standing:
+def compare_with_rivals(selection: Selection, setting: Setting, i: int) -> Standing:
     """Compare term i with every family, given the other terms; physics that has no name is weighed with all names at once (see field)."""
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
-    given = scorer(setting.found, np.concatenate(others, axis=1) if others else None)
+    given = scorer(setting.candidates, np.concatenate(others, axis=1) if others else None)
     options = given.options(selection.y[:, None])
     scores = given.families(options)[:, 0]
-    family = setting.found.families.index(selection.terms[i].family)
-    scores[_of_others(setting, selection, i)] = -np.inf
+    family = setting.candidates.families.index(selection.terms[i].family)
+    scores[_families_of_other_terms(setting, selection, i)] = -np.inf
     gap = separability(given, selection.signal(i))
     best, larger, freer = _rivals(selection, setting, i, scores, gap, family, ranks(given))
     names, families = tuple(best), tuple(best.values())
-    alias = _repeats(setting, gap, ranks(given), selection.terms[i], given.basis)
+    alias = _exact_aliases(setting, gap, ranks(given), selection.terms[i], given.basis)
     exact = tuple(int(j) for j in np.argsort(-scores, kind="stable") if alias[j] and j != family)
     same = [j for j in exact if _name(setting, j) == _name(setting, family)]
-    again = [j for j in same if _same_place(setting, j, family)]
+    again = [j for j in same if _is_same_place(setting, j, family)]
     twins = tuple(j for j in same if j not in again)
-    total = _total(setting, scores, larger)
+    total = _total_weight(setting, scores, larger)
     probable = np.exp(scores - total)
-    of_name = [j for j, f in enumerate(setting.found.families) if f.name in {_name(setting, family), *names}]
+    of_name = [
+        j for j, f in enumerate(setting.candidates.families) if f.name in {_name(setting, family), *names}
+    ]
     mine = float(probable[[family, *again]].sum())
     alias[family] = True
     return Standing(
@@ -93,31 +95,33 @@ def standing(selection: Selection, setting: Setting, i: int) -> Standing:
         float(probable[of_name].sum() - mine), _elsewhere(setting, scores, family, probable),
         min(float(probable[alias].sum()), 1.0), exact, twins,  # names that hold the answer do not count in the total
         tuple(float(probable[j]) for j in twins),
-        family_about(setting, family, scores, options[:, 0], gap, total, larger),
+        family_of_answer(setting, family, scores, options[:, 0], gap, total, larger),
         tuple(float(probable[j]) for j in exact),
     )  # fmt: skip
 
 
-def _of_others(setting: Setting, selection: Selection, i: int) -> list[int]:
+def _families_of_other_terms(setting: Setting, selection: Selection, i: int) -> list[int]:
     """Return the families of the other terms, which the search does not name a second time: at another scanned value they are no rival of term i."""
     others = {t.family.id for j, t in enumerate(selection.terms) if j != i} - {selection.terms[i].family.id}
-    return [j for j, f in enumerate(setting.found.families) if f.id in others]
+    return [j for j, f in enumerate(setting.candidates.families) if f.id in others]
 
 
-def _same_place(setting: Setting, first: int, second: int) -> bool:
+def _is_same_place(setting: Setting, first: int, second: int) -> bool:
     """Return whether one place is stated in another order. A bend in proportion to X and Y is one in proportion to Y and X."""
-    a, b = (sorted(setting.found.families[k].where.values()) for k in (first, second))
+    a, b = (sorted(setting.candidates.families[k].where.values()) for k in (first, second))
     return a == b
 
 
 def _name(setting: Setting, family: int) -> str:
-    return setting.found.families[family].name
+    return setting.candidates.families[family].name
 
 
-def _repeats(setting: Setting, gap: Array, rank: Array, term: Term, basis: Array) -> npt.NDArray[np.bool_]:
+def _exact_aliases(
+    setting: Setting, gap: Array, rank: Array, term: SelectedTerm, basis: Array
+) -> npt.NDArray[np.bool_]:
     """Return the families (families,) that hold the signal exactly with no more columns than the term has here."""
     mine = rank_of(term.white, basis)
-    nearest = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), setting.found.first)
+    nearest = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), setting.candidates.first)
     return np.asarray(nearest < EXACT)
 
 
@@ -125,7 +129,7 @@ def _elsewhere(
     setting: Setting, scores: Array, family: int, probable: Array
 ) -> tuple[tuple[int, float], ...]:
     """Return the families of the same name at other places (another sensor, another axis) within STRONG of the answer, the most probable first."""
-    families = setting.found.families
+    families = setting.candidates.families
     order = np.argsort(-scores, kind="stable")
     near = [
         int(j)
@@ -137,22 +141,14 @@ def _elsewhere(
 
 def separability(given: Scorer, signal: Array) -> Array:
     """Return s (options,) of a white signal (m,) against every option."""
-    basis = given.basis
-    e = signal - basis @ (basis.T @ signal)
-    b2 = (given.rotated.column.T @ e) ** 2
-    whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(b2))))
-    firm = given.rotated.size > UNSEEN * whole
-    share = np.add.reduceat(
-        np.where(firm, b2 / np.where(firm, given.rotated.size, 1.0), 0.0), given.rotated.start
-    )
-    return np.sqrt(np.clip(1.0 - share / max(float(e @ e), NOTHING), 0.0, 1.0))
+    rest = signal - given.basis @ (given.basis.T @ signal)
+    share = given.explained(rest) / max(float(rest @ rest), NOTHING)
+    return np.sqrt(np.clip(1.0 - share, 0.0, 1.0))
 
 
 def ranks(given: Scorer) -> Array:
-    """Number of columns (options,) that each option has on this recording: those of which something is seen."""
-    whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(given.rotated.size))))
-    is_visible = (given.rotated.size > UNSEEN * whole).astype(float)
-    return np.asarray(np.add.reduceat(is_visible, given.rotated.start))
+    """Return the number of columns (options,) of each option that this recording shows."""
+    return np.asarray(np.add.reduceat(given.is_seen.astype(float), given.blocks.start))
 
 
 def rank_of(columns: Array, basis: Array) -> int:
@@ -165,7 +161,7 @@ def _rivals(
     selection: Selection, setting: Setting, i: int, scores: Array, gap: Array, index: int, rank: Array
 ) -> tuple[dict[str, int], set[str], tuple[str, ...]]:
     """Return rivals with their best families, names that always hold this answer, and freer names that hold it here."""
-    candidates, term = setting.found, selection.terms[i]
+    candidates, term = setting.candidates, selection.terms[i]
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
     mine = rank_of(term.white, orthonormal(np.concatenate([term.white[:, :0], *others], axis=1)))
     nearest = np.minimum.reduceat(gap, candidates.first)  # best mimic of each family
@@ -181,7 +177,8 @@ def _rivals(
         if family.name == term.family.name or family.name in best or scores[j] < 0.5 * IMPOSSIBLE:
             continue
         if generalises(family.name, term.family.name):
-            mimic = int(candidates.first[j] + np.argmin(gap[candidates.first[j] : _stop(setting, int(j))]))
+            members = candidates.of_family(int(j))
+            mimic = members[int(np.argmin(gap[members.start : members.stop]))]
             larger = candidates.options[mimic].freedom > term.option.freedom
             if larger and nearest[j] < ALIAS and scores[j] <= scores[index]:
                 holding.add(family.name)  # the simpler one is kept
@@ -193,16 +190,11 @@ def _rivals(
     return best, holding - set(best), tuple(n for n in freer if n not in best)
 
 
-def _stop(setting: Setting, family: int) -> int:
-    first = setting.found.first
-    return int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
-
-
-def _total(setting: Setting, scores: Array, larger: set[str]) -> float:
-    """ln of the weight of all names and of nothing, which weighs as much as all names together.
+def _total_weight(setting: Setting, scores: Array, larger: set[str]) -> float:
+    """Return ln of the weight of all names and of the hypothesis that nothing is missing, which weighs as much as all names together.
 
     Names that hold the answer as a special case do not count against it.
     """
-    names = [f.name for f in setting.found.families]
+    names = [f.name for f in setting.candidates.families]
     kept = np.array([s for s, name in zip(scores, names) if name not in larger])
     return float(np.logaddexp.reduce(np.append(kept, np.log(len(set(names))))))

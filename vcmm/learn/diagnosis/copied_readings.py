@@ -25,22 +25,22 @@ STRETCH = "stretch_repeated"
 
 
 @dataclass(frozen=True, eq=False)
-class RepeatedStretch:
-    """A repeated stretch. where: which lines repeat which; copied (m,): observations of the later stretch; expected: such stretches by chance."""
+class CopiedStretch:
+    """A repeated stretch. where: which lines repeat which; is_copy (m,): observations of the later stretch; expected_count: such stretches by chance."""
 
     where: str
-    copied: Mask
-    expected: float
+    is_copy: Mask
+    expected_count: float
 
 
-def repeated_stretch(recording: Recording) -> RepeatedStretch | None:
+def find_copied_stretch(recording: Recording) -> CopiedStretch | None:
     """Return the longest stretch of readings that occurs twice; None where chance makes one as long."""
-    repeats = [_in_series(recording, s) for s in series_of(recording) if len(s) >= FEWEST]
-    sure = [f for f in repeats if f is not None and f.expected < 1.0 - CHANCE]
-    return min(sure, key=lambda f: f.expected) if sure else None
+    repeats = [_copied_in_series(recording, s) for s in series_of(recording.row) if len(s) >= FEWEST]
+    sure = [f for f in repeats if f is not None and f.expected_count < 1.0 - CHANCE]
+    return min(sure, key=lambda f: f.expected_count) if sure else None
 
 
-def _in_series(recording: Recording, series: Ints) -> RepeatedStretch | None:
+def _copied_in_series(recording: Recording, series: Ints) -> CopiedStretch | None:
     value = recording.value[series]
     alike = max(_equal_share(value), _equal_share(np.round(np.diff(value), DIGITS)))
     n = len(value)
@@ -62,7 +62,7 @@ def _in_series(recording: Recording, series: Ints) -> RepeatedStretch | None:
     again = np.zeros(recording.m, dtype=bool)
     again[series[first : first + length]] = True
     where = f"the readings of {recording.places(copied)} are those of {recording.places(again)}"
-    return RepeatedStretch(where, copied, n * (n - 1) / 2 * alike**length)
+    return CopiedStretch(where, copied, n * (n - 1) / 2 * alike**length)
 
 
 def _equal_share(values: Array) -> float:

@@ -9,18 +9,13 @@ import numpy as np
 
 from tests.learn.diagnosis import generator as make
 from vcmm.core.run import Run
+from vcmm.learn.diagnosis.addons import _other_side, _other_side_of_touches, _turn_artefact
 from vcmm.learn.diagnosis.candidates import Family, Option
-from vcmm.learn.diagnosis.confusion import Standing
-from vcmm.learn.diagnosis.nextstep import (
-    _other_side,
-    _other_side_of_touches,
-    _turn_artefact,
-    closer,
-    next_steps,
-)
+from vcmm.learn.diagnosis.next_measurement import next_steps, steps_for_unknown
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.diagnosis.result import Unknown
-from vcmm.learn.diagnosis.select import Selection, Setting, Term
+from vcmm.learn.diagnosis.rivals import Standing
+from vcmm.learn.diagnosis.select import SelectedTerm, Selection, Setting
 from vcmm.physics import BY_NAME
 
 
@@ -71,19 +66,19 @@ def test_what_has_no_name_is_looked_at_closely():
     """60 places both ways at 10 s a touch: 20 minutes."""
     case = make.make((), 0.0, 11)
     problem = make_problem(case.recording, make.machine())
-    (step,) = closer(problem, Unknown(("X",), "a dependence on X", 0.0))
+    (step,) = steps_for_unknown(problem, Unknown(("X",), "a dependence on X", 0.0))
     assert step.separates == ("unknown", "X")
     assert step.minutes == 20.0
     x = problem.run.position["X"]
     assert f"measure X from {x.min():.4g} to {x.max():.4g} in steps of" in step.do
-    assert closer(problem, None) == ()
-    assert "three values" in closer(problem, Unknown(("temp_air",), "", 0.0))[0].do
+    assert steps_for_unknown(problem, None) == ()
+    assert "three values" in steps_for_unknown(problem, Unknown(("temp_air",), "", 0.0))[0].do
 
 
 def test_a_rival_that_the_rows_do_not_resolve_has_a_next_step_too():
     """Lobes that were touched from too few directions are no candidate; the catalogue says what confirms the answer."""
     option = Option(BY_NAME["tip_form"](), np.ones((3, 1)), np.ones(1), ("a",), 0.0)
-    term = Term(Family("tip_form", {}, (option,)), option, option.columns)
+    term = SelectedTerm(Family("tip_form", {}, (option,)), option, option.columns)
     alone = Selection((term,), None, np.zeros(3), np.zeros(3))
     place = Standing(9.0, 0.98, ("probe_lobing",), ())
     problem = cast(

@@ -17,7 +17,7 @@ from vcmm.task.response.logs import sensor_of
 from vcmm.task.response.recording import Recording
 
 
-def rows_read(recording: Recording) -> Recording:
+def rows_with_all_readings(recording: Recording) -> Recording:
     """Return the observations at which every sensor has a reading."""
     if not recording.unread:
         return recording
@@ -36,12 +36,12 @@ def without_sensors(recording: Recording, names: Iterable[str]) -> Recording:
     return replace(recording, run=replace(run, columns=columns, series=series), unread=kept)
 
 
-def for_effects(recording: Recording, effects: Iterable[Effect]) -> Recording:
+def rows_for_effects(recording: Recording, effects: Iterable[Effect]) -> Recording:
     """Return all observations that the effects leave: rows set aside where one of them needs a sensor that was not read there, other
     sensors with gaps left out.
     """
     needed = sensors_of(recording, effects)
-    return rows_read(without_sensors(recording, {n for n, _ in recording.unread} - set(needed)))
+    return rows_with_all_readings(without_sensors(recording, {n for n, _ in recording.unread} - set(needed)))
 
 
 def sensors_of(recording: Recording, effects: Iterable[Effect]) -> tuple[str, ...]:
