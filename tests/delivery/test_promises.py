@@ -23,7 +23,7 @@ PROMISES = {
     "value ± U (k), decision with its probability": "tests/house/test_docs.py::test_examples_run",
     "one file, works offline": "tests/browser/test_report.py",
     "what the command prints with --json": "tests/face/test_python.py",
-    "Every command is a function": "tests/face/test_python.py",
+    "The jobs are functions too": "tests/face/test_python.py",
     "needs pandas or polars": "tests/face/test_python.py",
     "exact trials (transforms multiplied": "tests/answer/evaluation/test_uncertainty.py",
     "the same to the last bit on one core or a cluster": "tests/answer/evaluation",
