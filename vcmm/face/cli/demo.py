@@ -161,11 +161,6 @@ class GaskaJob(Job[GaskaTask, GaskaResult]):
             **loaded.twin.twin.tracer_files(),
         }
 
-    def files_sentence(
-        self, loaded: GaskaTask, result: GaskaResult, folder: Path, names: Sequence[str]
-    ) -> str:
-        return f"wrote {folder}/{', '.join(names)}"
-
     def show(self, loaded: GaskaTask, result: GaskaResult) -> None:
         page, folder = loaded.twin.page, self.folder
         show_answers(page.answers(result.twin))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Share = Literal["square", "linear", "none"]
 MOST_BARS = 12
-ROUNDING = 5e-4  # of u^2: printed as 0.0 %
+ROUNDING = 5e-4  # of u^2: smaller shares are printed as 0.0 %
 NAME, ROW = 200.0, 30  # px: of a name at most, of a bar
 FREE, BEFORE = 0.36, 0.16  # of the width, for figures behind the longest bar, and before the lowest
 
@@ -129,7 +129,6 @@ def in_two_lines(name: str) -> str:
 
 
 MOST = 8
-ROUNDED = 0.0005  # shares below it are printed as 0.0 %
 
 
 def waterfall(
@@ -150,7 +149,7 @@ def waterfall(
     ranked = sorted(
         ((n, abs(float(u))) for n, u in items if math.isfinite(u) and u != 0.0), key=lambda p: -p[1]
     )
-    most = max(1, min(most, sum(u * u >= ROUNDED * total**2 for _, u in ranked)))
+    most = max(1, min(most, sum(u * u >= ROUNDING * total**2 for _, u in ranked)))
     rest = math.sqrt(sum(u * u for _, u in ranked[most:]))
     shown = ranked[:most] + ([(f"{len(ranked) - most} others", rest)] if rest else [])
     steps, at = [], 0.0
