@@ -218,7 +218,6 @@ Expansion = _quantity_type("expansion", "11.5 um/(m K)", SOLID)
 ExpansionSpread = _quantity_type("expansion", "0.5 um/(m K)", "not negative")
 Speed = _quantity_type("speed", "5 mm/s", "positive")
 Mass = _quantity_type("mass", "20 kg", "not negative")
-Acceleration = _quantity_type("acceleration", "2 m/s^2", "positive")
 AxisSpeed = _axis_rate_type("speed", "500 mm/s")
 AxisAcceleration = _axis_rate_type("acceleration", "2 m/s^2")
 AxisJerk = _axis_rate_type("jerk", "50 m/s^3")
@@ -361,7 +360,7 @@ def _in_data(location: tuple[Any, ...]) -> Location:
 
 
 def allowed_keys(model: type[BaseModel], location: Location) -> list[str]:
-    """Return the keys of the (nested) model at a location; empty when it cannot be told."""
+    """Return the keys of the (nested) model at a location; empty when the location is not found."""
     return [f.alias or n for n, f in getattr(_model_at(model, location), "model_fields", {}).items()]
 
 
