@@ -360,7 +360,7 @@ def _in_data(location: tuple[Any, ...]) -> Location:
 
 
 def allowed_keys(model: type[BaseModel], location: Location) -> list[str]:
-    """Return the keys of the (nested) model at a location; empty when it cannot be told."""
+    """Return the keys of the (nested) model at a location; empty when the location is not found."""
     return [f.alias or n for n, f in getattr(_model_at(model, location), "model_fields", {}).items()]
 
 

@@ -41,7 +41,7 @@ def _texts(holder: Any) -> Iterator[tuple[Any, Any, str]]:
 
 
 def with_value_for_table(document: Any, key: str, value: str) -> None:
-    """Return the text with `key = "value"` at the head of the file in place of the value or of all tables [key...].
+    """Write `key = "value"` at the head of the document in place of the value or of all tables [key...].
 
     A table goes with the comments inside it; the comments and blank lines over the table that follows stay.
     """

@@ -157,7 +157,7 @@ class ExportRow:
 
     def remarks(self, name: str, drawing: float | None) -> list[str]:
         """Return remarks where nominal and deviation contradict the value or the scenario, with the line, for rows whose `value` can be
-        read. Of rows whose `value` can be told."""
+        read."""
         words = ("MEAS", "NOMINAL", "DEV") if self.column == "MEAS" else ("actual", "nominal", "deviation")
         cells = StatedCells(self.cell, self.nominal, self.deviation, words)
         remarks = contradictions(cells, UNIT_WORDS[self.unit.strip().lower()], drawing)

@@ -62,7 +62,6 @@ def recording_of_runs(
     at: Mapping[str, float],
     offset: Array,
     measuring: bool = True,
-    name: str = "",
 ) -> Recording:
     """Runs of an axis as a recording: displacement along the axis, for a rotary axis angle about it.
 
@@ -90,7 +89,7 @@ def recording_of_runs(
     kind = "angle" if is_rotary(axis) else "displacement"
     none = np.full(k, -1, dtype=np.intp)
     return Recording(
-        name, kind, run, value=value, measuring=measuring, row=np.arange(k), direction=direction, other=none
+        "", kind, run, value=value, measuring=measuring, row=np.arange(k), direction=direction, other=none
     )
 
 

@@ -30,7 +30,7 @@ NEAR = 4  # lines from the name to the heading
 
 @dataclass(frozen=True)
 class TableRow:
-    """One row: its name within the table (an axis, or a feature), cells of MEAS and BONUS (None: no such column), why it cannot be told;
+    """One row: its name within the table (an axis, or a feature), cells of MEAS and BONUS (None: no such column), why it cannot be read;
     cells of NOMINAL and DEV, "" where there are none."""
 
     where: str

@@ -41,7 +41,7 @@ def effect_toml(effect: Effect, comment: str = "") -> str:
 
 
 def _array_lines(effect: Effect) -> list[str]:
-    """What an effect stands on without being a parameter: ends or nodes of a travel, grids and table, points."""
+    """Return the lines of what an effect needs besides its parameters: ends or nodes of a travel, grids and table, points."""
     lines = []
     letters = tuple(getattr(effect, "arguments", ()))
     if letters and vars(effect).get("grids"):

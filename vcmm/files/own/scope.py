@@ -150,7 +150,6 @@ def recording_of_scope(
     at: Mapping[str, float],
     offset: Array,
     measuring: bool = False,
-    name: str = "",
 ) -> Recording:
     """Return a trace as a recording: actual - commanded of each axis along its direction; kind path, for rotary axes angle.
 
@@ -171,7 +170,7 @@ def recording_of_scope(
     kind = "angle" if is_rotary(axes[0]) else "path"
     none = np.full(len(value), -1, dtype=np.intp)
     return Recording(
-        name,
+        "",
         kind,
         run,
         value=value,

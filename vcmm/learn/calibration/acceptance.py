@@ -45,6 +45,7 @@ UNTOLD = {  # figures that may be nothing but rounding, and why
     "fundamental": "errors of the axis average line have no once-per-turn part",
 }
 LEAST_LIMIT = 1e-6  # um, urad: no machine is so good
+VOLUME_TRIALS, VOLUME_NODES = 200, 4  # of the figures of the volume: trials, nodes along each axis
 
 
 @dataclass(frozen=True)
@@ -332,22 +333,24 @@ def against_limits(name: str, errors: Array, allowed: Array, length: Array) -> F
     )  # fmt: skip
 
 
-def volume_figures(machine: Machine, seed: int = 0, trials: int = 200, nodes: int = 4) -> list[Figure]:
+def volume_figures(machine: Machine) -> list[Figure]:
     """Return the largest and mean tip error on a grid of the travels, as far as the tables reach, and the length errors of the body diagonals."""
     from vcmm.task.response.volumetric import grid
 
     letters = [a for a in "XYZ" if a in machine.axes]
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     machine = _where_known(machine)
     still = without_scatter(machine)
-    size = np.linalg.norm(tip_errors(still, _looked_at(grid(machine, nodes)), rng, trials), axis=2)
+    size = np.linalg.norm(
+        tip_errors(still, _looked_at(grid(machine, VOLUME_NODES)), rng, VOLUME_TRIALS), axis=2
+    )
     out = [summary("largest tip error", size.max(axis=1)), summary("mean tip error", size.mean(axis=1))]
     if len(letters) < 3:
         return out
     for name, start, end in corners(machine):
         way = (end - start) / np.linalg.norm(end - start)
         run = _moving(machine, {a: np.array([start[i], end[i]]) for i, a in enumerate("XYZ")}, {}, way)
-        error = tip_errors(still, run, rng, trials)
+        error = tip_errors(still, run, rng, VOLUME_TRIALS)
         out.append(summary(f"body diagonal {name}", (error[:, 1] - error[:, 0]) @ way))
     return out
 

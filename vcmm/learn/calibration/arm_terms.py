@@ -69,11 +69,10 @@ def _location(component: str) -> Term:
     return Term(RotaryLocation(component), "offset" if shift else "tilt", 1, SHIFT if shift else TURN)
 
 
-def further_terms(machine: Machine, down: Array = DOWN) -> list[Term]:
+def further_terms(machine: Machine) -> list[Term]:
     """Return elastic joints where an axis lies level, then once-per-turn errors of every joint."""
     elastic = [
-        Term(ElasticJoint(axis, words), "coefficients", 2, TURN)
-        for axis, words in load_patterns(machine, down)
+        Term(ElasticJoint(axis, words), "coefficients", 2, TURN) for axis, words in load_patterns(machine)
     ]
     cyclic = [
         Term(RotaryCyclic(f"E{a[0]}{a}", np.zeros(2)), "coefficients", 2, TURN) for a in machine.chain.tool
@@ -81,18 +80,18 @@ def further_terms(machine: Machine, down: Array = DOWN) -> list[Term]:
     return elastic + cyclic
 
 
-def load_patterns(machine: Machine, down: Array = DOWN) -> list[tuple[str, str]]:
+def load_patterns(machine: Machine) -> list[tuple[str, str]]:
     """Return (joint, summed angles) of every joint that lies level and every link that it carries with joints parallel to it in between."""
     joints = machine.chain.tool
     ways = {a: _direction(machine, a) for a in joints}
     out = []
     for i, axis in enumerate(joints):
-        if abs(float(ways[axis] @ down)) > LEVEL:
+        if abs(float(ways[axis] @ DOWN)) > LEVEL:
             continue
         first = i
         while first and abs(float(ways[joints[first - 1]] @ ways[axis])) > ALIKE:
             first -= 1
-        if any(abs(float(ways[a] @ down)) < ALIKE for a in joints[:first]):
+        if any(abs(float(ways[a] @ DOWN)) < ALIKE for a in joints[:first]):
             continue  # a joint before them that does not stand upright tilts them
         last = i
         while last + 1 < len(joints) and abs(float(ways[joints[last + 1]] @ ways[axis])) > ALIKE:

@@ -144,7 +144,7 @@ def _on_the_fly(recording: Recording) -> list[str]:
 def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
     """Raises UsageError where one recording contradicts all others and would agree with them in another unit or sign.
 
-    Each recording is predicted from the others (nothing known before, stated noise). Only what several recordings see can be told, and
+    Each recording is predicted from the others (nothing known before, stated noise). Only errors that several recordings see can be compared, and
     only a prediction that the stated noise does not explain (chi-squared) is a contradiction.
     """
     from scipy.special import chdtrc

@@ -91,7 +91,7 @@ class SetupPlan:
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A proposal: names of set-ups, minutes together, volume_um, errors that they identify."""
+    """A choice of set-ups: their names, minutes together, u of the tip over the volume (um), and which errors they identify."""
 
     names: tuple[str, ...]
     minutes: float

@@ -62,11 +62,11 @@ REST, STILL = (
 NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
 
 
-def bare_machine(structure: str, kind: str = "cmm") -> Machine:
+def bare_machine(structure: str) -> Machine:
     """Return a machine of that structure without errors, travels without end. Raises UsageError for a wrong structure."""
     chain = parse_structure(structure)
     axes = {a: Axis(a, (-TURNS, TURNS) if is_rotary(a) else (-FAR, FAR)) for a in chain.letters}
-    return Machine("calibrated machine", kind, chain, axes)
+    return Machine("calibrated machine", "cmm", chain, axes)
 
 
 def spans_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:

@@ -56,9 +56,9 @@ class NodeScatter:
         """rms of the residuals of eq. 2 for its degrees of freedom, mm."""
         return self.multilateration.u
 
-    def rejection_share(self, level: float = 0.05) -> float:
-        """Return the share of the tests below a level; under the law it is about the level."""
-        return float((self.test < level).mean())
+    def rejection_share(self) -> float:
+        """Return the share of the tests below 0.05; under the law it is about 0.05."""
+        return float((self.test < 0.05).mean())
 
 
 def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:

@@ -119,8 +119,8 @@ class PosePlan:
     def _by_name(self, variance: Array) -> dict[str, float]:
         return {name: float(np.sqrt(variance[self.model.slices[name]].mean())) for name in self.model.names}
 
-    def correlated_pairs(self, chosen: Sequence[int], above: float = 0.9) -> list[tuple[str, str, float]]:
-        """Return the pairs of location errors whose correlation is larger, largest first."""
+    def correlated_pairs(self, chosen: Sequence[int]) -> list[tuple[str, str, float]]:
+        """Return the pairs of location errors whose correlation is larger than 0.9, largest first."""
         names = self.model.pairs
         rows = [self.model.slices[n].start for n in names]
         full = self.expected_covariance(chosen)[np.ix_(rows, rows)]
@@ -131,7 +131,7 @@ class PosePlan:
             for j in range(i)
             if u[i] * u[j] > 0
         ]
-        return sorted((p for p in pairs if abs(p[2]) > above), key=lambda p: -abs(p[2]))
+        return sorted((p for p in pairs if abs(p[2]) > 0.9), key=lambda p: -abs(p[2]))
 
     def identifiability(self, chosen: Sequence[int]) -> Identifiability:
         """Return the errors that the poses identify, judged against next to no earlier knowledge; own errors have their u."""

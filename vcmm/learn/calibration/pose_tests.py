@@ -25,10 +25,10 @@ MOVED = 100.0  # times what placing anew leaves: then the tracker or the target 
 
 @dataclass(frozen=True)
 class PoseTest:
-    """Residuals of poses under a machine that was not made from them: rms per coordinate, mm (and rad) before with the nominal machine
-    and after, tracker
-    and target found from these poses; `in_place`: both as in the calibration, None where the tracker is clearly elsewhere. Turns are None
-    where no orientations were read.
+    """Residuals of poses under a machine that was not calibrated from them, rms per coordinate in mm (turns in rad).
+
+    before: nominal machine, after: calibrated machine, both with tracker and target placed by these poses. in_place: tracker and target
+    as in the calibration, None where the tracker is clearly elsewhere. Turns are None where no orientations were read.
     """
 
     name: str

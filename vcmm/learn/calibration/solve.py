@@ -59,7 +59,7 @@ class ReadingNoise:
 class ErrorPosterior:
     """theta (size,), covariance (size, size) of the errors; instrument_errors (c,) of instruments in units of their u.
 
-    residual: per recording (m,) mm or rad, after everything; noise per recording; information: Reduced with the weights of
+    residual: per recording (m,) mm or rad, after everything; noise per recording; information: NormalEquations with the weights of
     the covariance; numbers_used: numbers that the readings determine, together.
     """
 

@@ -28,7 +28,7 @@ class ThermalFit:
 
     @property
     def longest(self) -> float:
-        """Longest lag in s: three times the longest recording; a longer lag cannot be told from a drift."""
+        """Longest lag in s: three times the longest recording; a longer lag cannot be distinguished from a drift."""
         return 3 * max(float(np.ptp(p.observer.run.column("time_s"))) for p in self.parts)
 
     @property

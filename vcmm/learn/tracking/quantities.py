@@ -69,7 +69,8 @@ class TrackedQuantity:
 class TrackedMachine:
     """The machine, its quantities, and factor (K, r) of the covariance that the file states of all their numbers.
 
-    at_once: ids of Inputs that no reading of this kind changes (temperatures, Inputs that are sampled anew, laws for all effects of a name).
+    input_ids: Inputs of the file that state these quantities. apart: ids of Inputs that no reading of this kind changes (temperatures,
+    Inputs that are sampled anew, laws for all effects of a name).
     """
 
     machine: Machine
