@@ -58,7 +58,7 @@ def _words(reader: KlartextReader, kind: str) -> dict[str, float]:
     return out
 
 
-def spaced(v: Values) -> list[Flat]:
+def holes_in_a_row(v: Values) -> list[Flat]:
     """Return the points of ROW: NUM points D apart."""
     return hole_line((v["X"], v["Y"]), v["ROT"], [k * v["D"] for k in range(whole_count(v["NUM"]))])
 
@@ -106,7 +106,7 @@ SHAPES: Mapping[
     str, Cycle[Callable[[Values], list[Flat]]]
 ] = {  # of PATTERN DEF, lengths in the unit of the program
     "POS": cycle(_AT, lambda v: [(v["X"], v["Y"])]),
-    "ROW": cycle(f"{_AT}, D mm!, NUM count!, ROT deg", spaced),
+    "ROW": cycle(f"{_AT}, D mm!, NUM count!, ROT deg", holes_in_a_row),
     "PAT": cycle(_MATRIX, matrix),
     "FRAME": cycle(_MATRIX, partial(matrix, border=True)),
     "CIRC": cycle(f"{_AT}, D mm!, NUM count!, START plain", ring),

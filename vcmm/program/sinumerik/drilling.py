@@ -135,7 +135,7 @@ def ream(d: DrillingCall, v: Values) -> None:
     hole.leave()
 
 
-def bore(d: DrillingCall, v: Values) -> None:
+def in_and_out(d: DrillingCall, v: Values) -> None:
     """Run CYCLE81, CYCLE82: rapid to the safety distance, feed to the depth, dwell (DTB), rapid out. CYCLE87, CYCLE88: the same with the spindle at
     rest. CYCLE86: off the wall by RPA, RPO and RPAP before it goes out, and back over the hole."""
     r, hole = d.control.r, d.hole()
@@ -218,14 +218,14 @@ def by_a_factor(reference: float, first: float, final: float, factor: float, lea
 _HEIGHTS = "RTP mm?, RFP mm?, SDIS size, DP mm?, DPR size?"
 _TURN = "DTB plain, SDIR count"
 DRILLING: Mapping[str, Cycle[DrillingPrimitive]] = {
-    "CYCLE81": cycle(f"{_HEIGHTS}, DTB plain", bore),
-    "CYCLE82": cycle(f"{_HEIGHTS}, DTB plain", bore),
+    "CYCLE81": cycle(f"{_HEIGHTS}, DTB plain", in_and_out),
+    "CYCLE82": cycle(f"{_HEIGHTS}, DTB plain", in_and_out),
     "CYCLE83": cycle(f"{_HEIGHTS}, FDEP mm?, FDPR mm, DAM plain, DTB plain, DTS plain, FRF plain?, VARI count, AXN count, MDEP size, VRT size, DTD plain, DIS1 size", deep),
     "CYCLE84": cycle(f"{_HEIGHTS}, DTB plain, SDAC count, MPIT plain, PIT size, POSS plain, SST plain, SST1 plain, AXN count, PTAB count, TECHNO count, VARI count, DAM size", tap),
     "CYCLE840": cycle(f"{_HEIGHTS}, DTB plain, SDR count, SDAC count, ENC count, MPIT plain, PIT size, AXN count, PTAB count, TECHNO count", tap),
     "CYCLE85": cycle(f"{_HEIGHTS}, DTB plain, FFR feed, RFF feed", ream),
-    "CYCLE86": cycle(f"{_HEIGHTS}, {_TURN}, RPA mm, RPO mm, RPAP mm, POSS plain", bore),
-    "CYCLE87": cycle(f"{_HEIGHTS}, SDIR count", bore),
-    "CYCLE88": cycle(f"{_HEIGHTS}, {_TURN}", bore),
+    "CYCLE86": cycle(f"{_HEIGHTS}, {_TURN}, RPA mm, RPO mm, RPAP mm, POSS plain", in_and_out),
+    "CYCLE87": cycle(f"{_HEIGHTS}, SDIR count", in_and_out),
+    "CYCLE88": cycle(f"{_HEIGHTS}, {_TURN}", in_and_out),
     "CYCLE89": cycle(f"{_HEIGHTS}, DTB plain", ream),
 }  # fmt: skip
