@@ -294,8 +294,8 @@ class PathErrors:
 
     def _setting(self, run: Run, move: Ints) -> Array:
         """Return the error (k, 3) where the offset of each row was set: at the work zero unless the set-up states the place, with the
-        rotary axes at zero
-        unless it states that they were as in the cut. Z with the tool of the row, X and Y with the tool that set the offset.
+        rotary axes at zero unless it states that they were as in the cut. Z with the tool of the row, X and Y with the tool that set the
+        offset.
         """
         ways = group = self._group[move]
         out = np.zeros((run.n, 3))

@@ -256,8 +256,8 @@ def _beside_path(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
 
 
 def refined_surface(scenario: CutScenario, first: SurfaceErrors, program: Path) -> SurfaceErrors:
-    """Return Run a further round: add the departure of the part of the corrected program (all errors of the machine in it) to the correction
-    of its cuts. A tool that is led elsewhere bends otherwise, so the first round is not exact."""
+    """Return the correction after a further round: the departure of the part that the corrected program cuts (with all errors of the machine)
+    is added to it. A tool on another path bends by another amount, so the first round is not exact."""
     job = set_up(replace(scenario, program=program))
     on_features = first.on_features
     if on_features is None:

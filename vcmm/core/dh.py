@@ -4,8 +4,7 @@
     proximal (modified) T = turn_x(alpha) shift_x(a) turn_z(theta) shift_z(d)      Craig, Introduction to Robotics (1986)
 
 theta: the angle of the link at joint angle zero. Machine axes are those of the base; the tool hangs where the last frame is at joint
-angles zero, so that
-an offset of zero is the origin of the base and not of the flange: `flange` says where that is.
+angles zero, so that an offset of zero is the origin of the base and not of the flange: `flange` says where that is.
 """
 
 from __future__ import annotations

@@ -67,8 +67,10 @@ class Noises:
         return bool(self.systematic.any() or self.scatter.any())
 
     def rungs(self, residuals: Array, excluded: float) -> tuple[tuple[Rung, ...], ...]:
-        """Return the noises to read residuals (n,) with: for every size of the machine's own errors those of all else. excluded: see the
-        docstring of the module."""
+        """Return the noises with which residuals (n,) are read: for every size of the machine's own errors the sizes of all other noise.
+
+        excluded: see the docstring of the module.
+        """
         rms = float(np.sqrt((residuals**2).mean()))
         if not self.is_bound or rms <= SMALLEST:
             return ((STATED,),)
@@ -89,9 +91,8 @@ class Noises:
         ]
 
     def whitening(self, rung: Rung) -> tuple[Array, float]:
-        """Return the matrix that turns amounts of the waves in the residuals into independent numbers of variance 1, and the noise of a
-        point, root mean
-        square, mm.
+        """Return the matrix that turns amounts of the waves in the residuals into independent numbers of variance 1, and the root mean
+        square noise of a point, mm.
         """
         if rung not in self._whitenings:
             self._whitenings[rung] = self._whitening(rung)

@@ -33,8 +33,8 @@ def task_and_rows(
     scenario: Scenario, given: GivenPoints, in_machine: bool = False, tip_centres: bool = False
 ) -> tuple[Task, Ints]:
     """Return the task of measured points, and the row of the file of every touch. in_machine: they are in the machine frame, and the part
-    is found by the alignment of
-    the plan from where [pose] says it lies. tip_centres: not compensated for the tip. DataError: see `checked`.
+    is found by the alignment of the plan from where [pose] says it lies. tip_centres: not compensated for the tip. DataError: see
+    `checked`.
     """
     rows = feature_rows(scenario, given)
     pose, points = scenario.pose, given.points

@@ -98,8 +98,7 @@ def at_angle(axis: Array, about: Array, cosine: Array | float, sine: Array | flo
 
 def _by_matrix(base: FittedElement, axis: Array, about: Array | None) -> FittedElement:
     """Return the element from the matrix of the fit: shifts and sizes follow the turn w = base.axis x axis, which is smallest in w^T S w,
-    where S is the matrix
-    less their contribution.
+    where S is the matrix less their contribution.
     """
     batch = np.broadcast_shapes(
         base.point.shape[:-1], axis.shape[:-1], () if about is None else about.shape[:-1]

@@ -203,8 +203,7 @@ def _scatter(machine: Machine, c: MachineCertificate, e0: LengthLimit, share: Ar
 
 def _scatter_as_found(finding: Finding, count: int, lengths: int, seed: int) -> Array:
     """Return the scatter (count,) mm from the measured range: that range over the range of as many repeats of unit scatter, sampled for
-    every machine,
-    since the range over the scatter is a pivot.
+    every machine, since the range over the scatter is a pivot.
     """
     rng = np.random.default_rng([seed, SCATTER, 2])
     unit = np.array(
