@@ -295,7 +295,7 @@ def _forward_selection(
         given = scorer(candidates, white_columns(chosen))
         rest = y - given.basis @ (given.basis.T @ y)
         left = max(float(rest @ rest), NOTHING)
-        gain = given.explained(rest)
+        gain = given.explained_energy(rest)
         change = dof * np.log(np.maximum(1.0 - gain / left, NOTHING)) + price * ranks(given)
         taken = {t.family.id for t in chosen}
         taken |= {f.id for f in candidates.families if is_stale(f.name, f.where.get("component"))}

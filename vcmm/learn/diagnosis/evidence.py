@@ -175,7 +175,7 @@ class Scorer:
         whole = np.repeat(self.size, np.diff(np.append(self.blocks.start, len(self.blocks.size))))
         return np.asarray(self.blocks.size > UNSEEN * whole)
 
-    def explained(self, rest: Array) -> Array:
+    def explained_energy(self, rest: Array) -> Array:
         """Return the sum of squares (options,) that each option explains of a white residual (m,) outside the basis."""
         square, is_seen = (self.blocks.column.T @ rest) ** 2, self.is_seen
         return np.add.reduceat(

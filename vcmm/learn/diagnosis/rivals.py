@@ -142,7 +142,7 @@ def _elsewhere(
 def separability(given: Scorer, signal: Array) -> Array:
     """Return s (options,) of a white signal (m,) against every option."""
     rest = signal - given.basis @ (given.basis.T @ signal)
-    share = given.explained(rest) / max(float(rest @ rest), NOTHING)
+    share = given.explained_energy(rest) / max(float(rest @ rest), NOTHING)
     return np.sqrt(np.clip(1.0 - share, 0.0, 1.0))
 
 
