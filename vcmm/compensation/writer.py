@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.compensation.codes import Code, behind
+from vcmm.compensation.codes import Code, codes_after_motion
 from vcmm.compensation.contours import length_of, sweep_of
 from vcmm.compensation.fitting import WHOLE, BlockFit, BlockPiece
 from vcmm.compensation.frame import AXES, CENTRES, BlockFrame, frame_of
@@ -100,7 +100,7 @@ class Writer(Wording):
             fit = self._shift_arc(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
 
-        last_codes = behind(self.source.lines[index][0], self.dialect) if len(fit.pieces) > 1 else []
+        last_codes = codes_after_motion(self.source.lines[index][0], self.dialect) if len(fit.pieces) > 1 else []
         for k, piece in enumerate(fit.pieces):
             cur = frame.numbers(self.q - (self._standing(trace) if k == 0 else frame.offset))
             split = len(fit.pieces) > 1

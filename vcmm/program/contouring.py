@@ -48,7 +48,7 @@ def record_contour(r: Recorder) -> Iterator[RecordedContour]:
         setattr(r, name, value)
 
 
-def beside(
+def offset_contour(
     moves: Sequence[Move], side: str | None, radius: float, style: Style, file: str, closed: bool = False
 ) -> list[Move]:
     """Return the contour as the path of the tool centre, without ways in and out. closed: it begins and ends at a corner of its own."""

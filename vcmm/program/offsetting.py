@@ -47,7 +47,7 @@ def minus(a: Vec, b: Vec) -> Vec:
     return a[0] - b[0], a[1] - b[1]
 
 
-def along(a: Vec, direction: Vec, by: float) -> Vec:
+def moved_along(a: Vec, direction: Vec, by: float) -> Vec:
     return a[0] + by * direction[0], a[1] + by * direction[1]
 
 
@@ -79,9 +79,9 @@ def tangent(piece: ContourPiece, at: Vec) -> Vec:
     )
 
 
-def beside(piece: ContourPiece, at: Vec, h: float) -> Vec:
+def parallel_point(piece: ContourPiece, at: Vec, h: float) -> Vec:
     """Return the point of the parallel curve that belongs to the start or end `at`."""
-    return along(at, left_normal(tangent(piece, at)), h)
+    return moved_along(at, left_normal(tangent(piece, at)), h)
 
 
 def parallel_radius(piece: ContourPiece, h: float) -> float:
@@ -103,7 +103,7 @@ def corner(a: ContourPiece, b: ContourPiece, h: float, rounding: str) -> Joint:
     a change of direction of 90 deg, beyond it one line across, h beyond each perpendicular).
     """
     turn = turn_between(a, b)
-    ends = beside(a, a.end, h), beside(b, b.start, h)
+    ends = parallel_point(a, a.end, h), parallel_point(b, b.start, h)
     if _smooth(a, b, h, turn):
         middle = 0.5 * (ends[0][0] + ends[1][0]), 0.5 * (ends[0][1] + ends[1][1])
         return Joint(middle, middle, turn=turn)
@@ -118,7 +118,7 @@ def corner(a: ContourPiece, b: ContourPiece, h: float, rounding: str) -> Joint:
 def _inside_point(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> Vec:
     """Return the meeting point of the parallel curves. Tangents that differ by rounding alone need not meet at all, or meet far away, where one
     piece is an arc: then the point between their ends serves, which is within ROUNDED of both."""
-    first, second = beside(a, a.end, h), beside(b, b.start, h)
+    first, second = parallel_point(a, a.end, h), parallel_point(b, b.start, h)
     middle = 0.5 * (first[0] + second[0]), 0.5 * (first[1] + second[1])
     rounded = _beside_both(a, b, h, turn) < CORNER_TOLERANCE
     try:
@@ -162,9 +162,9 @@ def _square_corner(a: ContourPiece, b: ContourPiece, h: float, ends: tuple[Vec, 
     before, after = tangent(a, a.end), tangent(b, b.start)
     if abs(turn) <= math.pi / 2 + 1e-12:
         reach = abs(h) * math.tan(abs(turn) / 2)
-        via: tuple[Vec, ...] = (along(ends[0], before, reach),)
+        via: tuple[Vec, ...] = (moved_along(ends[0], before, reach),)
     else:
-        via = (along(ends[0], before, abs(h)), along(ends[1], after, -abs(h)))
+        via = (moved_along(ends[0], before, abs(h)), moved_along(ends[1], after, -abs(h)))
     end, start = ends
     if a.centre is None:  # a line simply runs on to the first corner
         end, via = via[0], via[1:]
@@ -196,13 +196,13 @@ def _meeting(a: ContourPiece, b: ContourPiece, h: float) -> Vec:
 def _line_circle(line: ContourPiece, arc: ContourPiece, h: float) -> list[Vec]:
     assert arc.centre is not None
     direction = tangent(line, line.start)
-    foot = along(line.start, left_normal(direction), h)
-    middle = along(foot, direction, dot(minus(arc.centre, foot), direction))
+    foot = moved_along(line.start, left_normal(direction), h)
+    middle = moved_along(foot, direction, dot(minus(arc.centre, foot), direction))
     left_over = parallel_radius(arc, h) ** 2 - math.dist(middle, arc.centre) ** 2
     if left_over < 0:
         return []
     half = math.sqrt(left_over)
-    return [along(middle, direction, half), along(middle, direction, -half)]
+    return [moved_along(middle, direction, half), moved_along(middle, direction, -half)]
 
 
 def _circle_circle(a: ContourPiece, b: ContourPiece, h: float) -> list[Vec]:
@@ -217,8 +217,8 @@ def _circle_circle(a: ContourPiece, b: ContourPiece, h: float) -> list[Vec]:
     if left_over < 0:
         return []
     direction = unit(minus(b.centre, a.centre))
-    foot, half = along(a.centre, direction, reach), math.sqrt(left_over)
-    return [along(foot, left_normal(direction), half), along(foot, left_normal(direction), -half)]
+    foot, half = moved_along(a.centre, direction, reach), math.sqrt(left_over)
+    return [moved_along(foot, left_normal(direction), half), moved_along(foot, left_normal(direction), -half)]
 
 
 def trimmed_sweep(piece: ContourPiece, start: Vec, end: Vec) -> float:

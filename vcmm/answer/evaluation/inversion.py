@@ -29,9 +29,9 @@ from vcmm.answer.evaluation.pairs import (
     Drawing,
     Largest,
     Pairs,
+    concatenate_pairs,
     families,
     prepare_drawing,
-    together,
 )
 from vcmm.answer.evaluation.truth import Limits, Statement
 from vcmm.core.run import Array
@@ -319,7 +319,7 @@ class DrawnParts:
         """Return parts whose forms are all `ratio` times the noise."""
         seed = self.settings.seed + 3 + FIXED_RATIOS.index(ratio)
         drawn = self._families(f"form {ratio:g}", self.count // len(KNOWN), seed, ratio=ratio)
-        return [together(of_share) for of_share in drawn]
+        return [concatenate_pairs(of_share) for of_share in drawn]
 
     def is_possible(self, ratio: float, i: int, rest: float) -> bool:
         """Return whether parts whose form is so many times the noise leave residuals as small as the measured ones (root mean square, mm) more often

@@ -15,13 +15,13 @@ from zlib import crc32
 import numpy as np
 
 from vcmm.answer.evaluation.bound_shares import FULL, Share, at_share, possible_shares, split
-from vcmm.answer.evaluation.dense import surface_model
 from vcmm.answer.evaluation.exact import draw_inputs
 from vcmm.answer.evaluation.form_family import FAMILIES, KNOWN, Ground, left_over, motions
 from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.answer.evaluation.montecarlo import simulate
 from vcmm.answer.evaluation.sampling import multiplying
 from vcmm.answer.evaluation.submodel import displace, narrow_model
+from vcmm.answer.evaluation.true_values import surface_model
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
@@ -253,10 +253,10 @@ def both(
     drawing: Drawing, count: int, seed: int, most: Largest = Largest(), ratio: float | None = None
 ) -> Pairs:
     """Return parts of the families that the inverse knows, equal numbers of each."""
-    return together(families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)[0])
+    return concatenate_pairs(families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)[0])
 
 
-def together(drawn: Sequence[Pairs]) -> Pairs:
+def concatenate_pairs(drawn: Sequence[Pairs]) -> Pairs:
     """Join parts one after the other."""
     return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
 

@@ -77,7 +77,7 @@ class WidenedLaw:
 def widen(law: Linear | Summary | WidenedLaw, sizes: Array) -> WidenedLaw:
     """Return the law with sizes (m,) added to either side."""
     if isinstance(law, WidenedLaw):
-        return WidenedLaw(law.x, law.below, together([law.sizes, sizes]))
+        return WidenedLaw(law.x, law.below, sum_with_random_signs([law.sizes, sizes]))
     if isinstance(law, Summary):
         return WidenedLaw(law.grid, law.below, np.asarray(sizes, float))
     if law.scale == 0.0:
@@ -94,7 +94,7 @@ def _table(law: Linear) -> tuple[Array, Array]:
     return x, np.maximum.accumulate(law.cdf(x))
 
 
-def together(sizes: list[Array], seed: int = 0) -> Array:
+def sum_with_random_signs(sizes: list[Array], seed: int = 0) -> Array:
     """Return sizes (m,) of a sum of independent parts, each of either sign: every feature has its own draw."""
     rng = np.random.default_rng(seed)
     most = max(len(s) for s in sizes)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.belts import Reading, UnitedInverse, coverage, there
+from vcmm.answer.evaluation.belts import Reading, UnitedInverse, coverage, parts_with_element
 from vcmm.answer.evaluation.exact import draw_inputs, exact_values
 from vcmm.answer.evaluation.form_family import OTHER
 from vcmm.answer.evaluation.indication import at_indication
@@ -157,7 +157,7 @@ def audit_task(
     exact: list[Piece] = blocks_of(parts, BLOCK) if additive else []
     kinds: list[Piece] = [(number, 0) for number in range(len(RATIOS) + 2)] if extreme else []
     door: list[Piece] = [BY_POINTS] if scenario is not None and not why_not_by_points(scenario) else []
-    blocks = (sharing or Sharing()).all_of(
+    blocks = (sharing or Sharing()).map_items(
         key,
         piece,
         CountingJob(prepared, parts, scenario),
@@ -243,7 +243,7 @@ def _count_held(
     if isinstance(inverse, CountedInverse):
         best = beside_oracle(inversion, i, drawn) if kind == PRIOR else None
         share, width = coverage(inverse.inverse, k, drawn, p), _width(inverse.inverse, k, drawn, p)
-        parts = len(there(k, drawn)[0])
+        parts = len(parts_with_element(k, drawn)[0])
     why = inverse.shortfall(p)
     least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
     return AuditResult(
@@ -271,7 +271,7 @@ def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths
 
 
 def _width(inverse: Reading, k: int, drawn: Pairs, p: float) -> float:
-    _, indicated, rest = there(k, drawn)
+    _, indicated, rest = parts_with_element(k, drawn)
     low, high = inverse.interval(p, indicated, rest)
     return float((high - low).mean())
 

@@ -26,10 +26,10 @@ from statistics import NormalDist
 
 import numpy as np
 
-from vcmm.answer.evaluation.dense import all_over
 from vcmm.answer.evaluation.form_family import ALONG, AROUND, Ground, Ints, motions
 from vcmm.answer.evaluation.linear import LinearModel
 from vcmm.answer.evaluation.pairs import LEAST, MOST
+from vcmm.answer.evaluation.true_values import all_over
 from vcmm.answer.evaluation.truth import MORE_MISSES
 from vcmm.answer.inference.noises import STATED, Noises, Rung, noises_of
 from vcmm.core.run import Array

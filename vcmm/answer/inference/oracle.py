@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.answer.evaluation.belts import Reading, sorted_by_roughness, there
+from vcmm.answer.evaluation.belts import Reading, parts_with_element, sorted_by_roughness
 from vcmm.answer.evaluation.pairs import Pairs
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
@@ -48,11 +48,11 @@ def lengths(
     """Return the lengths. c: characteristic in column k; families: parts per family from which belts and oracle are made; drawn: others, to count."""
     widths = []
     for family, mine, fresh in zip(inverse.families, families, drawn):
-        true, indicated, rest = there(k, fresh)
+        true, indicated, rest = parts_with_element(k, fresh)
         kinds = [
             reading.interval(p, indicated, rest)
             if reading
-            else oracle(c, there(k, mine), (indicated, rest), p)
+            else oracle(c, parts_with_element(k, mine), (indicated, rest), p)
             for reading in (inverse, family, None)
         ]
         widths.append(

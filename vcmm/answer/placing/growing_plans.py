@@ -10,7 +10,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from vcmm.answer.placing.candidates import TouchProblem, nearest
-from vcmm.answer.placing.design import Design, TouchCandidates, best_candidate, exchange_touches, least
+from vcmm.answer.placing.design import (
+    Design,
+    TouchCandidates,
+    best_candidate,
+    exchange_touches,
+    fewest_touches,
+)
 from vcmm.answer.placing.plan_goal import PlanGoal
 from vcmm.core.blocks import Progress
 from vcmm.core.errors import ModelLimit, UsageError
@@ -42,7 +48,7 @@ def growing(
 ) -> list[Design]:
     """Return designs of growing number, each exchanged."""
     c = problem.candidates
-    design = _settle(problem, goal, Design(c, goal.target, least(c)))
+    design = _settle(problem, goal, Design(c, goal.target, fewest_touches(c)))
     best = {design.n: design.copy()}
     fixed = change_s * (len(set(problem.styli.values())) - 1)
     spent = fixed + _touching(design)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.answer.placing.candidates import TouchProblem, accessible, nearest, problem_of, spots
-from vcmm.answer.placing.design import CRITERIA, Design, exchange_touches, least
+from vcmm.answer.placing.design import CRITERIA, Design, exchange_touches, fewest_touches
 from vcmm.answer.placing.growing_plans import MOST, growing, standard_points
 from vcmm.answer.placing.motions import motions_of
 from vcmm.answer.placing.plan_goal import PlanGoal, goal_of
@@ -206,7 +206,7 @@ def _styli(
         problem = problem_of(scenario, styli, spots(scenario, styli), forms)
         goal = goal_of(problem, weights, criterion, 0, plain=True)
         design = exchange_touches(
-            Design(problem.candidates, goal.target, least(problem.candidates, 3)), passes=1
+            Design(problem.candidates, goal.target, fewest_touches(problem.candidates, 3)), passes=1
         )
         changes = len(set(styli.values())) - 1
         touching = sum(problem.candidates.seconds[f] * n for f, n in enumerate(design.per_feature().values()))
@@ -246,7 +246,7 @@ def _present(problem: TouchProblem, goal: PlanGoal, scenario: Scenario, change_s
     try:
         design = Design(problem.candidates, goal.target, counts)
     except ModelLimit:  # the present plan cannot be carried out here
-        design = Design(problem.candidates, goal.target, least(problem.candidates))
+        design = Design(problem.candidates, goal.target, fewest_touches(problem.candidates))
     return _point(problem, goal, design, change_s, 0)[0]
 
 

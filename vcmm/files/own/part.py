@@ -37,7 +37,7 @@ from vcmm.files.schema import (
     Mass,
     Table,
     checked_model,
-    whole,
+    is_complete,
 )
 from vcmm.files.toml import Document, Location
 from vcmm.part.form import Lobes
@@ -133,7 +133,7 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     )
     drawing = _Drawing(features, model.characteristics if model else [], general or GeneralTolerances())
     for i, item in enumerate(model.characteristics if model else ()):
-        if not whole(item, data["characteristics"][i]):
+        if not is_complete(item, data["characteristics"][i]):
             continue
         here = (*at, "characteristics", i)
         c = problems.attempt(here, lambda item=item: _characteristic(item, drawing))  # type: ignore[misc]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from vcmm.program.contouring import beside, flat, is_closed, pieces, reverse
+from vcmm.program.contouring import flat, is_closed, offset_contour, pieces, reverse
 from vcmm.program.cycle_tables import Cycle, cycle
 from vcmm.program.drilling import depths_of
 from vcmm.program.heidenhain.areas import Contours, drill_pilots, entry_height, finish_floor, rough_out
@@ -70,7 +70,7 @@ def _follow(c: MachiningCycle, path: list[Move], side: str | None) -> None:
     """One contour in its infeeds."""
     closed = is_closed(path)
     left = c.mm("Q14") if c.number == "24" else c.mm("Q3")
-    made = beside(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)
+    made = offset_contour(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)
     sense = round(c.plain("Q9" if c.number == "24" else "Q15", 1.0))
     if side is not None and sense == (-1 if side == "left" else 1):
         made = reverse(made)

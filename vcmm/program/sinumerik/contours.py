@@ -8,7 +8,7 @@ ways between depths at FF3; hundreds 0: up to RTP between depths, 1: to RFP + SD
 from __future__ import annotations
 
 from vcmm.program.clearing import PathPiece
-from vcmm.program.contouring import Flat, beside, flat, pieces, tangent
+from vcmm.program.contouring import Flat, flat, offset_contour, pieces, tangent
 from vcmm.program.cutter import equal_depths
 from vcmm.program.cycle_tables import Values
 from vcmm.program.expressions import evaluate
@@ -35,7 +35,7 @@ def mill_contour(m: MillingCall, v: Values) -> None:
     rough = v.number("VARI") % 10 == 1
     side, side_of = SIDES.get(v.number("RL")), v.number("RL")
     tool = c.radius("CYCLE72")
-    path = beside(moves[1:], side, tool + (v["FAL"] if rough else 0.0), SINUMERIK, r.file)
+    path = offset_contour(moves[1:], side, tool + (v["FAL"] if rough else 0.0), SINUMERIK, r.file)
     m.note(
         "how far approach and retraction begin",
         "LP1 and LP2 from the edge of the tool (line), radius of the path of its centre (arc)",

@@ -130,7 +130,7 @@ def sparser(dexels: Dexels, every: int) -> Dexels:
     return Dexels(dexels.low, dexels.low + nodes * size, size, nodes, (x, y, z))
 
 
-def inside(dexels: Dexels) -> Array:
+def nodes_in_material(dexels: Dexels) -> Array:
     """Return which nodes (nx, ny, nz) lie in material, by the rays along Z."""
     z = (np.arange(dexels.nodes[2]) + 0.5) * dexels.cell[2]
     is_inside = np.zeros(tuple(dexels.nodes), bool)
@@ -142,7 +142,7 @@ def inside(dexels: Dexels) -> Array:
 
 def surface(dexels: Dexels) -> tuple[Array, Array]:
     """Return the closed surface as vertices (v, 3) and triangles (f, 3), outward."""
-    solid = np.pad(inside(dexels), 1)
+    solid = np.pad(nodes_in_material(dexels), 1)
     total, number = np.zeros((*(s - 1 for s in solid.shape), 3)), np.zeros([s - 1 for s in solid.shape])
     quads = []
     for axis in range(3):

@@ -17,6 +17,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.shop.cutting.envelope import CutSurface
 from vcmm.shop.machining.contact_path import surface_at, tool_side
+from vcmm.shop.machining.cut_world import Cutting
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.grooves import grooves_of
 from vcmm.shop.machining.inspection import cut_points, measuring_world, unseen, with_uncut
@@ -26,7 +27,6 @@ from vcmm.shop.machining.process import GOUGE, PreparedCut
 from vcmm.shop.machining.recut import Recut, recut
 from vcmm.shop.machining.result import CutResult, batch, extremes, shares_by_group
 from vcmm.shop.machining.threads import threads_of
-from vcmm.shop.machining.world import Cutting
 from vcmm.task.measuring.cut_scenario import IDEAL, SAME, CutScenario
 from vcmm.task.measuring.task import Task
 

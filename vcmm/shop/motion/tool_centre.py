@@ -27,7 +27,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.program.moves import Move, Point, Posture, Remark
-from vcmm.program.sensible import lacking, without_axis
+from vcmm.program.sensible import missing_axis_fault, without_axis
 from vcmm.shop.motion.led_path import led_path, swept_angle
 from vcmm.shop.motion.polar import polar_samples
 from vcmm.shop.motion.posture import rotary_position, swept_angles
@@ -39,7 +39,7 @@ def check_axes(moves: Sequence[Move], machine: Machine, name: str) -> None:
     lacking_axis = without_axis(moves, machine.axes)
     if lacking_axis is not None:
         move, axis = lacking_axis
-        raise UsageError(f"{name}:{move.source.line}: {lacking(machine.axes, axis)}")
+        raise UsageError(f"{name}:{move.source.line}: {missing_axis_fault(machine.axes, axis)}")
 
 
 CHORD = 1e-5  # mm by which the axes may leave the led path between two points

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, plain, plain_label
+from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, plain_label, set_labels
 from vcmm.show.charts.inline import HINT
 from vcmm.show.report.palette import LIGHT
 from vcmm.show.report.text import DASH, align_decimals, number, shorten, text_width
@@ -112,7 +112,7 @@ def bars(
     drawn.set_xlim(low - before * reach, low + (1.0 - before) * reach)
     kind = {"square": ", share of u²", "linear": ", share", "none": ""}[share]
     drawn.axvline(0.0, color=LIGHT["rule"], linewidth=0.8)
-    plain(drawn, title, label or f"{unit}{kind}", "", grid="x")
+    set_labels(drawn, title, label or f"{unit}{kind}", "", grid="x")
     return carrying(drawn, chart="bars", unit=unit, names=names, values=values, total=total)
 
 

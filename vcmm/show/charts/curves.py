@@ -19,8 +19,8 @@ from vcmm.show.charts.canvas import (
     as_data,
     canvas,
     carrying,
-    plain,
     plain_label,
+    set_labels,
 )
 from vcmm.show.report.palette import LIGHT, SERIES
 from vcmm.show.report.text import unit_word
@@ -95,7 +95,7 @@ def curve(
         for line in series
     ]
     drawn = carrying(drawn, chart="curve", x_label=x_label, y_label=y_label, series=numbers)
-    return plain(add_legend(drawn), title, x_label, y_label)
+    return set_labels(add_legend(drawn), title, x_label, y_label)
 
 
 def _draw(drawn: Axes, data: tuple[Array, ...], plot_series: PlotSeries, colour: str) -> None:

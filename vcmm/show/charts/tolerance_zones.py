@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.show.charts.canvas import ChartSheet, add_legend, canvas, carrying, plain
+from vcmm.show.charts.canvas import ChartSheet, add_legend, canvas, carrying, set_labels
 from vcmm.show.report.palette import LIGHT
 from vcmm.show.report.text import number
 
@@ -36,7 +36,7 @@ def flatness_zone(
         drawn.axhline(level, color=LIGHT["c2"], linewidth=1.0, linestyle="--", label=name)
     drawn.plot(x, y, "o", color=LIGHT["c1"], markersize=4, label="points")
     drawn.margins(x=0.04, y=0.12)
-    plain(
+    set_labels(
         add_legend(drawn),
         f"{title}\nThe points take {number(high - low, 3)} µm.",
         "along the longer side / mm",
@@ -78,7 +78,7 @@ def position_zone(
     drawn.set_ylim(-reach, reach)
     drawn.set_aspect("equal")
     paid = f" less {number(paid_um, 3)} µm paid by the size" if paid_um > 0 else ""
-    plain(add_legend(drawn), f"{title}\n⌀ {number(whole, 3)} µm{paid}: {number(value, 3)} µm.", "off / µm", "off / µm")  # fmt: skip
+    set_labels(add_legend(drawn), f"{title}\n⌀ {number(whole, 3)} µm{paid}: {number(value, 3)} µm.", "off / µm", "off / µm")  # fmt: skip
     return carrying(
         drawn, chart="position", unit="µm", value=value, circle=whole, zone=zone_um, paid=paid_um, off=off
     )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from vcmm.show.charts.bars import ROW, in_two_lines
-from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, plain, plain_label
+from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, plain_label, set_labels
 from vcmm.show.report.palette import LIGHT
 from vcmm.show.report.text import number
 
@@ -60,7 +60,7 @@ def waterfall(
     drawn.set_yticks(range(len(names)), [plain_label(n) for n in names])
     drawn.set_ylim(len(names) - 0.4, -0.6)
     drawn.set_xlim(0.0, 1.22 * max([total, *(h for _, _, h, _ in steps)], default=1.0) or 1.0)
-    plain(drawn, title, f"standard uncertainty, added in quadrature / {unit}", "", grid="x")
+    set_labels(drawn, title, f"standard uncertainty, added in quadrature / {unit}", "", grid="x")
     return carrying(
         drawn, chart="waterfall", unit=unit, names=[n for n, *_ in steps], values=[u for *_, u in steps],
         ends=[h for _, _, h, _ in steps], total=total,

@@ -16,11 +16,11 @@ from vcmm.show.charts.canvas import (
     add_legend,
     canvas,
     carrying,
-    plain,
     plain_label,
+    set_labels,
 )
 from vcmm.show.report.palette import LIGHT
-from vcmm.show.report.text import plain as as_given
+from vcmm.show.report.text import as_written as as_given
 from vcmm.show.report.text import with_uncertainty
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def zones(
         verdict = f"{decision_text}{_where(span, limits, of) if span else _in_zone(value, parts)}"
     _ticks(drawn, limits, ends)
     drawn.set_yticks([])
-    plain(
+    set_labels(
         add_legend(drawn),
         f"{title}\n{verdict}",
         f"{'limits' if len(limits) == 2 else 'limit'} / {unit}",

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vcmm.show.report.text import DASH, MINUS, escape, plain
+from vcmm.show.report.text import DASH, MINUS, as_written, escape
 from vcmm.show.report.trade_words import contributor, what_to_change
 
 Kind = Literal["good", "warning", "bad", "muted"]
@@ -99,7 +99,7 @@ def answer_of(c: Any) -> AnswerLine:
     is_known = owner is not None and c.u * SMALL[c.unit][1] >= LEAST_U and owner.share > LEAST_SHOWN
     return AnswerLine(
         c.name, result, coverage=coverage, limits=limits_text(c), verdict=verdict, kind=STATE.get(verdict.split(",")[0], "muted"),
-        because=f"{contributor(owner)}, {whole(owner.share)} of\u00a0u²" if is_known else "",
+        because=f"{contributor(owner)}, {percent_text(owner.share)} of\u00a0u²" if is_known else "",
         change=_what_helps(c, owner) if is_known else "",
         link=f"{c.name} ({c.type})",
         numbers={
@@ -129,7 +129,7 @@ def how_far_outside(c: Any) -> float:
     return float(max(low - c.value, c.value - high, 0.0))
 
 
-def whole(share: float) -> str:
+def percent_text(share: float) -> str:
     """Return 95 %, with a space that no line breaks at (ISO 80000-1)."""
     return f"{100 * share:.0f}\u00a0%"
 
@@ -146,7 +146,7 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
     expanded, k = c.stated
     value, interval_text = value_and_U(c.value, expanded, c.unit, small=c.nominal == 0)
     if not math.isfinite(expanded):
-        return f"{value}, U unbounded", f"p = {whole(c.p)}"
+        return f"{value}, U unbounded", f"p = {percent_text(c.p)}"
     if is_about_value(c):
         factor = (
             "known bias in U, "
@@ -155,12 +155,12 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
             if math.isfinite(k) and expanded * SMALL[c.unit][1] >= LEAST_U
             else ""
         )
-        return f"{value} ± {interval_text}", f"{factor}p = {whole(c.p)}"
+        return f"{value} ± {interval_text}", f"{factor}p = {percent_text(c.p)}"
     word, scale = SMALL[c.unit]
     digits = places_of(expanded * scale)
     ends = [f"{(x - c.nominal) * scale + 0.0:.{digits}f}".replace("-", MINUS) for x in c.interval]
     from_nominal = "" if c.nominal == 0 else " from nominal"
-    return f"{value}, U = {interval_text}", f"p = {whole(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}"
+    return f"{value}, U = {interval_text}", f"p = {percent_text(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}"
 
 
 def is_about_value(c: Any) -> bool:
@@ -176,12 +176,12 @@ def limits_text(c: Any) -> str:
     low, high = c.tolerance
     word, scale = SMALL[c.unit]
     if c.nominal == 0 and not (math.isfinite(low) and low != 0):
-        return f"at most {plain(high * scale)} {word}"
+        return f"at most {as_written(high * scale)} {word}"
     turn, name = (1.0, " mm") if c.unit == "mm" else (180.0 / math.pi, "°")
     if not math.isfinite(low):
-        return f"at most {plain(high * turn)}{name}"
+        return f"at most {as_written(high * turn)}{name}"
     if not math.isfinite(high):
-        return f"at least {plain(low * turn)}{name}"
+        return f"at least {as_written(low * turn)}{name}"
     both = [f"{round(x * turn, 6) + 0.0:.10g}" for x in (low, high)]
     places = max(len(x.partition(".")[2]) for x in both)
     return f"{low * turn + 0.0:.{places}f} … {high * turn + 0.0:.{places}f}{name}".replace("-", MINUS)

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from vcmm.core.units import plain
+from vcmm.core.units import significant_text
 from vcmm.show.tables.table import SMALL, Unit, Writing, written_out
 
 DASH = "–"
@@ -138,7 +138,7 @@ def value_text(value: tuple[float, float] | None, unit: str) -> str:
     if value is None:
         return "not found"
     if value[1] is None or not value[1] > 0:
-        return f"{plain(value[0])} {unit}".rstrip()
+        return f"{significant_text(value[0])} {unit}".rstrip()
     u = float(f"{value[1]:.2g}")
     digits = max(0, 1 - int(f"{u:e}".split("e")[1]))
     return f"{value[0]:.{digits}f} ± {u:.{digits}f} {'' if unit == '1' else unit}".rstrip()
