@@ -1,7 +1,8 @@
 """Drilling cycles: each hole is shifted by the correction at its own place; R and the depth move together.
 
 X and Y take the mean of the corrections at the clearance height and at the bottom (a hole stays straight), R and Z that at
-the bottom, so that depth and number of pecks stay; where the way out is cut too (G85, G89), R takes its own. Repeats (L, K) in increments are written out where holes differ.
+the bottom, so that depth and number of pecks stay; where the way out is cut too (G85, G89), R takes its own. Repeats (L, K)
+in increments are written out where holes differ.
 """
 
 from __future__ import annotations

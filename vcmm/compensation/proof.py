@@ -215,9 +215,11 @@ def compare_comments(old: str, new: str, mark: Sequence[str], semicolon: bool = 
 
 
 def block_rate(moves: Sequence[Move], shortest: float = 1e-3) -> tuple[float, int]:
-    """Return the largest number of blocks per second at the programmed feed, and the line. Moves that radius compensation adds at a
-    corner belong to the
-    same block: on a contour that is tangential but for the last digit, an arc of a micrometre."""
+    """Return the largest number of blocks per second at the programmed feed, and the line.
+
+    Moves that radius compensation adds at a corner belong to the same block: on a contour that is tangential but for the last
+    digit, an arc of a micrometre.
+    """
     best, line = 0.0, 0
     for _, group in groupby(
         enumerate(moves),

@@ -280,9 +280,11 @@ def _half_waves(m: int, n: int, flat: bool) -> str:
 def _shape(
     words: str, weight: Array, waves: tuple[Array, Array], seeing: Array, met: Mapping[int, Array]
 ) -> Shape:
-    """Return a shape. waves: their residuals after the fit at the points (n, c), and all over (N, c); seeing (d, n): residuals to
-    independent numbers;
-    met: change of each characteristic by each wave (c,)."""
+    """Return a shape.
+
+    waves: their residuals after the fit at the points (n, c), and all over (N, c). seeing (d, n): residuals to independent
+    numbers. met: change of each characteristic by each wave (c,).
+    """
     used = weight > 0
     left, whole = (w[:, used] * weight[used] for w in waves)
     size = np.sqrt((whole**2).sum() / len(whole))

@@ -89,9 +89,9 @@ class Noises:
         ]
 
     def whitening(self, rung: Rung) -> tuple[Array, float]:
-        """Return the matrix that turns amounts of the waves in the residuals into independent numbers of variance 1, and the noise of a
-        point, root mean
-        square, mm.
+        """Return the matrix that turns amounts of the waves in the residuals into independent numbers of variance 1.
+
+        Second: the noise of a point, root mean square, mm.
         """
         if rung not in self._whitenings:
             self._whitenings[rung] = self._whitening(rung)

@@ -54,7 +54,7 @@ def sweep(
 
 
 def pictures(scenario: Scenario, results: Mapping[str, Any]) -> list[str]:
-    """Return the result of `sweep`, one chart per unit."""
+    """Draw the result of `sweep`: one chart per unit, as SVG."""
     knob = next(k for k in knobs_of(scenario) if k.name == results["knob"])
     units = results["unit"]
     return [

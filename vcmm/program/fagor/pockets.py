@@ -4,7 +4,7 @@ Source: FAGOR, CNC 8055 Programming manual (M and EN models), 9.13 "G87. Rectang
 plane, I depth, D from the plane to the part, J K half of length and width (G88: J radius), J+ clockwise, B infeed (positive: equal ones, no larger;
 negative: as it is, the last the rest), C from ring to ring (3/4 of the diameter where it is left out), L left for a last way round at H, V feed of the infeed
 (half of F). From the centre outwards, at each depth; then to the centre and on. How the rings follow one another and the tangential way onto the
-last one are the control's own, and told.
+last one are the control's own (with a remark).
 """
 
 from __future__ import annotations

@@ -56,18 +56,18 @@ class ContourCycles:
 
 
 def along(c: MachiningCycle, contours: SidedContours) -> None:
-    """24 and 25: each contour in its infeeds."""
+    """Mill each contour in its infeeds (cycles 24, 25)."""
     for path, side in contours:
         _follow(c, path, side)
 
 
 def over(clear: Callable[[MachiningCycle, Contours], None]) -> ContourPrimitive:
-    """21 to 23: what lies between the contours, which all have a side."""
+    """Return the cycle that clears what lies between the contours, which all have a side (cycles 21 to 23)."""
     return lambda c, contours: clear(c, [(path, side or "left") for path, side in contours])
 
 
 def _follow(c: MachiningCycle, path: list[Move], side: str | None) -> None:
-    """One contour in its infeeds."""
+    """Mill one contour in its infeeds."""
     closed = is_closed(path)
     left = c.mm("Q14") if c.number == "24" else c.mm("Q3")
     made = offset_contour(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)

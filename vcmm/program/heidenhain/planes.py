@@ -74,7 +74,7 @@ def _home(frames: KlartextFrames, kind: str) -> None:
 
 
 def _positioning(frames: KlartextFrames, reader: KlartextReader) -> Positioning:
-    """MOVE DIST50, TURN, STAY; F; SEQ+ SEQ-, SYM+ SYM-; TABLE ROT, COORD ROT; MB."""
+    """Read how the axes go into the plane: MOVE DIST50, TURN, STAY; F; SEQ+ SEQ-, SYM+ SYM-; TABLE ROT, COORD ROT; MB."""
     kind, posture, table = "", None, False
     while not reader.is_done:
         word, place = reader.upper(), reader.column

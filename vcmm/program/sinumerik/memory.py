@@ -1,7 +1,7 @@
 """State of a Sinumerik program: R parameters, variables of all types, arrays, system variables.
 
 Source: Siemens, SINUMERIK 840D sl / 828D, Programming Manual Job Planning, "Flexible NC programming"; List Manual System Variables.
-What only the machine or the caller knows (machine data, inputs, global user data) is taken as zero, and told.
+What only the machine or the caller knows (machine data, inputs, global user data) is taken as zero, with a remark.
 """
 
 from __future__ import annotations

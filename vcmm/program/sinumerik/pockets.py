@@ -5,7 +5,7 @@ rapid (a pocket that is drilled before), 1 straight down at FFD, 2 on a helix of
 depth, from the side of the first axis; 3 to and fro along the pocket at an angle RAD1 at most, how long each way is the control works out.
 
 Source: Siemens, SINUMERIK 840D/840Di/810D, Programming Guide Cycles (PGZ), "Milling rectangular pockets", "Milling circular pockets". What it
-leaves to the control is told.
+leaves to the control is done with a remark.
 """
 
 from __future__ import annotations
