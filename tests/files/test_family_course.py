@@ -52,7 +52,7 @@ def test_a_play_by_two_names_is_one_course():
         for k, (name, gap) in enumerate(gaps)
     ]
     (course,) = changes(records)
-    assert (course.name, course.parameter, course.occurrences, course.of) == (
+    assert (course.name, course.parameter, course.occurrences, course.recordings_total) == (
         "play Y",
         "size in the middle",
         4,

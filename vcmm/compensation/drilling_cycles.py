@@ -13,7 +13,7 @@ import numpy as np
 
 from vcmm.compensation.fitting import BlockFit, BlockPiece
 from vcmm.compensation.frame import BlockFrame, frame_of
-from vcmm.compensation.numbers import HOLD, SAME, nearest, value_of
+from vcmm.compensation.numbers import HOLD, SAME_INCREMENT_SHARE, nearest, value_of
 from vcmm.compensation.source import Edit, apply_edits, at_line
 from vcmm.compensation.writer import Writer
 from vcmm.core.errors import DataError
@@ -94,7 +94,7 @@ def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit 
     off = writer.q - frame.offset - np.array(first.contour.end) - mean
     off[normal] = (down - float(shift)) / float(frame.scale[1])
     near = max(HOLD * writer.step(frame.inch), writer.slack * float(frame.scale[1]))
-    off[np.abs(off) * float(frame.scale[1]) > near + SAME * writer.step(frame.inch)] = (
+    off[np.abs(off) * float(frame.scale[1]) > near + SAME_INCREMENT_SHARE * writer.step(frame.inch)] = (
         0.0  # left off, not rounded
     )
     writer.rounding.append(off)

@@ -27,7 +27,7 @@ from vcmm.shop.cutting.contactmap import Ints
 CUTS = ("line", "arc", "thread")
 _COMMENT = re.compile(r"\([^()\r\n]*\)|;[^\r\n]*")
 _SEMICOLON = re.compile(r";[^\r\n]*")
-SPACING, MOST = 2.0, 200
+SPACING, MOST_MOVE_PARTS = 2.0, 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ def walk(moves: Sequence[Move]) -> Walk:
             continue
         length = length_of(m)
         parts = max(math.ceil(length / SPACING), math.ceil(abs(sweep_of(m)) / 0.1), 2 if length > 0.5 else 1)
-        s = np.linspace(0.0, 1.0, min(parts, MOST) + 1)
+        s = np.linspace(0.0, 1.0, min(parts, MOST_MOVE_PARTS) + 1)
         which.append(np.full(len(s), i))
         share.append(s)
         tip.append(points(m, s))

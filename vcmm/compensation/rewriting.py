@@ -19,7 +19,7 @@ from vcmm.compensation.languages import writer_of
 from vcmm.compensation.refusals import codes_of
 from vcmm.compensation.source import SourceText, at_line
 from vcmm.compensation.targets import moves_of, targets
-from vcmm.compensation.writer import SHORT, Writer
+from vcmm.compensation.writer import CHAINED_BLOCK_MM, Writer
 from vcmm.core.errors import DataError
 from vcmm.core.machine import Machine
 from vcmm.program.dialects import Dialect
@@ -101,7 +101,7 @@ def _look_ahead(
         for m in (None if left is None else left.contour, following)
     )
     writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
-    writer.chain_ends = following is None or following.kind != "line" or length_of(following) > SHORT
+    writer.chain_ends = following is None or following.kind != "line" or length_of(following) > CHAINED_BLOCK_MM
     hole = next((t for t in (*traces[1:], then) if t is not None and t.cycle), None)
     writer.above = None
     if hole is not None and work.dialect.name in SEMICOLON and not traces[0].cycle:

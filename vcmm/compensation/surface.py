@@ -43,7 +43,7 @@ from vcmm.task.measuring.cut_scenario import CutScenario
 Bools = np.typing.NDArray[np.bool_]
 KNOT, MOST_KNOTS = 12.0, 24  # mm between knots of a line; of one move
 TURN = np.pi / 8  # between knots of an arc
-SMOOTH, SMALL = (
+CHANGE_WEIGHT, SIZE_WEIGHT = (
     0.03,
     1e-3,
 )  # weights of what changes along a move and of its size against a point that is measured: chosen
@@ -110,9 +110,9 @@ def _stiffness(moves: Sequence[Move], touched: Ints) -> Array:
     """Return the weight of a change along each move (n,): moves that cut a point may bend, a rapid across may lead anywhere, the rest
     stays straight."""
     out = np.full(len(moves), STIFF)
-    out[np.unique(touched)] = SMOOTH
+    out[np.unique(touched)] = CHANGE_WEIGHT
     across = [m.kind == "rapid" and m.start[:2] != m.end[:2] for m in moves]
-    out[np.array(across, dtype=bool)] = SMOOTH * SMALL
+    out[np.array(across, dtype=bool)] = CHANGE_WEIGHT * SIZE_WEIGHT
     return out
 
 
@@ -138,7 +138,7 @@ def _solve(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) -> 
     change = coo_matrix(
         (np.concatenate([-pull, pull]), (rows, np.concatenate([a.ravel(), b.ravel()]))), (a.size, 3 * unknown)
     )
-    small = coo_matrix((np.full(3 * unknown, SMALL), (np.arange(3 * unknown),) * 2))
+    small = coo_matrix((np.full(3 * unknown, SIZE_WEIGHT), (np.arange(3 * unknown),) * 2))
     whole = vstack([shows[counts], change, small], format="csc")
     right = np.concatenate([cuts.over[counts], np.zeros(whole.shape[0] - int(counts.sum()))])
     solution = spsolve((whole.T @ whole).tocsc(), whole.T @ right)

@@ -15,9 +15,9 @@ Vec = tuple[float, float]
 CORNER_TOLERANCE = (
     1e-5  # mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
 )
-FAR = 10.0  # times the width of such a corner: a meeting further away is none
-STILL = 1e-12  # mm: shorter is no motion in the plane
-TINY = 1e-10  # mm: corners whose rounding would be smaller than this are joined in one point
+MEETING_REACH_WIDTHS = 10.0  # times the width of such a corner: a meeting further away is none
+NO_MOTION_MM = 1e-12  # mm: shorter is no motion in the plane
+JOINED_CORNER_MM = 1e-10  # mm: corners whose rounding would be smaller than this are joined in one point
 
 
 class ContourPiece(NamedTuple):
@@ -127,7 +127,7 @@ def _inside_point(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> Ve
         if rounded:
             return middle
         raise
-    return middle if rounded and math.dist(point, middle) > FAR * abs(h * turn) else point
+    return middle if rounded and math.dist(point, middle) > MEETING_REACH_WIDTHS * abs(h * turn) else point
 
 
 def is_inside(a: ContourPiece, b: ContourPiece, h: float) -> bool:
@@ -145,12 +145,12 @@ def _curvature(piece: ContourPiece) -> float:
 
 
 def _smooth(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> bool:
-    """Return True where one shared point is within TINY of both parallel curves, so that neither arc nor cut is needed.
+    """Return True where one shared point is within JOINED_CORNER_MM of both parallel curves, so that neither arc nor cut is needed.
 
     The middle of two points |h turn| apart lies h turn^2 / 8 inside the rounding and (h turn / 2)^2 / (2 R) off a
     parallel arc of radius R.
     """
-    return _beside_both(a, b, h, turn) < TINY
+    return _beside_both(a, b, h, turn) < JOINED_CORNER_MM
 
 
 def _beside_both(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> float:
@@ -250,7 +250,7 @@ def sweep_of(start: Vec, end: Vec, centre: Vec, clockwise: bool, turns: int) -> 
 def planar(move: Move) -> bool:
     """Return True for a move with motion in its plane."""
     first, second, _ = PLANES[move.plane]
-    moved = math.hypot(move.end[first] - move.start[first], move.end[second] - move.start[second]) > STILL
+    moved = math.hypot(move.end[first] - move.start[first], move.end[second] - move.start[second]) > NO_MOTION_MM
     return move.kind == "arc" or (move.kind != "dwell" and moved)
 
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from vcmm.answer.evaluation import streams
 from vcmm.answer.evaluation.interval import Linear, check_interval
-from vcmm.answer.evaluation.summary import KINDS, Accumulator, Summary, summarise, tolerance
+from vcmm.answer.evaluation.summary import STATEMENT_KINDS, Accumulator, Summary, summarise, tolerance
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.laws import Array, Joint, Law, MultivariateNormal, MultivariateSamples, Normal, row_factor
 from vcmm.core.memory import keep_in_hand
@@ -291,7 +291,7 @@ def adaptive(
     crosses a power of ten and the bias of stopping early. `exact_u` reports u0 itself and does not test the
     sample's u: needed for t-laws with nu <= 4, whose sample u never settles. Stops at `most` trials with a warning.
     """
-    check_interval(p, kind, KINDS)
+    check_interval(p, kind, STATEMENT_KINDS)
     if exact_u and u0 is None:
         raise UsageError("adaptive: exact_u needs the closed-form u0.")
     size = max(batch, math.ceil(100 / (1 - p)))

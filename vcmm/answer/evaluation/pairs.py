@@ -35,7 +35,7 @@ SHOWN, GIVEN_UP = (
     20,
     4,
 )  # of the first parts, so many without an element are too many to look for the others one by one
-LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
+LEAST_FORM_RATIO, MOST_FORM_RATIO = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
 UNIT = 1e-4  # mm: takes the place of the noise where only a limit of it is known; forms then begin at 5 nm
 SMALLEST = 1e-7  # mm: no noise is taken for less
 FORMLESS = 0.1  # share of parts without form
@@ -53,8 +53,8 @@ class Largest:
     machine, or both over UNIT (`Drawing.unit`, `Drawing.away`).
     """
 
-    form: float = MOST
-    off: float = MOST
+    form: float = MOST_FORM_RATIO
+    off: float = MOST_FORM_RATIO
 
 
 @dataclass(frozen=True, eq=False)
@@ -362,7 +362,7 @@ def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | No
     """Sample the ratios (count, 1): evenly over the decades, some of them 0; or all the same."""
     if fixed is not None:
         return np.full((count, 1), fixed)
-    ratio = np.exp(rng.uniform(np.log(LEAST), np.log(most), (count, 1)))
+    ratio = np.exp(rng.uniform(np.log(LEAST_FORM_RATIO), np.log(most), (count, 1)))
     return np.where(rng.uniform(size=(count, 1)) < FORMLESS, 0.0, ratio)
 
 

@@ -46,7 +46,7 @@ from vcmm.task.measuring.settings import CORRECTED, Settings
 from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.task.response.influence import Influence
 
-NOTHING = 1e-9  # of U: rounding
+ROUNDING_SHARE_OF_U = 1e-9  # of U: rounding
 LEAST_NOTE = 1e-5  # mm or rad: below 10 nm the linear model is not worth a note
 PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share of the variance is sampled
 CURVATURE = (
@@ -377,7 +377,7 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
         text = f"{r.name}: {r.type} grows with noise and does not fall with it; "
         if r.why_not_shown:
             text += f"its coverage is not demonstrated: {r.why_not_shown}"
-        elif abs(r.bias) <= NOTHING * r.expanded:
+        elif abs(r.bias) <= ROUNDING_SHARE_OF_U * r.expanded:
             text += "no noise correction was applied"
         else:
             size = f"{abs(r.bias) * scale:.3g} {unit}"

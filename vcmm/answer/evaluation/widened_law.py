@@ -15,10 +15,10 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from vcmm.answer.evaluation.interval import Linear, check_interval
-from vcmm.answer.evaluation.summary import KINDS, Summary
+from vcmm.answer.evaluation.summary import STATEMENT_KINDS, Summary
 from vcmm.core.laws import Array
 
-FAR, TABLE = (
+REACH_SCALES, TABLE_PLACES = (
     60.0,
     1201,
 )  # scales on either side that the table reaches, closer together towards the middle; its places
@@ -59,7 +59,7 @@ class WidenedLaw:
 
     def interval(self, p: float = 0.95, kind: str = "symmetric") -> tuple[float, float]:
         """Return the coverage interval for probability p (JCGM 101, 7.7): symmetric, shortest, or upper = (-inf, y_p)."""
-        check_interval(p, kind, KINDS)
+        check_interval(p, kind, STATEMENT_KINDS)
         if kind == "upper":
             return -math.inf, self.quantile(p)
         if kind == "symmetric":
@@ -89,7 +89,7 @@ def widen(law: Linear | Summary | WidenedLaw, sizes: Array) -> WidenedLaw:
 @lru_cache(maxsize=64)
 def _table(law: Linear) -> tuple[Array, Array]:
     """Return places x (n,) and P(X <= x): one table for all parts that were measured by the same task."""
-    place = np.sinh(np.linspace(-1.0, 1.0, TABLE) * math.asinh(FAR * 20.0)) / 20.0
+    place = np.sinh(np.linspace(-1.0, 1.0, TABLE_PLACES) * math.asinh(REACH_SCALES * 20.0)) / 20.0
     x = law.mean + law.scale * place
     return x, np.maximum.accumulate(law.cdf(x))
 

@@ -21,8 +21,8 @@ from vcmm.answer.evaluation.exact import draw_inputs, exact_values
 from vcmm.answer.evaluation.form_family import OTHER
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.inversion import (
-    LEAST,
-    LEAST_OTHER,
+    LEAST_COVERAGE,
+    LEAST_OTHER_COVERAGE,
     CountedInverse,
     Inversion,
     NoInverse,
@@ -228,7 +228,7 @@ def _by_points(result: CharacteristicResult, held_by_points: HeldByPoints) -> Au
     )
     return AuditResult(
         name=result.name, unit=result.unit, kind=held_by_points.kind, target=p, attained=held_by_points.covering / max(counted, 1),
-        parts=counted, width=held_by_points.width, claimed=held_by_points.claimed > 0, least=p - (0.95 - LEAST_OTHER) if other else p - BAND,
+        parts=counted, width=held_by_points.width, claimed=held_by_points.claimed > 0, least=p - (0.95 - LEAST_OTHER_COVERAGE) if other else p - BAND,
         most=1.0, why="" if held_by_points.claimed else held_by_points.why,
     )  # fmt: skip
 
@@ -245,7 +245,7 @@ def _count_held(
         share, width = coverage(inverse.inverse, k, drawn, p), _width(inverse.inverse, k, drawn, p)
         parts = len(parts_with_element(k, drawn)[0])
     why = inverse.shortfall(p)
-    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
+    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER_COVERAGE)}.get(kind, p - (0.95 - LEAST_COVERAGE))
     return AuditResult(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=share, parts=parts, width=width,
         claimed=not why, least=least, most=p + ABOVE if kind == PRIOR and not _wider(inverse) else 1.0, why=why,

@@ -36,7 +36,7 @@ IN_WORDS = {
     "lobes": "lobes or half waves of one number",
     "edges": "steps and edges",
 }
-KINDS: tuple[tuple[str, float | None], ...] = (
+AUDITED_FORMS: tuple[tuple[str, float | None], ...] = (
     *((family, None) for family in KNOWN),
     (KNOWN[0], 0.0),
     (OTHER, None),
@@ -75,11 +75,11 @@ def count_by_points(
     names = task.part.characteristics
     drawing = prepare_drawing(task, settings.seed, range(len(names)))
     count = min(max(int(SHARE * parts), 1), MOST_PARTS)
-    drawn = [_draw(task, drawing, settings.seed + ANEW, count, kind) for kind in KINDS]
+    drawn = [_draw(task, drawing, settings.seed + ANEW, count, kind) for kind in AUDITED_FORMS]
     given = [part for _, files in drawn for part in files]
     evaluated = evaluate_points(scenario, given, settings=settings, progress=progress)
     out = []
-    for k, (kind, (true, _)) in enumerate(zip(KINDS, drawn)):
+    for k, (kind, (true, _)) in enumerate(zip(AUDITED_FORMS, drawn)):
         mine = evaluated[k * count : (k + 1) * count]
         out += [_count(i, _kind_in_words(drawing, *kind), mine, true[:, i]) for i in range(len(names))]
     return tuple(out)

@@ -28,7 +28,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.form_family import ALONG, AROUND, Ground, Ints, motions
 from vcmm.answer.evaluation.linear import LinearModel
-from vcmm.answer.evaluation.pairs import LEAST, MOST
+from vcmm.answer.evaluation.pairs import LEAST_FORM_RATIO, MOST_FORM_RATIO
 from vcmm.answer.evaluation.true_values import all_over
 from vcmm.answer.evaluation.truth import MORE_MISSES
 from vcmm.answer.inference.noises import STATED, Noises, Rung, noises_of
@@ -324,7 +324,7 @@ def _read_with(
     """
     (moved, unseen), of_rungs = findings, [forms.shapes(rung) for rung in rungs]
     noises, rms = [forms.noises.whitening(r)[1] for r in rungs], float(np.sqrt((residuals**2).mean()))
-    grid = np.geomspace(LEAST * min(noises), CAP * max(*noises, rms), SIZES)
+    grid = np.geomspace(LEAST_FORM_RATIO * min(noises), CAP * max(*noises, rms), SIZES)
     alone = np.array([forms.without_form(rung, residuals) for rung in rungs])
     of_shapes = list(zip(*of_rungs))  # (shape, rung)
     logs = [
@@ -357,7 +357,7 @@ def _sizes_drawn(grid: Array, weight: Array) -> tuple[Ints, Array]:
 
 def _matters(reach: Array, forms: FeatureForms, floor: float) -> bool:
     """Return whether a shape that is MOST times as large as the noise would move a result by more than a tenth of U."""
-    return float(np.linalg.norm(reach)) * MOST * forms.noise > MORE_MISSES * floor
+    return float(np.linalg.norm(reach)) * MOST_FORM_RATIO * forms.noise > MORE_MISSES * floor
 
 
 def slim(p: float) -> float:

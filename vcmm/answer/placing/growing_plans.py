@@ -39,7 +39,7 @@ from vcmm.task.measuring.strategies import (
     plan_points,
 )
 
-MOST = 400  # touches
+MOST_TOUCHES = 400  # touches
 MOST_EXCHANGED = 48  # up to so many touches every number is exchanged anew, above every fourth
 
 
@@ -183,7 +183,7 @@ def _next(goal: PlanGoal, design: Design, c: TouchCandidates) -> tuple[int, int]
     if not options:
         return -1, -1
     gain, f, i = min(options)
-    return (f, i) if gain < 0.0 else (f, i if design.n < MOST else -1)
+    return (f, i) if gain < 0.0 else (f, i if design.n < MOST_TOUCHES else -1)
 
 
 def _farthest(design: Design, f: int) -> int:

@@ -15,7 +15,7 @@ from vcmm.answer.evaluation.exact import draw_inputs, exact_values
 from vcmm.answer.evaluation.linear import build
 from vcmm.answer.evaluation.streams import key
 from vcmm.answer.evaluation.world import FORM
-from vcmm.answer.routes.positions import LENGTH, RING, USUAL, StandardReadings
+from vcmm.answer.routes.positions import LENGTH, RING, USUAL_POSITIONS, StandardReadings
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
 from vcmm.core.pose import Pose
@@ -118,7 +118,7 @@ def shows(task: Task) -> Array:
     return np.stack(changes, axis=1)
 
 
-def usable_positions(scenario: Scenario, count: int = USUAL) -> dict[str, Pose]:
+def usable_positions(scenario: Scenario, count: int = USUAL_POSITIONS) -> dict[str, Pose]:
     """Return poses in which the plan is within reach: the present one, turned by quarters, and moved about the table.
 
     Places that the scenario names come first. Fewer than `count` where the machine has no room for more.

@@ -26,7 +26,7 @@ from vcmm.files.foreign.axis_errors import (
 )
 
 UNIT = 0.001  # mm, detection unit of a FANUC
-MOST = 7  # pulses at one point of a FANUC (-7 to +7), times the magnification 3623
+MOST_PULSES = 7  # pulses at one point of a FANUC (-7 to +7), times the magnification 3623
 ROW = {"X": 0, "Y": 1, "Z": 2}  # which points of the 1024 an axis gets: 256 each, from 256 x row
 CROSS = "$AA_ENC_COMP corrects an axis along itself only; sag and straightness ($AN_CEC) are not written: no manual at hand states the sign of their values; have the programs rewritten (vcmm compensate PROGRAM) where they matter"
 
@@ -104,7 +104,7 @@ def pulses(up: Array, zero: int) -> tuple[list[int], int]:
     for factor in range(1, 101):
         whole = np.round(wanted / factor).astype(int)
         steps = np.diff(whole)
-        if np.abs(steps).max(initial=0) <= MOST:
+        if np.abs(steps).max(initial=0) <= MOST_PULSES:
             return [int(v) * factor for v in steps], factor
     raise _too_steep(float(np.abs(np.diff(wanted)).max()))
 

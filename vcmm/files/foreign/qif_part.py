@@ -30,7 +30,7 @@ from vcmm.files.foreign.xml import Node, series
 from vcmm.part.fit.criteria import associate
 from vcmm.part.fit.gauss import gauss
 
-KINDS = {
+FEATURE_BY_ITEM = {
     "PlaneFeatureItem": "plane", "CircleFeatureItem": "circle", "CylinderFeatureItem": "cylinder",
     "SphereFeatureItem": "sphere", "ConeFeatureItem": "cone", "LineFeatureItem": "line", "PointFeatureItem": "point",
     "SurfacePointFeatureItem": "point", "EdgePointFeatureItem": "point", "TorusFeatureItem": "torus",
@@ -46,7 +46,7 @@ def add_features(qif: Qif, drawn: DrawnPart, measured: Mapping[str, Array]) -> d
     items = qif.root.one("Features/FeatureItems")
     for item in items.children if items else ():
         name = drawn.free_feature(item.words("FeatureName") or f"feature {item.attributes.get('id', '')}")
-        kind = KINDS.get(item.name)
+        kind = FEATURE_BY_ITEM.get(item.name)
         if kind is None:
             drawn.notes.append(
                 f"{item.at}: {item.name.removesuffix('FeatureItem')} {name}: no such feature here, left out"

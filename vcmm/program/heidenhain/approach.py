@@ -22,7 +22,7 @@ from vcmm.program.offsetting import Vec, in_space, left_normal, minus, moved_alo
 from vcmm.program.radius import RadiusCompensation
 from vcmm.program.recorder import Sides
 
-KINDS = ("LT", "LN", "CT", "LCT")
+APPROACH_WORDS = ("LT", "LN", "CT", "LCT")
 
 
 class Approach(NamedTuple):

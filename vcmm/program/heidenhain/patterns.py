@@ -16,7 +16,7 @@ from vcmm.program.heidenhain.text import KlartextReader
 from vcmm.program.hole_patterns import hole_circle, hole_grid, hole_line
 
 Spot = tuple[float, float, float]  # in the plane and along the tool axis, in the unit of the program
-KINDS = {  # and the words without which its points are not known
+PATTERN_KINDS = {  # and the words without which its points are not known
     "POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME": "X Y DX DY NUMX NUMY", "CIRC": "X Y D NUM", "PITCHCIRC": "X Y D STEP NUM",
 }  # fmt: skip
 
@@ -26,14 +26,14 @@ def pattern_points(reader: KlartextReader) -> list[Spot]:
     out: list[Spot] = []
     while not reader.is_done:
         kind = reader.upper()
-        if kind not in KINDS:
-            raise reader.fault(f"PATTERN DEF takes {', '.join(KINDS)}, found {kind}")
+        if kind not in PATTERN_KINDS:
+            raise reader.fault(f"PATTERN DEF takes {', '.join(PATTERN_KINDS)}, found {kind}")
         reader.at += 1
         token = reader.peek()
         if token is not None and token.kind == "number":  # POS1, POS2
             reader.at += 1
         words = _words(reader, kind)
-        for name in KINDS[kind].split():
+        for name in PATTERN_KINDS[kind].split():
             if name not in words:
                 raise reader.fault(f"{kind} of PATTERN DEF has no {name}; add it")
         out += _points(kind, words)

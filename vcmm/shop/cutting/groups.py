@@ -22,7 +22,7 @@ from vcmm.core.laws import Array
 # centre 0:3, radius 3, axis 4:7, spread 7, radius of the tool 8 (negative: nothing there), 9: by how much a tip may lie below the point that is
 # held, 10: 1 where all tools are balls
 COLUMNS = 11
-NOTHING = -1.0
+NO_NODE = -1.0
 
 
 def tree_of_groups(
@@ -31,11 +31,11 @@ def tree_of_groups(
     """Return (tree (2 m, COLUMNS), leaves (m,)) of g groups, m the next power of two: node k has nodes 2k and 2k + 1, the leaves begin at m.
 
     frames (g, 3, 3): rows are the axes of each group, the tool's last; boxes (g, 6): of its tips there; radius (g,) mm; is_ball (g,): whole
-    ball noses; order (g,): of neighbours. A leaf without a group is 0, its node NOTHING.
+    ball noses; order (g,): of neighbours. A leaf without a group is 0, its node NO_NODE.
     """
     count = 1 << max(len(order) - 1, 0).bit_length()
     tree, leaves = np.zeros((2 * count, COLUMNS)), np.zeros(count, np.int64)
-    tree[:, 8] = NOTHING
+    tree[:, 8] = NO_NODE
     leaves[: len(order)] = order
     nodes = tree[count : count + len(order)]
     ball = is_ball[order].astype(float)

@@ -14,7 +14,7 @@ from vcmm.shop.cutting.tools import SHAPES, parameters
 LEAF = 2  # pieces in a leaf of a tree
 COLUMNS = 23  # of `items`, see vcmm/shop/cutting/_tool_kernels.py
 QUARTER = np.pi / 2
-_SAME = 1e-12  # mm: rise below which a move is level
+_LEVEL_RISE_MM = 1e-12  # mm: rise below which a move is level
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ def _items(parts: Sweep, frame: Array) -> Array:
     out = np.zeros((len(parts), COLUMNS))
     drift = np.zeros_like(parts.start) if parts.drift is None else parts.drift
     out[:, 0:3], out[:, 3:6] = in_frame(parts.start), in_frame(parts.end + drift)
-    level = np.abs(out[:, 5] - out[:, 2]) <= _SAME
+    level = np.abs(out[:, 5] - out[:, 2]) <= _LEVEL_RISE_MM
     out[level, 5] = out[level, 2]
     out[:, 22] = parts.tool
     rows = np.flatnonzero(parts.kind != LINE)
@@ -102,7 +102,7 @@ def _items(parts: Sweep, frame: Array) -> Array:
         out[rows, 15], out[rows, 16], out[rows, 17] = r0, r1, np.abs(arcs.turn)
         out[rows, 18:21] = np.einsum("mij,mj->mi", f, advance)
         upright = np.abs(out[rows, 11]) + np.abs(out[rows, 14]) <= 1e-14
-        plain = upright & (np.abs(r1 - r0) <= 1e-12) & (np.abs(advance).max(axis=1) <= _SAME)
+        plain = upright & (np.abs(r1 - r0) <= 1e-12) & (np.abs(advance).max(axis=1) <= _LEVEL_RISE_MM)
         out[rows, 21] = np.where(plain, 1.0, 2.0)
     return out
 

@@ -27,7 +27,7 @@ from vcmm.shop.machining.process import GOUGE, PreparedCut
 from vcmm.shop.machining.recut import Recut, recut
 from vcmm.shop.machining.result import CutResult, batch, extremes, shares_by_group
 from vcmm.shop.machining.threads import threads_of
-from vcmm.task.measuring.cut_scenario import IDEAL, SAME, CutScenario
+from vcmm.task.measuring.cut_scenario import IDEAL, SAME_MACHINE, CutScenario
 from vcmm.task.measuring.task import Task
 
 RECUT_LIMIT = 1e-4  # mm
@@ -54,7 +54,7 @@ def cut(
     touches = task.touches
     again = recut(job, surface_at(job, touches.points, touches.normals, exact=False))
     reading = None
-    if scenario.inspection.kind == SAME:
+    if scenario.inspection.kind == SAME_MACHINE:
         reading = evaluate(task, settings, report, world)
         world = world.of_part()
     outcome = evaluate(task, settings, report, world, sharing)

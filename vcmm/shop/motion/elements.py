@@ -11,7 +11,7 @@ from vcmm.core.run import Array
 from vcmm.program.limits import Limits
 from vcmm.program.moves import Move
 from vcmm.shop.motion.blend import blend_coefficients
-from vcmm.shop.motion.curves import TINY, Curves, Ints, largest_derivatives
+from vcmm.shop.motion.curves import LEAST_MOVE_MM, Curves, Ints, largest_derivatives
 from vcmm.shop.motion.joints import Joints
 
 ON_CURVES = 0.6  # share of the acceleration that a bend may take; the rest is for speeding up and braking
@@ -43,7 +43,7 @@ def elements_of(
     lead = np.concatenate([np.zeros(min(n, 1)), joints.reach])
     begins = np.cumsum(curves_of_moves.length) - curves_of_moves.length
     straight = curves_of_moves.length - lead - np.concatenate([joints.reach, np.zeros(min(n, 1))])
-    kept = np.flatnonzero((straight > TINY) & ~smooth.whole)
+    kept = np.flatnonzero((straight > LEAST_MOVE_MM) & ~smooth.whole)
     corners, pieces = len(rounded), len(smooth.begin)
     kind = np.repeat([0, 0, 1], [len(kept), pieces, corners])  # a rounding comes after its move
     owner = np.concatenate([kept, smooth.move, rounded])

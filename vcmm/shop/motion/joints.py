@@ -23,7 +23,7 @@ from vcmm.shop.motion.blend import (
     turns_back,
 )
 from vcmm.shop.motion.corners import is_corner, path_limits, stops_that_pay
-from vcmm.shop.motion.curves import TINY, Curves, Ints
+from vcmm.shop.motion.curves import LEAST_MOVE_MM, Curves, Ints
 from vcmm.shop.motion.smoothing import PathWishes, Pieces, crowded_joints, no_pieces, smooth_pieces
 
 GAP = 1e-6  # mm or rad between the end of a move and the start of the next: something moved the axes unseen
@@ -96,7 +96,7 @@ def joints_of(
     feed = _feed(kept)
     reach = np.minimum(reach, needed_reach(turn, bend, np.minimum(feed[:-1], feed[1:]), limits))
     straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
-    stop |= ~straight & (reach < TINY)
+    stop |= ~straight & (reach < LEAST_MOVE_MM)
     reach = np.where(stop, 0.0, reach)
     chosen = crowded_joints(curves, reach, tolerance, stop)
     speed, alone = np.minimum(feed, _fastest(curves, limits)), np.where(chosen, 0.0, reach)

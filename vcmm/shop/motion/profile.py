@@ -22,7 +22,7 @@ from vcmm.core.run import Array
 
 Need = tuple[float, float, float, float, float]
 Phase = tuple[float, float, float, float, float]
-SAME = 1e-9  # relative difference of speeds that is none
+SAME_SPEED_SHARE = 1e-9  # relative difference of speeds that is none
 HALVINGS = 60
 
 
@@ -110,7 +110,7 @@ def plan_stretch(edge: Array, speed: Array, needs: Array, first: int, last: int)
         low = e0 + int(inside.argmin())
         top, most = float(speed[low]), needs[e0 : e1 + 1].max(axis=0).tolist()
         need: Need = (most[0], most[1], most[2], most[3], most[4])
-        whole = inside.max() <= top * (1 + SAME)
+        whole = inside.max() <= top * (1 + SAME_SPEED_SHARE)
         if whole or both_lengths(v0, top, v1, need) >= s1 - s0:
             out += arch(s0, v0, s1, v1, top, need)
             continue

@@ -14,7 +14,7 @@ from vcmm.show.report.text import number
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOST = 8
+MOST_BARS = 8
 ROUNDED = 0.0005  # shares below it are printed as 0.0 %
 
 
@@ -24,7 +24,7 @@ def waterfall(
     *,
     unit: str,
     title: str,
-    most: int = MOST,
+    most: int = MOST_BARS,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Plot standard contributions (name, u_i) added in quadrature (GUM 5.1.2), largest first; the last bar is `total`, the u of the table.

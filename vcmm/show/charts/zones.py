@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 NAMES = {"good": "conformance zone", "warning": "uncertainty zone", "bad": "non-conformance zone"}
-ROOM = 0.14  # of what is shown, on both sides
+MARGIN_SHARE = 0.14  # of what is shown, on both sides
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def zones(
     is_finite = math.isfinite(value) and math.isfinite(expanded)
     reach = [e for v in limits for e in (v - guard, v + guard)]
     reach += [value, *bar] if is_finite else [value] if math.isfinite(value) else []
-    room = ROOM * (max(reach) - min(reach)) or max(abs(reach[0]), 1.0) * 0.1
+    room = MARGIN_SHARE * (max(reach) - min(reach)) or max(abs(reach[0]), 1.0) * 0.1
     ends = min(reach) - room, max(reach) + room
     drawn.set_xlim(*ends)
     drawn.set_ylim(0.0, 1.0)

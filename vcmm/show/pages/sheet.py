@@ -21,7 +21,7 @@ from vcmm.show import report as r
 from vcmm.show.pages.header import facts, hashes
 from vcmm.show.pages.uncertainty import MEASURED
 from vcmm.show.tables.quantities import SMALL_SCALE
-from vcmm.show.tables.table import SMALL, ResultTable, html
+from vcmm.show.tables.table import FINE_UNITS, ResultTable, html
 from vcmm.show.tables.uncertainty import BUDGET, BudgetRow, budget_rows, not_added_up
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ def _budget(c: CharacteristicResult) -> str:
     first, rest = shown_lines(sorted(budget_rows(c), key=lambda row: -row.line.u))
     columns = tuple(column for column in BUDGET if column.head != "varies per")
     table = ResultTable("", columns, first)
-    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    word, scale = FINE_UNITS[c.unit], SMALL_SCALE[c.unit]
     nu = effective_dof(c.budget, c.u)
     u_rest = r.number(math.hypot(*(row.line.u for row in rest)) * scale, 2)
     further = f"{len(rest)} further lines together {u_rest} {word} (all in budget.csv). " if rest else ""
