@@ -18,9 +18,8 @@ from vcmm.program.moves import PLANES, Move
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 WHOLE = 0.02  # rad: an arc nearer than this to a whole turn must end exactly where it began, or be split
 UNEVEN = 5e-4  # mm: an arc whose radii differ by more is a spiral, and stays one
-SMALL_SWEEP_RAD = (
-    0.05  # rad: below, the place of the centre along the bisector is not seen; it follows the mean correction
-)
+# rad: below, the place of the centre along the bisector is not seen; it follows the mean correction
+SMALL_SWEEP_RAD = 0.05
 
 
 @dataclass(frozen=True, eq=False, slots=True)

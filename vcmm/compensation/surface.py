@@ -43,13 +43,11 @@ from vcmm.task.measuring.cut_scenario import CutScenario
 Bools = np.typing.NDArray[np.bool_]
 KNOT, MOST_KNOTS = 12.0, 24  # mm between knots of a line; of one move
 TURN = np.pi / 8  # between knots of an arc
-CHANGE_WEIGHT, SIZE_WEIGHT = (
-    0.03,
-    1e-3,
-)  # weights of what changes along a move and of its size against a point that is measured: chosen
-STIFF = (
-    3.0  # the same of moves that make no point of the surface: they go along as a whole, and stay one block
-)
+# weights of what changes along a move and of its size against a point that is measured: chosen
+CHANGE_WEIGHT = 0.03
+SIZE_WEIGHT = 1e-3
+# the same of moves that make no point of the surface: they go along as a whole, and stay one block
+STIFF = 3.0
 UNSEEN = 1e-6  # mm: below it there is nothing to correct
 TURNS = 30  # of the search for the cuts that count
 
@@ -149,9 +147,8 @@ SEARCH_PLACES = 24  # places along a move, for the share of a point beside it
 MUCH = 0.3  # of the largest departure that is left on a feature, to be told by name: chosen
 DAMPED = 0.5  # of what a round leaves, corrected in the next: at corners the whole of it swings
 LARGEST_ANGLE = 0.02  # rad between the normals with which two passes touch one point: chosen
-NEAR_BY = (
-    3.0  # times the largest departure: cuts that stay farther off take no part in a correction of that size
-)
+# times the largest departure: cuts that stay farther off take no part in a correction of that size
+NEAR_BY = 3.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,8 @@ from typing import NamedTuple
 from vcmm.program.moves import PLANES, Move, Point
 
 Vec = tuple[float, float]
-CORNER_TOLERANCE = (
-    1e-5  # mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
-)
+# mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
+CORNER_TOLERANCE = 1e-5
 MEETING_REACH_WIDTHS = 10.0  # times the width of such a corner: a meeting further away is none
 NO_MOTION_MM = 1e-12  # mm: shorter is no motion in the plane
 JOINED_CORNER_MM = 1e-10  # mm: corners whose rounding would be smaller than this are joined in one point

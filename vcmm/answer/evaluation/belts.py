@@ -27,9 +27,8 @@ from vcmm.part.part import Characteristic
 
 CLASSES = 8  # of roughness, each with as many of the drawn parts
 SMOOTHEST = 0.01  # share of the drawn parts with smaller residuals
-NEIGHBOURS = (
-    300  # parts in a window at most: the 2.5 % quantile of their departures errs by 0.9 % in probability
-)
+# parts in a window at most: the 2.5 % quantile of their departures errs by 0.9 % in probability
+NEIGHBOURS = 300
 WINDOW = (
     1 / 40
 )  # of all parts: 300 of 12 000; a window of a fixed share blurs as much however many parts are drawn

@@ -13,9 +13,8 @@ from vcmm.task.measuring.task import Task
 
 ENDED = ("line", "plane", "cylinder", "cone")  # features that end where touches may not reach
 SAME_PLACE_MM = 1e-3  # mm: touches nearer than that are repeats of one
-UNSEEN = (
-    0.03  # of the range of a cubic, beyond the outermost touches: less moves no end by more than draws do
-)
+# of the range of a cubic, beyond the outermost touches: less moves no end by more than draws do
+UNSEEN = 0.03
 BEYOND_SAID = "forms that rise most beyond the outermost points"
 BEYOND = BEYOND_SAID + " ({where})"
 NARROW = "defects narrower than the spacing of the points ({where}) that no point touches"

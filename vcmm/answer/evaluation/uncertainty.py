@@ -49,9 +49,8 @@ from vcmm.task.response.influence import Influence
 ROUNDING_SHARE_OF_U = 1e-9  # of U: rounding
 LEAST_NOTE = 1e-5  # mm or rad: below 10 nm the linear model is not worth a note
 PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share of the variance is sampled
-CURVATURE = (
-    0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
-)
+# a smooth output that departs from its tangent by more than this share of its spread is sampled
+CURVATURE = 0.01
 ERROR_SHARE = 0.1  # of U: an error of the linear model above this makes the interval one of another quantity
 CLOSED = "closed form; interval by inversion of the characteristic function"
 SAMPLED, EXACT = "Monte Carlo (linear model)", "exact transforms, contact and fits"

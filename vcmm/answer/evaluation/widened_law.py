@@ -18,10 +18,9 @@ from vcmm.answer.evaluation.interval import Linear, check_interval
 from vcmm.answer.evaluation.summary import STATEMENT_KINDS, Summary
 from vcmm.core.laws import Array
 
-REACH_SCALES, TABLE_PLACES = (
-    60.0,
-    1201,
-)  # scales on either side that the table reaches, closer together towards the middle; its places
+# scales on either side that the table reaches, closer together towards the middle; its places
+REACH_SCALES = 60.0
+TABLE_PLACES = 1201
 SPLITS = 41  # of the probability outside, for the shortest interval
 HALVINGS = 60
 

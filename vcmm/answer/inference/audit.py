@@ -51,9 +51,8 @@ STATED, PRIOR, ANOTHER = "stated knowledge", "prior over forms", "another family
 BLOCK = 250
 CERTAIN = 0.025  # of a count to lie as far outside by chance: one end of a 95 % interval
 BAND = 0.02  # either side of the target
-ABOVE = (
-    0.04  # over the prior of forms: an interval that holds each of two families holds more of both together
-)
+# over the prior of forms: an interval that holds each of two families holds more of both together
+ABOVE = 0.04
 
 
 @dataclass(frozen=True)

@@ -26,10 +26,9 @@ from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.task import Task, measured_points
 
-SHARE, MOST_PARTS = (
-    0.1,
-    100,
-)  # of the parts asked for, and at most, of a kind: each is evaluated from its points, which takes 0.1 s
+# of the parts asked for, and at most, of a kind: each is evaluated from its points, which takes 0.1 s
+SHARE = 0.1
+MOST_PARTS = 100
 ANEW = 2000  # added to the seed: parts that nothing was made of
 IN_WORDS = {
     "waves": "waves of all numbers",

@@ -37,11 +37,10 @@ from vcmm.part.part import Feature, normal
 
 ROUND = ("circle", "cylinder", "cone", "sphere", "torus")
 FORM_KINDS = (*ROUND, "plane", "line")
-LOBES, HALF_WAVES, FLAT = (
-    (2, 8),
-    3,
-    5,
-)  # single shapes: lobes; half waves along each side of a plane; waves of a plane in all
+# single shapes: lobes; half waves along each side of a plane; waves of a plane in all
+LOBES = (2, 8)
+HALF_WAVES = 3
+FLAT = 5
 BENT = (2, 3)  # degrees of planes and lines as clamping, heat or a bent guideway leaves them
 BENT_WORDS = {2: "a bow", 3: "a bow of third degree"}
 POWERS = (0.0, 1.0, 2.0)  # by which waves fall with their number

@@ -39,9 +39,8 @@ from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_points
 
-SHARED_EVALUATION_MM = (
-    1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
-)
+# mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
+SHARED_EVALUATION_MM = 1.0
 KEPT = 20  # earlier parts that are searched for such an evaluation: parts of several kinds may take turns
 
 UNITS_TAKEN = {

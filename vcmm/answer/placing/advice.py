@@ -9,9 +9,8 @@ from vcmm.answer.placing.result import PlacementResult
 from vcmm.answer.placing.words import changes
 from vcmm.task.measuring.fixture import DOFS
 
-UNSEEN_SHARE_OF_U = (
-    0.05  # U is stated with two digits: less than half of their smallest step (10 to 9.5) is not seen in it
-)
+# U is stated with two digits: less than half of their smallest step (10 to 9.5) is not seen in it
+UNSEEN_SHARE_OF_U = 0.05
 SAME_INFLUENCE = 0.01  # an influence that changes less between two poses is taken as the same
 
 

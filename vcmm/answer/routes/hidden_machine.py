@@ -33,11 +33,10 @@ SAME_EACH_TIME = (
     "stylus",
     "instrument",
 )  # redraw labels of what stays the same from one measurement to the next
-OFF, SHIFTED, RANGE = (
-    3e-3,
-    3e-3,
-    1e-3,
-)  # mm: standard deviation of size and place, range of the form of a hidden part
+# mm: standard deviation of size and place, range of the form of a hidden part
+OFF = 3e-3
+SHIFTED = 3e-3
+RANGE = 1e-3
 PER_POSITION = 5
 FIRST_ANEW = 16  # trial from which on measurements are counted; below it stand the machine and the parts
 OWN, CALIBRATED_ONE, STANDARD = 1, 2, 3  # trials of the parts' own properties

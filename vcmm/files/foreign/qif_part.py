@@ -171,9 +171,8 @@ def _span(kind: str, place: Array, axis: Array, points: Array) -> dict[str, Any]
 
 
 FORMS = {"flatness": "plane", "roundness": "circle", "cylindricity": "cylinder"}
-CRITERION_TOLERANCE = (
-    2e-3  # of the value: two programs that mean the same; G and C differ by some percent of real surfaces
-)
+# of the value: two programs that mean the same; G and C differ by some percent of real surfaces
+CRITERION_TOLERANCE = 2e-3
 ROUNDING = 5e-7  # mm, half a nanometre: values are written so
 
 

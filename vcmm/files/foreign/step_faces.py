@@ -30,10 +30,9 @@ SURFACE_WORDS = {
     "GeomAbs_Torus": "torus",
 }  # fmt: skip
 SAME_SURFACE_MM = 1e-5  # mm and rad: faces of one surface; modellers keep 1e-6 mm or better
-FINE, LEAST_PLANE_PLACES = (
-    21,
-    4,
-)  # places tried along each side of a plane whose edges cut the grid; fewest that fix a plane and its form
+# places tried along each side of a plane whose edges cut the grid; fewest that fix a plane and its form
+FINE = 21
+LEAST_PLANE_PLACES = 4
 LONGEST = 600.0  # s; the public test parts take seconds
 CHILD = "import sys; from vcmm.files.foreign.step_faces import write_faces; write_faces(*sys.argv[1:])"
 

@@ -22,9 +22,8 @@ from vcmm.files.schema import (
 )
 from vcmm.files.toml import Document, Location
 
-ROOM_INPUT = (
-    "environment.room"  # names the random stream and the budget line of what all temperatures have in common
-)
+# names the random stream and the budget line of what all temperatures have in common
+ROOM_INPUT = "environment.room"
 
 
 class Temperatures(Table):

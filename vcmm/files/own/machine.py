@@ -30,9 +30,8 @@ from vcmm.physics.structure.scatter import Scatter
 from vcmm.task.certification.certificate import MachineCertificate
 from vcmm.task.certification.knowledge import CertifiedKnowledge, certified_knowledge, passing_machines
 
-MOST_SCATTER = (
-    0.05  # mm: hand-held arms have 20 to 50 um; probes of machines, on CMMs and machine tools, 0.1 to 10 um
-)
+# mm: hand-held arms have 20 to 50 um; probes of machines, on CMMs and machine tools, 0.1 to 10 um
+MOST_SCATTER = 0.05
 
 
 def load_machine(path: str | Path) -> Machine:

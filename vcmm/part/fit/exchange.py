@@ -24,9 +24,8 @@ from vcmm.part.fit.newton import State, magnitude, move_state, seat, to_local
 
 MOST_ROUNDS = 100
 ROUNDS_FOR_PROMISE = 12  # rounds after which a promise of 1e-13 of the extent is no longer waited for
-MOST_FIRST_STEP_RANGES = (
-    10.0  # a first step longer than this many ranges of the distances: the points do not surround the element
-)
+# a first step longer than this many ranges of the distances: the points do not surround the element
+MOST_FIRST_STEP_RANGES = 10.0
 TOUCH = 1e-11  # of the extent: a point so near to the level touches
 FLAT = 1e-8  # what a motion costs beside the largest departure, of 1: with it the answer is one, and no longer by more than 1e-7
 NUMBERS = 2_000_000  # in a block of rows, 16 MB

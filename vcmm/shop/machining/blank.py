@@ -40,10 +40,9 @@ from vcmm.shop.motion.toolpath import CUTS
 NODES = 600  # along the longer side, of a map of heights
 RAYS = 100  # along the longest side, where rays are needed
 ROUGH = 1 / 16  # of the way between rays, by which a row may miss a tool that turns
-OFTEN, TURNED = (
-    0.5,
-    0.125,
-)  # of the radius of the tool, rad of an arc: spacing at which the engagement is sampled for forces
+# of the radius of the tool, rad of an arc: spacing at which the engagement is sampled for forces
+OFTEN = 0.5
+TURNED = 0.125
 TURN = 2.0 * np.pi
 MOST_PIECES = 200_000
 LEAST_REMOVED_SHARE = 1e-3  # of what the whole program removes: less is the difference between two bundles of rays

@@ -27,9 +27,8 @@ Ints = npt.NDArray[np.intp]
 Words = npt.NDArray[np.str_]
 FALSE = 1e-3  # share of parts as predicted in which any entry is reported
 MOST_ENTRIES = 6  # entries
-SAME_P_FACTOR = (
-    1e2  # times the least p: such covariates cannot be told apart, and the first of the list is named
-)
+# times the least p: such covariates cannot be told apart, and the first of the list is named
+SAME_P_FACTOR = 1e2
 LEAST_SCATTER, MOST_SCATTER = 2e-5, 1.0  # mm: of a measured point
 LEAST_FREEDOM = 8  # degrees of freedom that must be left beside all covariates
 SAME_VALUE_SHARE = 1e-9

@@ -31,10 +31,9 @@ from vcmm.shop.machining.states import later_in_batch, states_at
 from vcmm.shop.machining.tool_errors import ToolSide
 from vcmm.shop.machining.turning import turned_by
 
-PLACES, ANGLES = (
-    13,
-    12,
-)  # along the thread, and of the spindle at each: errors of the machine change over 10 mm and more
+# along the thread, and of the spindle at each: errors of the machine change over 10 mm and more
+PLACES = 13
+ANGLES = 12
 FLANKS = math.radians(60.0)
 SAME_PLACE_MM = 1e-6  # mm
 

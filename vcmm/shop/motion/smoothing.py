@@ -28,11 +28,10 @@ from vcmm.shop.motion.curves import Curves, Ints
 
 SHARP = 0.5  # rad: a turn above is a corner of its own
 CROWDED = 1.0 - 1e-9  # share of half a line from which its two roundings would meet
-ROUNDS, GROWTH, SHRINK = (
-    16,
-    1.4,
-    0.7,
-)  # of the search for h: it grows until the feed is carried, and shrinks into the tolerance
+# of the search for h: it grows until the feed is carried, and shrinks into the tolerance
+ROUNDS = 16
+GROWTH = 1.4
+SHRINK = 0.7
 LAST_ROUNDS = 60
 SAME_BREAK_MM = 1e-9  # mm: breaks closer than this are one
 LOOKS = (0.0, 0.25, 0.5, 0.75, 1.0)  # shares of a piece at which the deviation is looked at

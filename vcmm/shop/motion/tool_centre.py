@@ -46,10 +46,9 @@ CHORD = 1e-5  # mm by which the axes may leave the led path between two points
 EVERY = 0.02  # rad of the rotary axes, or of an arc, between two looks at it
 LEAST_LOOKS = 4
 MOST_ROWS = 2_000_000  # moves
-SWING, TILT = (
-    math.radians(10.0),
-    5.0,
-)  # an axis that turns by more, and that many times as far as the tool: near a singular position
+# an axis that turns by more, and that many times as far as the tool: near a singular position
+SWING = math.radians(10.0)
+TILT = 5.0
 NO_TURN_RAD = 1e-10  # rad
 SAME_VECTOR = 1e-9  # mm, or of a unit vector
 

@@ -9,15 +9,13 @@ from itertools import count
 from vcmm.core.text import brief
 from vcmm.show.tables.table import Cells
 
-BETWEEN, AROUND = (
-    3,
-    1,
-)  # characters that a column and the table take beside their text (rich, box SIMPLE_HEAD)
+# characters that a column and the table take beside their text (rich, box SIMPLE_HEAD)
+BETWEEN = 3
+AROUND = 1
 NAME, WORD = 16, 12  # a name is not shortened below this, a word is broken only beyond that
 HEADING = 3  # lines
-NUMBER = (
-    32  # longer than a number with its unit, or an interval of two: ready text that was not declared as words
-)
+# longer than a number with its unit, or an interval of two: ready text that was not declared as words
+NUMBER = 32
 
 
 @dataclass(frozen=True)

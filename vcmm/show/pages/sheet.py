@@ -66,9 +66,8 @@ def effective_dof(lines: Iterable[BudgetLine], u: float) -> float:
     return math.inf if rest == 0 or not math.isfinite(u) else u**4 / rest
 
 
-LEAST_SHIFT = (
-    0.05  # of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
-)
+# of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
+LEAST_SHIFT = 0.05
 
 
 def round_to_uncertainty(value: float, expanded: float) -> tuple[str, str]:

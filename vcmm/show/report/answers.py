@@ -17,9 +17,8 @@ from vcmm.show.report.trade_words import contributor, what_to_change
 Kind = Literal["good", "warning", "bad", "muted"]
 FINE_UNITS = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 STATE: dict[str, Kind] = {"conforms": "good", "undecided": "warning", "does not conform": "bad"}
-ABOUT_ITS_MIDDLE = (
-    0.05  # of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
-)
+# of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
+ABOUT_ITS_MIDDLE = 0.05
 K = 2.0  # of what is stated by a standard error alone
 LEAST_U = 5e-4  # µm, µrad: half a nanometre, below which U is printed as zero and owns no contributors
 LEAST_SHOWN = 0.005  # of u²: what is less owns nothing worth a word

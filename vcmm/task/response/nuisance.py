@@ -38,10 +38,9 @@ from vcmm.task.response.recording import Ints, Recording
 INDEX_PER = {"temp_air_C": -0.93e-6, "pressure_hPa": 0.27e-6, "humidity_pct": -0.0085e-6}
 NO_COPY = "-"  # value of a label in whose rows there is no such nuisance
 SAME_PLACE = 1e-2  # mm: targets are repeated to a few um
-TABLE, ROWS = (
-    250_000_000,
-    100_000,
-)  # numbers that the columns of one nuisance may be; rows that a diagnosis takes
+# numbers that the columns of one nuisance may be; rows that a diagnosis takes
+TABLE = 250_000_000
+ROWS = 100_000
 LEAST_COLUMN = 1e-10  # a column below this, in units of its arm, changes nothing
 
 
