@@ -31,13 +31,13 @@ from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.own.recording_writer import save_recording
 from vcmm.learn.diagnosis.result import Diagnosis
+from vcmm.shop.machining.cut_world import Cutting
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.measured_part import MeasuredCut, known_columns, measured_cut
 from vcmm.shop.machining.part_recording import part_recording
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
-from vcmm.shop.machining.world import Cutting
 
 DELTA = 10.0
 NOISE = 0.3e-3  # mm, of a measured point

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tests.compensation.mill import SETUP, body, rough, run
-from vcmm.compensation.codes import behind
+from vcmm.compensation.codes import codes_after_motion
 from vcmm.compensation.languages import LANGUAGES
 
 G_HEAD = "G54 G90 G17 S3000 M3\nG0 X0 Y0 Z0\n"
@@ -39,8 +39,8 @@ def split(tmp_path, text: str, dialect: str) -> list[str]:
     ],
 )
 def test_what_acts_behind_the_motion(dialect, line, codes):
-    assert [c.text for c in behind(line, LANGUAGES[dialect])] == codes
-    assert all(line[c.first - 1 : c.last - 1] == c.text for c in behind(line, LANGUAGES[dialect]))
+    assert [c.text for c in codes_after_motion(line, LANGUAGES[dialect])] == codes
+    assert all(line[c.first - 1 : c.last - 1] == c.text for c in codes_after_motion(line, LANGUAGES[dialect]))
 
 
 @pytest.mark.parametrize(

@@ -32,17 +32,17 @@ def test_results_stand_in_the_order_of_their_items_and_progress_reaches_one():
             yield i, work(payload, items[i])
 
     seen: list[float] = []
-    assert Sharing(backwards).all_of("", squared, [], [3, 4, 5], seen.append) == SQUARES
+    assert Sharing(backwards).map_items("", squared, [], [3, 4, 5], seen.append) == SQUARES
     assert seen == pytest.approx([1 / 3, 2 / 3, 1])
 
 
 def test_what_was_finished_is_not_done_again(tmp_path):
     sharing, first, again = Sharing(store=Folder(tmp_path)), [], []
     with pytest.raises(KeyboardInterrupt) as stopped:
-        sharing.all_of("job", squared, first, [3, 4, 13])
+        sharing.map_items("job", squared, first, [3, 4, 13])
     assert stopped.value.__notes__ == ["what is finished is kept: the same call goes on where it was"]
     assert {p.name for p in (tmp_path / "job").iterdir()} == {"0-1.json", "1-1.json"}
-    assert sharing.all_of("job", squared, again, [3, 4, 5]) == SQUARES
+    assert sharing.map_items("job", squared, again, [3, 4, 5]) == SQUARES
     assert again == [5]
     assert not (tmp_path / "job").exists()
 
@@ -51,15 +51,15 @@ def test_shards_hold_every_block_once_and_are_put_together():
     parts = []
     for k in (1, 2):
         with pytest.raises(ShardDone) as done:
-            Sharing(share=Share(k, 2)).all_of("job", squared, [], [3, 4, 5])
+            Sharing(share=Share(k, 2)).map_items("job", squared, [], [3, 4, 5])
         parts.append(done.value.blocks)
     assert [sorted(p) for p in parts] == [[(0, 1), (2, 1)], [(1, 1)]]
     untouched: list[int] = []
     merged = Sharing(store=Shards("job", parts[0] | parts[1]))
-    assert merged.all_of("job", squared, untouched, [3, 4, 5]) == SQUARES
+    assert merged.map_items("job", squared, untouched, [3, 4, 5]) == SQUARES
     assert untouched == []
     with pytest.raises(DataError, match="no shard holds the block from 1 on"):
-        Sharing(store=Shards("job", parts[0])).all_of("job", squared, [], [3, 4, 5])
+        Sharing(store=Shards("job", parts[0])).map_items("job", squared, [], [3, 4, 5])
 
 
 def test_a_job_is_known_by_all_that_it_reads(tmp_path):

@@ -13,7 +13,7 @@ from types import MappingProxyType
 import pytest
 
 from vcmm.core import crew as crews
-from vcmm.core.crew import Portions, alone, crew_of, processes
+from vcmm.core.crew import Portions, crew_of, in_process, processes
 from vcmm.core.errors import Environment, UsageError
 
 
@@ -49,7 +49,7 @@ def process_number(payload, item):
 def test_alone_and_together_give_the_same():
     payload = MappingProxyType({"factor": 3})  # as frozen objects hold them
     expected = {i: 3 * item for i, item in enumerate(range(10, 16))}
-    assert dict(alone(tripled, payload, range(10, 16))) == expected
+    assert dict(in_process(tripled, payload, range(10, 16))) == expected
     assert dict(processes(2)(tripled, payload, range(10, 16))) == expected
 
 
@@ -99,7 +99,7 @@ def test_a_single_item_is_done_here():
 
 
 def test_portions_are_a_second_of_work_and_smaller_towards_the_end():
-    portions, sizes = Portions(dict.fromkeys(range(100)), hands=2), []
+    portions, sizes = Portions(dict.fromkeys(range(100)), workers=2), []
     while portion := portions.next():
         sizes.append(len(portion))
         assert [*portions.results(portion, (0.125 * len(portion), portion))] == [
@@ -107,11 +107,11 @@ def test_portions_are_a_second_of_work_and_smaller_towards_the_end():
         ]
     # one to see how long it takes; then 1 s / 0.125 s = 8, or a quarter of what is left where that is less: 99 - 9 x 8 = 27 // 4 = 6 ...
     assert sizes == [1, *[8] * 9, 6, 5, 4, 3, 2, 1, 1, 1, 1, 1, 1, 1]
-    assert len(Portions({0: None, 1: None}, hands=1).next()) == 1  # of unknown length: one
+    assert len(Portions({0: None, 1: None}, workers=1).next()) == 1  # of unknown length: one
 
 
 def test_what_a_portion_did_not_reach_is_sent_again():
-    portions = Portions(dict.fromkeys("abcdefgh", 0), hands=1)
+    portions = Portions(dict.fromkeys("abcdefgh", 0), workers=1)
     first = portions.next()
     assert [*portions.results(first, (0.01, ["A"]))] == [("a", "A")]
     second = portions.next()  # by the first it would be a hundred, of seven the half
@@ -130,7 +130,7 @@ def test_a_worker_ends_a_portion_that_takes_too_long(monkeypatch):
 
 
 def test_one_worker_is_this_process():
-    assert crew_of(workers=1) is alone
+    assert crew_of(workers=1) is in_process
     assert [pid for _, pid in crew_of()(process_number, None, [0])] == [os.getpid()]
 
 
@@ -188,13 +188,13 @@ def test_no_scheduler_there_is_said_at_once_and_before_any_work(address, words, 
     began = time.monotonic()
     with pytest.raises(error, match=words):
         crew_of(cluster=address)
-    assert time.monotonic() - began < 2 * crews.ANSWER
+    assert time.monotonic() - began < 2 * crews.CONNECT_TIMEOUT_S
 
 
 def test_what_listens_there_is_no_scheduler(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(crews, "PATIENCE", 0.5)
-    monkeypatch.setattr(crews, "ANSWER", 0.5)
+    monkeypatch.setattr(crews, "CLIENT_TIMEOUT_S", 0.5)
+    monkeypatch.setattr(crews, "CONNECT_TIMEOUT_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         crew = crew_of(cluster=f"127.0.0.1:{silent.getsockname()[1]}")
         with pytest.raises(Environment, match="no Dask scheduler answers at"):

@@ -52,13 +52,13 @@ def test_a_play_by_two_names_is_one_course():
         for k, (name, gap) in enumerate(gaps)
     ]
     (course,) = changes(records)
-    assert (course.name, course.parameter, course.occurrences, course.of) == (
+    assert (course.name, course.parameter, course.occurrences, course.recordings_total) == (
         "play Y",
         "size in the middle",
         4,
         4,
     )
-    assert course.there[0] == "always"
+    assert course.presence[0] == "always"
     assert course.change == pytest.approx(0.28 - 2.24)
     alone = changes(records[:2])  # one member alone keeps its own numbers
     assert [(c.name, c.parameter) for c in alone] == [("lost motion Y", "g0")]

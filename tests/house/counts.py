@@ -141,6 +141,11 @@ KEPT = {  # module -> names that stay though they are bare participles, and why
 UNCLEAR = frozenset(
     ["found", "one", "known", "own", "said", "told", "seen", "held", "asked"]
 )  # names of variables
+BARE = frozenset(  # as the whole name of a constant: most of what, near to what, and in which unit?
+    """most least far near close same still small large tiny nothing enough room long short few many wide narrow flat fine coarse rough
+    smooth deep plain free along around across beside beyond above below ahead behind down apart before after later largest smallest
+    longest shortest fewest deepest widest finest steepest lowest highest""".upper().split()
+)
 KEPT_FIELDS = {  # module, or room -> field of a class that stays though its name is in UNCLEAR, and why
     "core.declaration": (
         "seen",
@@ -199,6 +204,24 @@ def unclear_variables() -> dict[str, int]:
             if (is_stored and node not in kept) or (isinstance(node, ast.arg) and node.arg in UNCLEAR):
                 out[module.split(".")[0]] += 1
     return dict(out)
+
+
+def bare_constants() -> dict[str, list[str]]:
+    """Room -> "NAME at module:line" of every constant at the top of a module whose whole name is one of BARE."""
+    out: dict[str, list[str]] = {}
+    for module in sources():
+        for node in tree(module).body:
+            targets = (
+                node.targets
+                if isinstance(node, ast.Assign)
+                else [node.target]
+                if isinstance(node, ast.AnnAssign)
+                else []
+            )
+            for name in (n for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)):
+                if name.id.strip("_") in BARE:
+                    out.setdefault(module.split(".")[0], []).append(f"{name.id} at {module}:{node.lineno}")
+    return out
 
 
 def kept_fields(module: str) -> list[ast.expr]:

@@ -105,13 +105,13 @@ def test_every_key_of_the_file_formats_is_documented():
 def test_every_strategy_feature_and_characteristic_is_documented():
     from dataclasses import fields
 
-    from vcmm.part.part import KINDS, TYPES
+    from vcmm.part.part import FEATURE_KINDS, TYPES
     from vcmm.task.measuring.strategies import PATTERNS
 
     shown = words("docs/files.md")
     strategies = {n for by_name in PATTERNS.values() for n in by_name}
     keys = {f.name for by_name in PATTERNS.values() for pattern in by_name.values() for f in fields(pattern)}
-    assert not sorted((strategies | keys | set(KINDS) | set(TYPES)) - shown)
+    assert not sorted((strategies | keys | set(FEATURE_KINDS) | set(TYPES)) - shown)
 
 
 def test_every_verb_is_documented():

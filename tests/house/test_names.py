@@ -10,6 +10,7 @@ import pytest
 from tests.house.counts import (
     KEPT,
     KEPT_FIELDS,
+    bare_constants,
     defined_names,
     is_participle,
     kept_fields,
@@ -59,6 +60,11 @@ VARIABLES = {
     "files": 3, "show": 0, "face": 0,
 }  # fmt: skip
 
+CONSTANTS = {
+    "core": 6, "physics": 4, "part": 9, "program": 33, "task": 5, "answer": 22, "shop": 17, "compensation": 2, "learn": 78,
+    "files": 17, "show": 15, "face": 7,
+}  # fmt: skip
+
 
 def test_no_further_definition_is_a_bare_participle():
     """`told(...)` may report, test or change something: verbs for what does, nouns for what returns, is_ and has_ for what asks."""
@@ -84,6 +90,12 @@ def test_no_further_variable_has_an_unclear_name():
     counts = unclear_variables()
     more = {room: (n, VARIABLES.get(room, 0)) for room, n in counts.items() if n > VARIABLES.get(room, 0)}
     assert not more, f"rooms with more such names than before (now, allowed): {more}"
+
+
+def test_no_further_constant_is_named_by_one_bare_adjective():
+    """`MOST` had 24 values and `FAR` 16: MOST_ROWS, SAME_PLACE_MM say of what, and in which unit."""
+    more = {room: names for room, names in bare_constants().items() if len(names) > CONSTANTS.get(room, 0)}
+    assert not more, f"name the quantity and its unit, as LEAST_TRAVEL_MM does: {more}"
 
 
 @pytest.mark.parametrize(

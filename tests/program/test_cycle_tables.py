@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vcmm.program.cycle_tables import KINDS, cycle, in_units
+from vcmm.program.cycle_tables import NUMBER_KINDS, cycle, in_units
 from vcmm.program.fagor.reader import ROWS
 from vcmm.program.heidenhain.contours import CONTOUR_CYCLES
 from vcmm.program.heidenhain.cycles import MACHINING, OLD
@@ -70,7 +70,7 @@ def test_every_row_names_each_parameter_once():
     for row in rows:
         names = [p.name for p in row.parameters]
         assert len(set(names)) == len(names), names
-        assert {p.kind for p in row.parameters} <= set(KINDS)
+        assert {p.kind for p in row.parameters} <= set(NUMBER_KINDS)
     for touch in TOUCH.values():
         assert all(word.count("=") == 1 for word in touch.results.split())
     for macro in MACROS.values():

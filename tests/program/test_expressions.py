@@ -20,7 +20,7 @@ from vcmm.program.expressions import (
     power,
     round_half_up,
     to_degrees,
-    whole,
+    whole_number,
 )
 from vcmm.program.faults import BlockFault
 from vcmm.program.tokens import Token
@@ -85,9 +85,9 @@ def test_what_has_no_value_is_told_with_its_column():
     with pytest.raises(BlockFault, match=r"the result of this expression is inf"):
         finite(math.inf, 1)
     with pytest.raises(BlockFault, match=r"the label is 1\.5; expected a whole number"):
-        whole(1.5, "the label")
+        whole_number(1.5, "the label")
     with pytest.raises(BlockFault, match="the label is vacant"):
-        whole(None, "the label")
+        whole_number(None, "the label")
     with pytest.raises(BlockFault, match='"\\)" is missing after the expression') as fault:
         reader("( 1 + 2").expression()
     assert fault.value.column == 8  # one past the last token
@@ -95,7 +95,7 @@ def test_what_has_no_value_is_told_with_its_column():
 
 def test_numbers_by_hand():
     assert number(call_function(GRAMMAR, "HYP", [3.0, 4.0], 1), {}) == 5.0
-    assert whole(2.00005, "it") == 2
+    assert whole_number(2.00005, "it") == 2
     assert [round_half_up(x) for x in (0.5, -0.5, 2.4, -2.6)] == [1.0, -1.0, 2.0, -3.0]
     assert [away_from_zero(x) for x in (1.2, -1.2)] == [2.0, -2.0]
     assert to_degrees(math.atan2)(1.0, 1.0) == pytest.approx(45.0)

@@ -50,7 +50,7 @@ def codes_in(line: str, dialect: Dialect) -> list[Code]:
         return []
 
 
-def behind(line: str, dialect: Dialect) -> list[Code]:
+def codes_after_motion(line: str, dialect: Dialect) -> list[Code]:
     """Return the codes that act behind the motion of the line."""
     return [
         c

@@ -293,8 +293,10 @@ class PathErrors:
         return self.setup.set_as_cut and bool(self._turns.any()) and not self.is_led
 
     def _setting(self, run: Run, move: Ints) -> Array:
-        """Return the error (k, 3) where the offset of each row was set: at the work zero unless the set-up states the place, with the
-        rotary axes at zero unless it states that they were as in the cut. Z with the tool of the row, X and Y with the tool that set the
+        """Return the error (k, 3) where the offset of each row was set.
+
+        It is set at the work zero unless the set-up states the place, with the rotary axes at zero unless it states that they
+        were as in the cut. Z with the tool of the row, X and Y with the tool that set the
         offset.
         """
         ways = group = self._group[move]

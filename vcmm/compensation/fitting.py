@@ -18,9 +18,8 @@ from vcmm.program.moves import PLANES, Move
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 WHOLE = 0.02  # rad: an arc nearer than this to a whole turn must end exactly where it began, or be split
 UNEVEN = 5e-4  # mm: an arc whose radii differ by more is a spiral, and stays one
-SMALL = (
-    0.05  # rad: below, the place of the centre along the bisector is not seen; it follows the mean correction
-)
+# rad: below, the place of the centre along the bisector is not seen; it follows the mean correction
+SMALL_SWEEP_RAD = 0.05
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -136,7 +135,7 @@ def fitted_arc(m: Move, wanted: Array, sweep: float, begin: float, end: float) -
     )
     if uneven > UNEVEN:
         pass  # the radius changes on the way as programmed: the centre goes with the mean correction
-    elif sweep > SMALL:
+    elif sweep > SMALL_SWEEP_RAD:
         centre = _free_centre(flat, guess) if whole else _on_bisector(flat, guess)
     elif not whole:
         centre = _project(flat, guess)

@@ -1,7 +1,8 @@
 """Drilling cycles: each hole is shifted by the correction at its own place; R and the depth move together.
 
 X and Y take the mean of the corrections at the clearance height and at the bottom (a hole stays straight), R and Z that at
-the bottom, so that depth and number of pecks stay; where the way out is cut too (G85, G89), R takes its own. Repeats (L, K) in increments are written out where holes differ.
+the bottom, so that depth and number of pecks stay; where the way out is cut too (G85, G89), R takes its own. Repeats (L, K)
+in increments are written out where holes differ.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 
 from vcmm.compensation.fitting import BlockFit
 from vcmm.compensation.frame import AXES, CENTRES, BlockFrame, frame_of
-from vcmm.compensation.numbers import SAME, format_number, nearest
+from vcmm.compensation.numbers import SAME_INCREMENT_SHARE, format_number, nearest
 from vcmm.compensation.source import at_line
 from vcmm.compensation.writer import Writer
 from vcmm.core.errors import DataError
@@ -22,7 +23,7 @@ from vcmm.program.iso.cycles import DRILLING
 from vcmm.program.moves import PLANES
 from vcmm.program.trace import Trace
 
-NEAR = 1e-6  # mm
+SAME_PLACE_MM = 1e-6  # mm
 FEED_OUT = (
     "G85",
     "G89",
@@ -120,7 +121,7 @@ def _holes(
             continue
         end = np.array(trace.contour.end)
         numbers, shift = frame.numbers(end), frame.ways(fit.pieces[-1].end - end)
-        if abs(numbers[normal] - bottom) > NEAR or trace.contour.kind == "rapid":
+        if abs(numbers[normal] - bottom) > SAME_PLACE_MM or trace.contour.kind == "rapid":
             continue
         start = np.array(trace.contour.start)
         top = _top(traces, fits, start, frame, normal)
@@ -128,7 +129,7 @@ def _holes(
         if top is not None:
             mean[others] = (shift[others] + top[others]) / 2
         place = numbers.copy()
-        if not holes or np.abs((place - holes[-1].place)[others]).max() > NEAR:
+        if not holes or np.abs((place - holes[-1].place)[others]).max() > SAME_PLACE_MM:
             out = trace.cycle in FEED_OUT and top is not None
             holes.append(
                 DrilledHole(place, mean, float(top[normal] if out and top is not None else shift[normal]))
@@ -144,7 +145,7 @@ def _top(
 ) -> Array | None:
     """Return the correction where the feed of a hole begins."""
     for trace, fit in zip(traces, fits):
-        if fit is not None and np.abs(np.array(trace.contour.end) - start).max() < NEAR:
+        if fit is not None and np.abs(np.array(trace.contour.end) - start).max() < SAME_PLACE_MM:
             return frame.ways(fit.pieces[-1].end - np.array(trace.contour.end))
     return None
 
@@ -172,7 +173,7 @@ def _blocks(
 
 
 def _even(blocks: Sequence[dict[str, float]], step: float) -> bool:
-    return all(abs(b[k] - blocks[0][k]) < SAME * step for b in blocks for k in (*AXES, "R"))
+    return all(abs(b[k] - blocks[0][k]) < SAME_INCREMENT_SHARE * step for b in blocks for k in (*AXES, "R"))
 
 
 def _write(
@@ -192,7 +193,7 @@ def _write(
                 stands = _standing(writer, name, frame, base)
             else:
                 stands = float(cur[AXES.index(letter)]) if frame.absolute else 0.0
-            changed = stands is None or abs(value - stands) > SAME * step
+            changed = stands is None or abs(value - stands) > SAME_INCREMENT_SHARE * step
             if k == 0 and (changed or letter in trace.words):
                 writer.word(index, trace, letter, value, value, frame.inch)
             elif k and changed:
@@ -243,9 +244,9 @@ def _arrive(
             new[i] += sum(nearest(b[letter], step) for b in steps)
     height = float(frame.numbers(np.array(last.contour.end))[normal])
     c = writer.cycle
-    if abs(height - r) < NEAR:
+    if abs(height - r) < SAME_PLACE_MM:
         new[normal] = r + blocks[-1]["up"]
-    elif abs(height - c["level"]) < NEAR:
+    elif abs(height - c["level"]) < SAME_PLACE_MM:
         new[normal] = c["new level"]
     else:
         new[normal] = height

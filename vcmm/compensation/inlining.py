@@ -23,7 +23,9 @@ from vcmm.program.dialects import Dialect
 from vcmm.program.moves import Move, Program
 from vcmm.program.trace import ExecutedBlock, TextCut, Trace
 
-SAME = 1e-6  # mm between a move and the same one written out: expressions are written with nine decimals
+SAME_MOVE_MM = (
+    1e-6  # mm between a move and the same one written out: expressions are written with nine decimals
+)
 INLINE = 200.0  # executed blocks for each line of the program, beyond which nothing is written out
 _NUMBER = re.compile(r"([ \t]*/?\d?[ \t]*)(N[ \t]*(\d+)[ \t]*)", re.IGNORECASE)
 _KLARTEXT_NUMBER = re.compile(r"([ \t]*)((\d+)[ \t]+)")
@@ -219,7 +221,7 @@ def _same(a: Move, b: Move) -> bool:
     return (
         (a.kind, a.plane, a.turns, a.clockwise, a.tool, a.offset, a.compensation, a.exact_stop)
         == (b.kind, b.plane, b.turns, b.clockwise, b.tool, b.offset, b.compensation, b.exact_stop)
-        and all(math.isclose(x, y, abs_tol=SAME) for x, y in ends)
+        and all(math.isclose(x, y, abs_tol=SAME_MOVE_MM) for x, y in ends)
         and math.isclose(*feeds, rel_tol=1e-6, abs_tol=1e-9)
         and math.isclose(a.spindle, b.spindle, rel_tol=1e-6, abs_tol=1e-6)
         and math.isclose(a.seconds, b.seconds, rel_tol=1e-6, abs_tol=1e-9)

@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.compensation.contours import sweep_of
 from vcmm.compensation.fitting import BlockFit
 from vcmm.compensation.frame import AXES, BlockFrame, frame_of
-from vcmm.compensation.numbers import HOLD, SAME, format_number, nearest
+from vcmm.compensation.numbers import HOLD, SAME_INCREMENT_SHARE, format_number, nearest
 from vcmm.compensation.source import Edit, semicolon_code
 from vcmm.compensation.writer import Stretch, Writer, best_centre
 from vcmm.core.run import Array
@@ -24,7 +24,7 @@ from vcmm.program.trace import Trace, WordAt
 
 POLAR = ("PR", "IPR", "PA", "IPA")
 CHANGED_FUNCTIONS = ("LP", "CT", "CTP")  # path functions that are turned into others
-STILL = 1e-6  # mm
+NO_MOTION_MM = 1e-6  # mm
 ANGLE = 4  # decimals of IPA, deg
 
 
@@ -102,7 +102,7 @@ class KlartextWriter(Writer):
         m = trace.contour
         if self.pole_moved and any(k in trace.words for k in POLAR):
             return False
-        if len(fit.pieces) > 1 or np.abs(self.q - frame.offset - np.array(m.start)).max() > STILL:
+        if len(fit.pieces) > 1 or np.abs(self.q - frame.offset - np.array(m.start)).max() > NO_MOTION_MM:
             return False
         piece = fit.pieces[0]
         off = float(np.abs(piece.end - np.array(m.end)).max())
@@ -111,7 +111,7 @@ class KlartextWriter(Writer):
                 off,
                 *(abs(float(piece.centre[i] - m.centre[i])) for i in PLANES[m.plane][:2]),
             )
-        return off < STILL
+        return off < NO_MOTION_MM
 
     def _turn(self, trace: Trace, frame: BlockFrame, index: int) -> None:
         """Convert LP -> L, CT and CTP -> C; arcs get their name in `_set_function`, once it is known whether they climb."""
@@ -152,7 +152,7 @@ class KlartextWriter(Writer):
         near = max(HOLD * step, self.slack * float(frame.scale[1]))
         rises = abs(wanted[n] - cur[n]) > near
         new[n] = nearest(float(wanted[n]), step) if rises or s.names(n) else cur[n]
-        self.helix = abs(new[n] - cur[n]) > SAME * step or trace.contour.turns > 1
+        self.helix = abs(new[n] - cur[n]) > SAME_INCREMENT_SHARE * step or trace.contour.turns > 1
         if self.helix:
             new = self._spiral(replace(s, end=new))
         return new
@@ -207,7 +207,7 @@ class KlartextWriter(Writer):
                 letter in trace.words
                 or s.split
                 or self.path != "C"
-                or abs(new[i] - cur[i]) > SAME * self.step(frame.inch)
+                or abs(new[i] - cur[i]) > SAME_INCREMENT_SHARE * self.step(frame.inch)
             ):
                 self.word(index, trace, letter, value, s.nominal(i, steps), frame.inch)
         n = s.plane[2]
@@ -284,7 +284,10 @@ class KlartextWriter(Writer):
         """Place the pole of an arc: where it is already, in the CC of the source, or in a new CC."""
         step, places = self.step(frame.inch), self.decimals[frame.inch]
         letters = [AXES[i] for i in PLANES[trace.contour.plane][:2]]
-        if self.pole is not None and max(abs(x - y) for x, y in zip(self.pole, centre)) < SAME * step:
+        if (
+            self.pole is not None
+            and max(abs(x - y) for x, y in zip(self.pole, centre)) < SAME_INCREMENT_SHARE * step
+        ):
             self.pole_free = False
             return
         if first and self.pole_free and trace.words["path"].text in ("C", "CP"):

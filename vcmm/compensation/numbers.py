@@ -11,7 +11,7 @@ import re
 
 from vcmm.program.trace import WordAt
 
-SAME = 1e-3  # share of an increment below which two values are one
+SAME_INCREMENT_SHARE = 1e-3  # share of an increment below which two values are one
 HOLD = 0.75  # increments by which an axis that the block does not name may be off before a word is added
 
 

@@ -40,7 +40,7 @@ from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis
 LEVER = 100.0  # mm; rigid tilts are the same over any length
 GAIN = 20.0  # rad of an axis for one of the tool, beyond which the position is singular
 WEAK = 1e-6  # rad of tilt that may be left in a cut at a singular position
-ROUNDS, SMALL = 4, 1e-6
+ROUNDS, DIFFERENCE_STEP_RAD = 4, 1e-6
 VECTORS = (("I", "J", "K"), ("A3", "B3", "C3"), ("TX", "TY", "TZ"))
 LEAST_ANGLE, LEAST_VECTOR = 3, 6  # decimals of degrees, of components of a unit vector
 SHARES = (0.0, 0.5, 1.0)  # of a move, where its direction is looked at
@@ -89,7 +89,10 @@ def orientation_correction(field: PathErrors, move: Ints, tips: Array, angle: Ar
         miss -= np.einsum("ki,ki->k", miss, wanted)[:, None] * wanted
         if k == ROUNDS - 1:
             break
-        slopes = [(direction(field, _step_angle(corrected, letter)) - now) / SMALL for letter in letters]
+        slopes = [
+            (direction(field, _step_angle(corrected, letter)) - now) / DIFFERENCE_STEP_RAD
+            for letter in letters
+        ]
         slope = np.stack(slopes, axis=2)
         size = np.linalg.svd(slope, compute_uv=False)
         singular = size[:, -1] < 1.0 / GAIN
@@ -100,7 +103,7 @@ def orientation_correction(field: PathErrors, move: Ints, tips: Array, angle: Ar
 
 def _step_angle(angle: Array, letter: int) -> Array:
     out = angle.copy()
-    out[:, letter] += SMALL
+    out[:, letter] += DIFFERENCE_STEP_RAD
     return out
 
 

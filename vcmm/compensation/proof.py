@@ -28,7 +28,7 @@ CUTS = ("line", "arc", "thread")
 SHORTEST = 1e-3  # mm: a block that moves less takes no time of the control
 _COMMENT = re.compile(r"\([^()\r\n]*\)|;[^\r\n]*")
 _SEMICOLON = re.compile(r";[^\r\n]*")
-SPACING, MOST = 2.0, 200
+SPACING, MOST_MOVE_PARTS = 2.0, 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ def walk(moves: Sequence[Move]) -> Walk:
             continue
         length = length_of(m)
         parts = max(math.ceil(length / SPACING), math.ceil(abs(sweep_of(m)) / 0.1), 2 if length > 0.5 else 1)
-        s = np.linspace(0.0, 1.0, min(parts, MOST) + 1)
+        s = np.linspace(0.0, 1.0, min(parts, MOST_MOVE_PARTS) + 1)
         which.append(np.full(len(s), i))
         share.append(s)
         tip.append(points(m, s))
@@ -218,7 +218,8 @@ def compare_comments(old: str, new: str, mark: Sequence[str], semicolon: bool = 
 def block_rate(moves: Sequence[Move]) -> tuple[float, int]:
     """Return the largest number of blocks per second at the programmed feed, and the line.
 
-    Moves that radius compensation adds at a corner belong to the same block: on a contour that is tangential but for the last digit such
+    Moves that radius compensation adds at a corner belong to the same block: on a contour that is tangential but for the last
+    digit such
     a move is an arc of a micrometre.
     """
     best, line = 0.0, 0

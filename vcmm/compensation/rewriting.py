@@ -22,11 +22,11 @@ from vcmm.compensation.frame import AXES, BlockFrame, frame_of
 from vcmm.compensation.header import SEMICOLON, header, place
 from vcmm.compensation.holes import drill
 from vcmm.compensation.languages import writer_of
-from vcmm.compensation.numbers import HOLD, SAME, nearest, value_of
+from vcmm.compensation.numbers import HOLD, SAME_INCREMENT_SHARE, nearest, value_of
 from vcmm.compensation.refusals import codes_of
 from vcmm.compensation.source import Edit, SourceText, apply_edits, at_line
 from vcmm.compensation.targets import moves_of, targets
-from vcmm.compensation.writer import SHORT, Writer
+from vcmm.compensation.writer import CHAINED_BLOCK_MM, Writer
 from vcmm.core.errors import DataError
 from vcmm.core.machine import Machine
 from vcmm.program.dialects import Dialect
@@ -108,7 +108,7 @@ def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit 
     off = writer.q - frame.offset - np.array(first.contour.end) - mean
     off[normal] = (down - float(shift)) / float(frame.scale[1])
     near = max(HOLD * writer.step(frame.inch), writer.slack * float(frame.scale[1]))
-    off[np.abs(off) * float(frame.scale[1]) > near + SAME * writer.step(frame.inch)] = (
+    off[np.abs(off) * float(frame.scale[1]) > near + SAME_INCREMENT_SHARE * writer.step(frame.inch)] = (
         0.0  # left off, not rounded
     )
     writer.rounding.append(off)
@@ -265,7 +265,9 @@ def _look_ahead(
         for m in (None if left is None else left.contour, following)
     )
     writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
-    writer.chain_ends = following is None or following.kind != "line" or length_of(following) > SHORT
+    writer.chain_ends = (
+        following is None or following.kind != "line" or length_of(following) > CHAINED_BLOCK_MM
+    )
     hole = next((t for t in (*traces[1:], then) if t is not None and t.cycle), None)
     writer.above = None
     if hole is not None and work.dialect.name in SEMICOLON and not traces[0].cycle:

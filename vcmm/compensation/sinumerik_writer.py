@@ -19,7 +19,7 @@ from vcmm.program.moves import PLANES, Move
 from vcmm.program.trace import Trace
 
 VIA = ("I1", "J1", "K1")
-STILL = 1e-6  # mm
+NO_MOTION_MM = 1e-6  # mm
 
 
 @dataclass(eq=False)
@@ -75,7 +75,7 @@ class SinumerikWriter(Writer):
         m = trace.contour
         frame = frame_of(trace)
         begin = np.abs(self.q - frame.offset - np.array(m.start)).max()
-        if len(fit.pieces) == 1 and begin < STILL and _same(m, fit.pieces[0]):
+        if len(fit.pieces) == 1 and begin < NO_MOTION_MM and _same(m, fit.pieces[0]):
             return trace, False
         self.drop(trace.line - 1, trace.words["AR"])
         a, b, _ = PLANES[m.plane]
@@ -164,4 +164,4 @@ def _same(m: Move, piece: BlockPiece) -> bool:
     assert piece.centre is not None
     a, b, _ = PLANES[m.plane]
     centre = max(abs(piece.centre[i] - m.centre[i]) for i in (a, b))
-    return bool(max(centre, np.abs(piece.end - np.array(m.end)).max()) < STILL)
+    return bool(max(centre, np.abs(piece.end - np.array(m.end)).max()) < NO_MOTION_MM)

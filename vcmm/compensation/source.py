@@ -14,7 +14,7 @@ from vcmm.program.reading import read_bytes
 
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
-_APART, _CLOSE = re.compile(r"[\d.]\s+[A-Za-z]"), re.compile(r"[\d.][A-Za-z]")
+_SPACED_WORDS, _JOINED_WORDS = re.compile(r"[\d.]\s+[A-Za-z]"), re.compile(r"[\d.][A-Za-z]")
 _BOM = "\ufeff"
 E = TypeVar("E", bound=VcmmError)
 
@@ -121,6 +121,6 @@ def semicolon_code(line: str) -> str:
 def separator(source: SourceText) -> str:
     """Return the separator between two words of the program: a blank, or nothing where words are written without."""
     code = [code_of(line) for line, _ in source.lines]
-    apart = sum(len(_APART.findall(line)) for line in code)
-    close = sum(len(_CLOSE.findall(line)) for line in code)
+    apart = sum(len(_SPACED_WORDS.findall(line)) for line in code)
+    close = sum(len(_JOINED_WORDS.findall(line)) for line in code)
     return " " if apart >= close else ""

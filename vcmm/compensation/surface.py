@@ -43,13 +43,11 @@ from vcmm.task.measuring.cut_scenario import CutScenario
 Bools = np.typing.NDArray[np.bool_]
 KNOT, MOST_KNOTS = 12.0, 24  # mm between knots of a line; of one move
 TURN = np.pi / 8  # between knots of an arc
-SMOOTH, SMALL = (
-    0.03,
-    1e-3,
-)  # weights of what changes along a move and of its size against a point that is measured: chosen
-STIFF = (
-    3.0  # the same of moves that make no point of the surface: they go along as a whole, and stay one block
-)
+# weights of what changes along a move and of its size against a point that is measured: chosen
+CHANGE_WEIGHT = 0.03
+SIZE_WEIGHT = 1e-3
+# the same of moves that make no point of the surface: they go along as a whole, and stay one block
+STIFF = 3.0
 UNSEEN = 1e-6  # mm: below it there is nothing to correct
 TURNS = 30  # of the search for the cuts that count
 
@@ -110,9 +108,9 @@ def _stiffness(moves: Sequence[Move], touched: Ints) -> Array:
     """Return the weight of a change along each move (n,): moves that cut a point may bend, a rapid across may lead anywhere, the rest
     stays straight."""
     out = np.full(len(moves), STIFF)
-    out[np.unique(touched)] = SMOOTH
+    out[np.unique(touched)] = CHANGE_WEIGHT
     across = [m.kind == "rapid" and m.start[:2] != m.end[:2] for m in moves]
-    out[np.array(across, dtype=bool)] = SMOOTH * SMALL
+    out[np.array(across, dtype=bool)] = CHANGE_WEIGHT * SIZE_WEIGHT
     return out
 
 
@@ -138,7 +136,7 @@ def _solve(first: Ints, same: Ints, stiff: Array, cuts: Cuts, counts: Bools) -> 
     change = coo_matrix(
         (np.concatenate([-pull, pull]), (rows, np.concatenate([a.ravel(), b.ravel()]))), (a.size, 3 * unknown)
     )
-    small = coo_matrix((np.full(3 * unknown, SMALL), (np.arange(3 * unknown),) * 2))
+    small = coo_matrix((np.full(3 * unknown, SIZE_WEIGHT), (np.arange(3 * unknown),) * 2))
     whole = vstack([shows[counts], change, small], format="csc")
     right = np.concatenate([cuts.over[counts], np.zeros(whole.shape[0] - int(counts.sum()))])
     solution = spsolve((whole.T @ whole).tocsc(), whole.T @ right)
@@ -149,9 +147,8 @@ SEARCH_PLACES = 24  # places along a move, for the share of a point beside it
 MUCH = 0.3  # of the largest departure that is left on a feature, to be told by name: chosen
 DAMPED = 0.5  # of what a round leaves, corrected in the next: at corners the whole of it swings
 LARGEST_ANGLE = 0.02  # rad between the normals with which two passes touch one point: chosen
-NEAR_BY = (
-    3.0  # times the largest departure: cuts that stay farther off take no part in a correction of that size
-)
+# times the largest departure: cuts that stay farther off take no part in a correction of that size
+NEAR_BY = 3.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,14 +16,12 @@ from vcmm.program.moves import Move
 from vcmm.program.trace import Trace
 from vcmm.shop.cutting.contactmap import Ints
 
-SPACING, MOST_SAMPLES = (
-    2.0,
-    400,
-)  # mm between the points at which a correction is computed; and at most per move
+# mm between the points at which a correction is computed; and at most per move
+SPACING = 2.0
+MOST_SAMPLES = 400
 CUTTING = ("line", "arc")
-CORNER = (
-    1.1  # times the stretch by which radius compensation shortens or lengthens the centre path at a corner
-)
+# times the stretch by which radius compensation shortens or lengthens the centre path at a corner
+CORNER = 1.1
 NEVER_SPLIT = (
     "M98",
     "M99",

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from vcmm.compensation.frame import AXES, CENTRES
-from vcmm.compensation.numbers import SAME, Diffusion, format_number, value_of
+from vcmm.compensation.numbers import SAME_INCREMENT_SHARE, Diffusion, format_number, value_of
 from vcmm.compensation.source import Edit, SourceText, apply_edits, code_of, separator
 from vcmm.core.run import Array
 from vcmm.program.dialects import Dialect
@@ -75,7 +75,7 @@ class Wording:
         pointless = word.decimals is None and self.dialect.decimal_point == "increment" and letter != "F"
         if word.plain:
             says = value_of(word) * (self.dialect.increment[inch] if pointless and value_of(word) else 1.0)
-            if abs(value - says) < SAME * step:
+            if abs(value - says) < SAME_INCREMENT_SHARE * step:
                 return
         elif abs(value - old) < 0.5 * step:
             return

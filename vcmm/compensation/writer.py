@@ -12,19 +12,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.compensation.codes import Code, behind
+from vcmm.compensation.codes import Code, codes_after_motion
 from vcmm.compensation.contours import length_of, sweep_of
 from vcmm.compensation.fitting import WHOLE, BlockFit, BlockPiece
 from vcmm.compensation.frame import AXES, CENTRES, BlockFrame, frame_of
 from vcmm.compensation.header import SEMICOLON
-from vcmm.compensation.numbers import HOLD, SAME, Diffusion, nearest
+from vcmm.compensation.numbers import HOLD, SAME_INCREMENT_SHARE, Diffusion, nearest
 from vcmm.compensation.source import Edit
 from vcmm.compensation.wording import Wording
 from vcmm.core.run import Array
 from vcmm.program.moves import PLANES
 from vcmm.program.trace import Trace
 
-SHORT = 5.0  # mm: chains of blocks up to this length carry their rounding along
+CHAINED_BLOCK_MM = 5.0  # mm: chains of blocks up to this length carry their rounding along
 TINY_ARC = 0.1  # mm: an arc shorter than this is shifted as a whole
 
 
@@ -100,7 +100,9 @@ class Writer(Wording):
             fit = self._shift_arc(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
 
-        last_codes = behind(self.source.lines[index][0], self.dialect) if len(fit.pieces) > 1 else []
+        last_codes = (
+            codes_after_motion(self.source.lines[index][0], self.dialect) if len(fit.pieces) > 1 else []
+        )
         for k, piece in enumerate(fit.pieces):
             cur = frame.numbers(self.q - (self._standing(trace) if k == 0 else frame.offset))
             split = len(fit.pieces) > 1
@@ -150,7 +152,10 @@ class Writer(Wording):
         kind, step, part = trace.contour.kind, self.step(frame.inch), s.share * length_of(trace.contour)
         wanted, new = frame.numbers(piece.end), cur.copy()
         short = (
-            self.carry and kind == "line" and part <= SHORT and not (self.chain_ends and piece.share == 1.0)
+            self.carry
+            and kind == "line"
+            and part <= CHAINED_BLOCK_MM
+            and not (self.chain_ends and piece.share == 1.0)
         )
         for i in range(3):
             diffusion = self.diffusions.setdefault((i, frame.inch), Diffusion(step))
@@ -187,9 +192,13 @@ class Writer(Wording):
             steps = self.relative(trace, frame, i, True)
             value = float(new[i] - cur[i] if steps else new[i])
             old = s.nominal(i, steps)
-            if s.whole and letter in trace.words and abs(value - nearest(value, step)) > SAME * step:
+            if (
+                s.whole
+                and letter in trace.words
+                and abs(value - nearest(value, step)) > SAME_INCREMENT_SHARE * step
+            ):
                 self.drop(index, trace.words[letter])
-            elif letter in trace.words or abs(new[i] - cur[i]) > SAME * step:
+            elif letter in trace.words or abs(new[i] - cur[i]) > SAME_INCREMENT_SHARE * step:
                 self.word(index, trace, letter, value, old, frame.inch)
         if trace.contour.kind == "arc":
             self._centre(s)
@@ -205,7 +214,7 @@ class Writer(Wording):
         kept = s.plane[:2] if m.kind == "arc" else ()
         words = []
         for i, letter in enumerate(AXES):
-            if abs(new[i] - cur[i]) > SAME * step or i in kept:
+            if abs(new[i] - cur[i]) > SAME_INCREMENT_SHARE * step or i in kept:
                 value = float(new[i] - cur[i] if self.relative(trace, frame, i, False) else new[i])
                 words.append(
                     self.spelt(
@@ -231,7 +240,7 @@ class Writer(Wording):
             present, step = letter in trace.words, self.step(frame.inch)
             if (
                 present
-                or abs(value) > SAME * step
+                or abs(value) > SAME_INCREMENT_SHARE * step
                 or self.centre_absolute(trace, frame, CENTRES.find(letter))
             ):
                 old = math.inf if s.split else nominal[letter]

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from vcmm import __version__
-from vcmm.core.crew import Crew, alone
+from vcmm.core.crew import Crew, in_process
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.whole_files import write_files
 
@@ -59,11 +59,11 @@ class Store(Protocol):
 
     def write(self, key: str, block: Block, result: Any) -> None: ...
 
-    def finish(self, key: str) -> None: ...
+    def discard(self, key: str) -> None: ...
 
 
 @dataclass(frozen=True)
-class Nowhere:
+class NoStore:
     """A store that keeps nothing, for jobs that are quickly done again."""
 
     def read(self, key: str) -> Iterator[tuple[Block, Any]]:
@@ -71,7 +71,7 @@ class Nowhere:
 
     def write(self, key: str, block: Block, result: Any) -> None: ...
 
-    def finish(self, key: str) -> None: ...
+    def discard(self, key: str) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Folder:
     def write(self, key: str, block: Block, result: Any) -> None:
         write_files(self.path / key, {f"{block[0]}-{block[1]}.json": json.dumps(result)})
 
-    def finish(self, key: str) -> None:
+    def discard(self, key: str) -> None:
         shutil.rmtree(self.path / key, ignore_errors=True)
 
 
@@ -110,18 +110,18 @@ class Shards:
     def write(self, key: str, block: Block, result: Any) -> None:
         raise DataError(f"no shard holds the block from {block[0]} on; name the files of all shards")
 
-    def finish(self, key: str) -> None: ...
+    def discard(self, key: str) -> None: ...
 
 
 @dataclass(frozen=True)
 class Sharing:
     """Sharing of a job: the computing crew, the store of results, and the wanted part (share; None for all)."""
 
-    crew: Crew = alone
-    store: Store = field(default_factory=Nowhere)
+    crew: Crew = in_process
+    store: Store = field(default_factory=NoStore)
     share: Share | None = None
 
-    def finish(
+    def run_blocks(
         self, key: str, work: Work, payload: Any, items: Mapping[Block, Any]
     ) -> Iterator[tuple[Block, Any]]:
         """Yield (block, result) in the order of completion, those that were kept first. Raises ShardDone at the end where a share is wanted.
@@ -133,29 +133,29 @@ class Sharing:
         for block, result in self.store.read(key):
             if block in left:
                 del left[block]
-                yield block, self._note(part, block, result)
+                yield block, self._collect(part, block, result)
         todo = list(left)
         if todo and isinstance(self.store, Shards):
             self.store.write(key, todo[0], None)
         try:
             for i, result in self.crew(work, payload, [items[b] for b in todo]):
                 self.store.write(key, todo[i], result)
-                yield todo[i], self._note(part, todo[i], result)
+                yield todo[i], self._collect(part, todo[i], result)
         except KeyboardInterrupt as error:
             if isinstance(self.store, Folder):
                 error.add_note("what is finished is kept: the same call goes on where it was")
             raise
-        self.store.finish(key)
+        self.store.discard(key)
         if self.share:
             raise ShardDone(key, part)
 
-    def _note(self, part: dict[Block, Any], block: Block, result: Any) -> Any:
+    def _collect(self, part: dict[Block, Any], block: Block, result: Any) -> Any:
         """Keep the result of a block for a share, which is handed over as a whole; otherwise return it and keep nothing."""
         if self.share:
             part[block] = result
         return result
 
-    def all_of(
+    def map_items(
         self,
         key: str,
         work: Work,
@@ -167,7 +167,7 @@ class Sharing:
         every = {(i, 1): item for i, item in enumerate(items)}
         count = len(self.share.take(list(every))) if self.share else len(every)
         results: dict[Block, Any] = {}
-        for block, result in self.finish(key, work, payload, every):
+        for block, result in self.run_blocks(key, work, payload, every):
             results[block] = result
             progress(len(results) / count)
         return [results[block] for block in every]

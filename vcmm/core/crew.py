@@ -27,8 +27,8 @@ Portion = list[tuple[int, Any]]  # number and item
 FinishedPortion = tuple[float, list[Any]]  # s, results
 Crew = Callable[[Callable[[Any, Any], Any], Any, Sequence[Any]], Iterator[tuple[int, Any]]]
 MOST_WORKERS = 4  # for every core; each takes memory, and more than one gains nothing
-ANSWER, MOST_PORT = 3.0, 65535  # s for somebody to listen at the address of a scheduler
-PATIENCE = 10.0  # s, with what listens there and does not answer
+CONNECT_TIMEOUT_S, MOST_PORT = 3.0, 65535  # s for somebody to listen at the address of a scheduler
+CLIENT_TIMEOUT_S = 10.0  # s, with what listens there and does not answer
 SPAN = 1.0  # s of work that is sent at a time: sending some blocks costs as much as sending one, milliseconds of every process
 AHEAD = 2  # portions in hand per worker: it never waits, and results do not pile up
 LOOK = 5.0  # s between two looks at how many workers a cluster has
@@ -57,10 +57,12 @@ def crew_of(workers: int | None = None, cluster: str | None = None) -> Crew:
     if cluster is not None:
         _check_address(cluster)
         return on_cluster(cluster)
-    return alone if workers in (None, 1) else processes(int(workers or 1))
+    return in_process if workers in (None, 1) else processes(int(workers or 1))
 
 
-def alone(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+def in_process(
+    work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]
+) -> Iterator[tuple[int, Any]]:
     """Yield (number of the item, result) one after another, computed in this process."""
     for i, item in enumerate(items):
         yield i, work(payload, item)
@@ -69,7 +71,7 @@ def alone(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -
 _current_job: Any = None  # (work, payload) of this worker
 
 
-def _hold(packed: bytes, lifeline: Any) -> None:
+def _initialise_worker(packed: bytes, lifeline: Any) -> None:
     """Take the payload; end with the process that started this one, even where that was killed, and with `lifeline`.
 
     A key that interrupts reaches every process of a terminal: here it does nothing, the process that started this one decides.
@@ -90,7 +92,7 @@ def _end_with_parent(lifeline: Any) -> None:
         os._exit(1)
 
 
-def _held_portion(items: Sequence[Any]) -> FinishedPortion:
+def _work_on_worker(items: Sequence[Any]) -> FinishedPortion:
     work, payload = _current_job
     return _work_portion(work, payload, items)
 
@@ -108,17 +110,17 @@ def _work_portion(work: Callable[[Any, Any], Any], payload: Any, items: Sequence
 class Portions:
     """Portions of items for the workers: about SPAN of work each, one item where that takes longer, less towards the end.
 
-    hands: number of workers. Each of the last portions is half of one worker's share of the remaining items, so that all workers end together.
+    workers: number of workers. Each of the last portions is half of one worker's share of the remaining items, so that all workers end together.
     """
 
-    def __init__(self, items: dict[int, Any], hands: int) -> None:
-        self.left, self.hands = [*items.items()][::-1], hands
+    def __init__(self, items: dict[int, Any], workers: int) -> None:
+        self.left, self.workers = [*items.items()][::-1], workers
         self.seconds, self.counted = 0.0, 0
 
     def next(self) -> Portion:
         """Return the next portion, empty at the end."""
         each = self.seconds / self.counted if self.counted else SPAN
-        most = min(SPAN / max(each, 1e-9), len(self.left) / (2 * self.hands))
+        most = min(SPAN / max(each, 1e-9), len(self.left) / (2 * self.workers))
         return [self.left.pop() for _ in range(min(max(1, int(most)), len(self.left)))]
 
     def results(self, portion: Portion, done: FinishedPortion) -> Iterator[tuple[int, Any]]:
@@ -163,13 +165,13 @@ def _until_a_death(workers: int, packed: bytes, left: dict[int, Any]) -> Iterato
     from multiprocessing import Pipe, get_context
 
     there, here = Pipe(duplex=False)
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _hold, (packed, there))
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _initialise_worker, (packed, there))
     portions, running = Portions(left, workers), dict[Future[FinishedPortion], Portion]()
     try:
         with suppress(BrokenProcessPool):
             while True:
                 while len(running) < AHEAD * workers and (portion := portions.next()):
-                    running[pool.submit(_held_portion, [item for _, item in portion])] = portion
+                    running[pool.submit(_work_on_worker, [item for _, item in portion])] = portion
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -190,7 +192,7 @@ def _check_address(address: str) -> None:
             f'--cluster "{address}"; write the address that dask scheduler tells, for example tcp://scheduler:8786'
         )
     try:
-        socket.create_connection((match[1].strip("[]"), int(match[2])), timeout=ANSWER).close()
+        socket.create_connection((match[1].strip("[]"), int(match[2])), timeout=CONNECT_TIMEOUT_S).close()
     except (OSError, UnicodeError) as error:
         raise Environment(_silent(address, error)) from None
 
@@ -217,18 +219,18 @@ def on_cluster(address: str) -> Crew:
 
 
 def _client(distributed: Any, address: str) -> Any:
-    """Return a client that answers within PATIENCE: Dask itself waits for ever for a program that listens there and is no scheduler."""
+    """Return a client that answers within CLIENT_TIMEOUT_S: Dask itself waits for ever for a program that listens there and is no scheduler."""
     outcomes: list[Any] = []
 
     def meet() -> None:
         try:
-            outcomes.append(distributed.Client(address, timeout=PATIENCE, set_as_default=False))
+            outcomes.append(distributed.Client(address, timeout=CLIENT_TIMEOUT_S, set_as_default=False))
         except Exception as error:
             outcomes.append(error)
 
     meeting = Thread(target=meet, daemon=True)
     meeting.start()
-    meeting.join(PATIENCE + ANSWER)
+    meeting.join(CLIENT_TIMEOUT_S + CONNECT_TIMEOUT_S)
     if not outcomes or isinstance(outcomes[0], Exception):
         raise Environment(_silent(address, outcomes[0] if outcomes else "what listens there is none"))
     return outcomes[0]
@@ -255,8 +257,8 @@ def _by_client(
     def hand_out() -> None:
         nonlocal looked
         if perf_counter() - looked > LOOK:
-            portions.hands, looked = max(1, sum(client.nthreads().values())), perf_counter()
-        while len(running) < AHEAD * portions.hands and (portion := portions.next()):
+            portions.workers, looked = max(1, sum(client.nthreads().values())), perf_counter()
+        while len(running) < AHEAD * portions.workers and (portion := portions.next()):
             some = [item for _, item in portion]
             future = client.submit(_on_worker, shared, some, retries=DEATHS, pure=False)
             running[future] = portion

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 
-MOST_DIGITS = (
-    5  # different last digits in a column: numbers that happen to be round (nominal ones) have fewer
-)
+# different last digits in a column: numbers that happen to be round (nominal ones) have fewer
+MOST_DIGITS = 5
 LEAST_DECIMALS = 2  # decimals that are written on purpose; 15.0 may be an exact number as a program prints it
 
 

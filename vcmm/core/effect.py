@@ -59,15 +59,14 @@ OF_AN_ANGLE = {
 }  # what a length is about an axis that turns
 FREE_LINKS = ("tip", "tool", "command", "reading")  # links that are no axis
 COLUMN = {letter: i for i, letter in enumerate("XYZABC")}  # EXj -> 0 ... ECj -> 5
-POSITIONS, POINTS, LETTERS, GRIDS, LENGTH, TEXT, WHOLE = (
-    "positions",
-    "points",
-    "letters",
-    "grids",
-    "length",
-    "text",
-    "whole",
-)  # what a further key of an effect's table holds
+# what a further key of an effect's table holds
+POSITIONS = "positions"
+POINTS = "points"
+LETTERS = "letters"
+GRIDS = "grids"
+LENGTH = "length"
+TEXT = "text"
+WHOLE = "whole"
 E = TypeVar("E", bound="Effect")
 
 

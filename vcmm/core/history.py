@@ -33,8 +33,8 @@ from vcmm.core.run import Array, Run
 Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.intp]
 RESTING = 0.05  # share of the largest acceleration of a path below which it is none
-LONG = 20_000  # rows from which the walk along an axis is compiled
-STILL = 1e-7  # mm or rad: an axis that moves back by less has not reversed (rounding of positions)
+LEAST_COMPILED_ROWS = 20_000  # rows from which the walk along an axis is compiled
+NO_REVERSAL = 1e-7  # mm or rad: an axis that moves back by less has not reversed (rounding of positions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,17 +73,17 @@ def taken_up_between(before: Array, q_before: Array, q: Array, half: Array) -> A
     return np.where(half > 0.0, np.clip(before + (q - q_before) / wide, -1.0, 1.0), before)
 
 
-def sense_and_since(q: Array, still: float | Array = STILL) -> tuple[Array, Array]:
+def sense_and_since(q: Array, still: float | Array = NO_REVERSAL) -> tuple[Array, Array]:
     """Return the sense (n,) and the distance since the last reversal (n,) along positions q (n,), mm or rad.
 
     A reversal is noticed once the axis has come back from its furthest point by more than `still` (one, or n of them), and counts
     from that furthest point. The first reversal is the start; before the axis first moves its sense is 0.
     """
-    if len(q) >= LONG:
+    if len(q) >= LEAST_COMPILED_ROWS:
         from vcmm.core import _history_kernels as kernels
 
         band = np.ascontiguousarray(np.broadcast_to(np.asarray(still, dtype=float), len(q)))
-        pair = kernels.sense_and_since(np.ascontiguousarray(q, dtype=float), band, STILL)
+        pair = kernels.sense_and_since(np.ascontiguousarray(q, dtype=float), band, NO_REVERSAL)
         return np.asarray(pair[0]), np.asarray(pair[1])
     sense, since = np.zeros(len(q)), np.zeros(len(q))
     direction, turned = 0, float(q[0]) if len(q) else 0.0
@@ -92,7 +92,7 @@ def sense_and_since(q: Array, still: float | Array = STILL) -> tuple[Array, Arra
         ahead = (x - furthest) * direction if direction else abs(x - furthest)
         if ahead > 0 and direction:
             furthest = x
-        elif (direction and ahead < -least) or (not direction and ahead > STILL):
+        elif (direction and ahead < -least) or (not direction and ahead > NO_REVERSAL):
             direction, turned, furthest = (1 if x > furthest else -1), furthest, x
         sense[i], since[i] = direction, abs(furthest - turned)
     return sense, since
@@ -165,7 +165,7 @@ def path_history(
     for axis, q in position.items():
         unit = axis_unit(axis)
         width = (widths or {}).get(axis)
-        band = STILL if width is None else width.band
+        band = NO_REVERSAL if width is None else width.band
         out[f"sense_{axis}"], out[f"since_reversal_{axis}_{unit}"] = sense_and_since(q, band)
         if width is not None and width.half.any():
             out[play_name(axis)] = taken_up(q, width.half)
@@ -256,7 +256,7 @@ def turning_repeats(q: Array) -> Bools:
     out = np.zeros(len(q), dtype=bool)
     begin, at = 0, q.tolist()
     for end in range(1, len(q) + 1):
-        if end < len(q) and abs(at[end] - at[begin]) <= STILL:
+        if end < len(q) and abs(at[end] - at[begin]) <= NO_REVERSAL:
             continue
         before = at[begin] - at[begin - 1] if begin else 0.0
         after = at[end] - at[begin] if end < len(q) else 0.0

@@ -14,5 +14,5 @@ MAPPED_SIZE = 8 << 20  # bytes; never touched, so that none of them is ever fetc
 
 
 def keep_in_hand() -> None:
-    """Keep up to twice MAPPED of the memory that this process frees from now on."""
+    """Keep up to twice `MAPPED_SIZE` of the memory that this process frees from now on."""
     np.empty(MAPPED_SIZE, dtype=np.uint8)

@@ -14,11 +14,11 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from vcmm.core.effect import Effect, required
-from vcmm.core.history import STILL, Width, axis_unit, play_name
+from vcmm.core.history import NO_REVERSAL, Width, axis_unit, play_name
 from vcmm.core.run import Array, Run
 
 STRAIGHT = 0.01  # of a course that a straight one may leave and say the same in other words: a fifth of what templates err by
-FAR = 1e6  # mm or rad since a reversal: nothing of it is left
+FORGOTTEN_TRAVEL = 1e6  # mm or rad since a reversal: nothing of it is left
 AFTER = tuple(10.0 ** (k / 4) for k in range(-12, 9))  # mm or rad, 0.001 to 100: where a pulse is looked for
 PLAY_COLUMNS = ("sense_", "since_reversal_", "load_kg")  # columns of effects that are play
 
@@ -82,8 +82,8 @@ def _width(effects: Sequence[Effect], axis: str, position: Mapping[str, Array]) 
         run = Run(dict(position), np.zeros((n, 3)), columns)
         return np.sum([e.error_motion(run)[:, "XYZABC".index(axis)] for e in effects], axis=0)
 
-    settled = along(1.0, FAR)
-    jump = along(-1.0, FAR) - along(1.0, 0.0)
+    settled = along(1.0, FORGOTTEN_TRAVEL)
+    jump = along(-1.0, FORGOTTEN_TRAVEL) - along(1.0, 0.0)
     late = np.max([np.abs(along(1.0, s) - settled) for s in AFTER], axis=0)  # what is made up on the way
-    band = np.max([np.full(n, STILL), jump, along(-1.0, FAR) - settled, late], axis=0)
+    band = np.max([np.full(n, NO_REVERSAL), jump, along(-1.0, FORGOTTEN_TRAVEL) - settled, late], axis=0)
     return Width(np.maximum(jump, 0.0) / 2.0, band)

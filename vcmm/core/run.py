@@ -21,11 +21,8 @@ from vcmm.core.memory import keep_in_hand
 keep_in_hand()
 Array = npt.NDArray[np.float64]
 T0_DEG_C = 20.0  # ISO 1: the reference temperature of every dimension
-TOOL_AXIS_COLUMNS = (
-    "tool_axis_x",
-    "tool_axis_y",
-    "tool_axis_z",
-)  # workpiece axes, where rotary axes turn the tool
+# workpiece axes, where rotary axes turn the tool
+TOOL_AXIS_COLUMNS = ("tool_axis_x", "tool_axis_y", "tool_axis_z")
 FORCE_COLUMNS = ("force_x_N", "force_y_N", "force_z_N")  # of the part on the tool, workpiece axes
 POWER_COLUMN = "spindle_load_W"  # cutting power, over the time of the program
 OFFSET_LABEL = "work_offset"  # the label that names the work offset a row was cut under

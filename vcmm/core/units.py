@@ -383,7 +383,7 @@ def _add(a: Dimension, b: Dimension, sign: int) -> Dimension:
     return (d[0], d[1], d[2], d[3], d[4], d[5])
 
 
-def plain(value: float, digits: int = 3) -> str:
+def significant_text(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits and, between 1e-4 and 1e7, without an exponent: 3750, 0.0125, 2.1e-06."""
     text = f"{value:.{digits}g}"
     if "e" not in text or not 1e-4 <= abs(value) < 1e7:

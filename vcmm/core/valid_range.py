@@ -34,7 +34,7 @@ def check_range(text: str, what: str) -> None:
         limits(text, what)
 
 
-def within(text: str, what: str, sensor: str, temperature: Array) -> Array:
+def checked_temperatures(text: str, what: str, sensor: str, temperature: Array) -> Array:
     """Return the temperatures (n,), after checking that they lie within the trained range. Raises ModelLimit where they lie beyond the
     trained range by more than a tenth of it.
 

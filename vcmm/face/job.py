@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
-from vcmm.core.blocks import Folder, Nowhere, ShardDone, Share, Sharing
+from vcmm.core.blocks import Folder, NoStore, ShardDone, Share, Sharing
 from vcmm.core.blocks import Progress as Progress
 from vcmm.core.crew import crew_of
 from vcmm.core.errors import UsageError
@@ -242,7 +242,7 @@ def sharing_of(workers: int | None, cluster: str | None, shard: str | None, keep
     """
     long = keep or workers is not None or cluster is not None or shard is not None
     folder = _block_folder() if long else None
-    return Sharing(crew_of(workers, cluster), Folder(folder) if folder else Nowhere(), share_of(shard))
+    return Sharing(crew_of(workers, cluster), Folder(folder) if folder else NoStore(), share_of(shard))
 
 
 def share_of(text: str | None) -> Share | None:

@@ -271,7 +271,7 @@ def checked_model(model: type[M], data: object, problems: Problems, at: Location
         return None
 
 
-def whole(table: Table, data: object) -> bool:
+def is_complete(table: Table, data: object) -> bool:
     """Return whether a table still has all keys it was given: the remainder of a wrong one gives false complaints only."""
     return isinstance(data, dict) and set(data) == table.model_fields_set
 

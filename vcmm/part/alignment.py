@@ -30,7 +30,7 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.pose import Array, Pose, dot, length, triad, unit
 from vcmm.part.fit import FittedElement
 from vcmm.part.fit import hold_axis as held_by
-from vcmm.part.part import KINDS, Feature, Shape, centre, frame
+from vcmm.part.part import FEATURE_KINDS, Feature, Shape, centre, frame
 
 AXES = ("line", "cylinder", "cone")
 FitAgain = Callable[[str, Array, Array | None], Shape]  # name, axis, direction about which it may turn
@@ -189,7 +189,7 @@ def _pair(name: str, features: Mapping[str, Feature], fitted: Mapping[str, Shape
 
 
 def _has_direction(pair: _Pair) -> bool:
-    return KINDS[pair.nominal.kind].direction and pair.nominal.kind != "point"
+    return FEATURE_KINDS[pair.nominal.kind].direction and pair.nominal.kind != "point"
 
 
 def _direction(pair: _Pair, start: Pose | None) -> _Direction:

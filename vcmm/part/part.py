@@ -25,7 +25,7 @@ from vcmm.part.mesh import Mesh, load_mesh
 from vcmm.part.nominal import NominalPoints, distance_and_normal
 
 __all__ = [
-    "KINDS",
+    "FEATURE_KINDS",
     "TYPES",
     "Characteristic",
     "Feature",
@@ -53,7 +53,7 @@ class Kind:
     direction: bool = True
 
 
-KINDS: Mapping[str, Kind] = MappingProxyType(
+FEATURE_KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         "point": Kind((), ()),
         "line": Kind((), ("length",)),
@@ -91,7 +91,7 @@ class Feature:
     `point` (3,): centre, point on a plane, or for line, cylinder and cone the end from which `axis` leads
     along the length. `axis` (3,): normal out of the material (plane, point), direction or axis; zeros for
     sphere, mesh and points.
-    `sizes` as in KINDS: a cone's radius grows along its axis. `extent`: size along u and v, or the length.
+    `sizes` as in FEATURE_KINDS: a cone's radius grows along its axis. `extent`: size along u and v, or the length.
     `u` (3,): see the head of this module; by default `triad` chooses it from the axis.
     `nominal`: the surface of kind points, next to which `point` is the middle.
     """
@@ -115,7 +115,7 @@ class Feature:
         problems = list(_feature_problems(self))
         if problems:
             raise DataError(f'Feature "{self.name}": {problem}' for problem in problems)
-        if KINDS[self.kind].direction:
+        if FEATURE_KINDS[self.kind].direction:
             object.__setattr__(self, "axis", read_only_copy(unit(self.axis)))
 
     @property
@@ -125,10 +125,10 @@ class Feature:
 
 
 def _feature_problems(f: Feature) -> Iterable[str]:
-    if f.kind not in KINDS:
-        yield f'unknown type "{f.kind}".{choose_from(f.kind, KINDS)}'
+    if f.kind not in FEATURE_KINDS:
+        yield f'unknown type "{f.kind}".{choose_from(f.kind, FEATURE_KINDS)}'
         return
-    kind = KINDS[f.kind]
+    kind = FEATURE_KINDS[f.kind]
     if (f.kind == "points") != (f.nominal is not None):
         yield "nominal points belong to the type points, and it needs them."
     for word, vector in (("point", f.point), ("axis", f.axis), ("u", f.u)):
@@ -198,12 +198,12 @@ def _part_problems(part: Part) -> Iterable[str]:
 
 def frame(feature: Feature) -> Array:
     """Return orthonormal rows u, v, w (3, 3) of the feature, w = axis; the axes of the frame for sphere, mesh and points."""
-    return triad(feature.axis, feature.u) if KINDS[feature.kind].direction else np.eye(3)
+    return triad(feature.axis, feature.u) if FEATURE_KINDS[feature.kind].direction else np.eye(3)
 
 
 def feature_to_frame(feature: Feature, b_from_a: Pose) -> Feature:
     """Return the same feature in another frame (one pose, not a batch)."""
-    u = b_from_a.turn(frame(feature)[0]) if KINDS[feature.kind].direction else None
+    u = b_from_a.turn(frame(feature)[0]) if FEATURE_KINDS[feature.kind].direction else None
     point, axis = b_from_a.apply(feature.point), b_from_a.turn(feature.axis)
     nominal = feature.nominal and feature.nominal.to_frame(b_from_a)
     return replace(feature, point=point, axis=axis, u=u, nominal=nominal)

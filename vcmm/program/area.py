@@ -19,7 +19,7 @@ from vcmm.program.faults import BlockFault
 from vcmm.program.moves import Move
 from vcmm.program.offsetting import ContourPiece, Vec, piece_of, planar
 from vcmm.program.pieces import (
-    SAME,
+    SAME_POINT_MM,
     crossings,
     cut_all,
     distance,
@@ -87,36 +87,42 @@ class Area:
         corners = {q[across] for r in self.rings for p in r for q in (p.start, p.end)}
         for k in range(1, count):
             at = low + (high - low) * k / count
-            while any(abs(at - c) < SAME for c in corners):  # a row through a corner would count it twice
-                at += 3.0 * SAME
+            while any(
+                abs(at - c) < SAME_POINT_MM for c in corners
+            ):  # a row through a corner would count it twice
+                at += 3.0 * SAME_POINT_MM
             cuts = sorted(x for r in self.rings for p in r for x in crossings(p, across, at))
             pairs = zip(cuts[::2], cuts[1::2])
             yield [
-                ((a, at), (b, at)) if across == 1 else ((at, a), (at, b)) for a, b in pairs if b - a > SAME
+                ((a, at), (b, at)) if across == 1 else ((at, a), (at, b))
+                for a, b in pairs
+                if b - a > SAME_POINT_MM
             ]
 
     def is_clear(self, begin: Vec, end: Vec) -> bool:
         """Return whether a straight way at one height stays in the area."""
-        if math.dist(begin, end) < SAME:
+        if math.dist(begin, end) < SAME_POINT_MM:
             return True
         way = ContourPiece(begin, end)
         shares = [0.0, 1.0, *(share_at(way, q) for r in self.rings for p in r for q in meetings(way, p))]
         for a, b in pairwise(sorted(min(max(s, 0.0), 1.0) for s in shares)):
-            if (b - a) * math.dist(begin, end) > 4.0 * SAME and not self.holds(point_at(way, 0.5 * (a + b))):
+            if (b - a) * math.dist(begin, end) > 4.0 * SAME_POINT_MM and not self.holds(
+                point_at(way, 0.5 * (a + b))
+            ):
                 return False
         return True
 
     def holds(self, point: Vec) -> bool:
         """Return whether a point lies in the area, its edge counted in."""
         pieces = [p for r in self.rings for p in r]
-        return any(distance(p, point) < SAME for p in pieces) or _is_inside(pieces, point)
+        return any(distance(p, point) < SAME_POINT_MM for p in pieces) or _is_inside(pieces, point)
 
 
 def _is_inside(pieces: Sequence[ContourPiece], point: Vec) -> bool:
     """Return whether a ray to the right crosses closed pieces an odd number of times."""
     at = point[1]
-    while any(abs(at - q[1]) < SAME / 10 for p in pieces for q in (p.start, p.end)):
-        at += SAME / 3
+    while any(abs(at - q[1]) < SAME_POINT_MM / 10 for p in pieces for q in (p.start, p.end)):
+        at += SAME_POINT_MM / 3
     return sum(x > point[0] for p in pieces for x in crossings(p, 1, at)) % 2 == 1
 
 
@@ -154,7 +160,7 @@ def area(contours: Sequence[tuple[Sequence[Move], str]], off: float) -> Area:
     for moves, side in contours:
         if not is_closed(moves):
             raise BlockFault(0, "a contour to be cleared ends where it begins; close it")
-        ring = tuple(p for p in map(piece_of, filter(planar, moves)) if length_of(p) > SAME)
+        ring = tuple(p for p in map(piece_of, filter(planar, moves)) if length_of(p) > SAME_POINT_MM)
         rings.append((ring, (_signed(ring) > 0.0) == (side == "left")))
     walls = Walls(tuple(r for r, inside in rings if inside), tuple(r for r, inside in rings if not inside))
     if not walls.pockets:
@@ -190,7 +196,7 @@ def _beside(edge: Sequence[ContourPiece], off: float) -> list[ContourPiece]:
 
 
 def _is_free(walls: Walls, edge: Sequence[ContourPiece], point: Vec, off: float) -> bool:
-    return all(distance(p, point) > off - SAME for p in edge) and walls.holds(point)
+    return all(distance(p, point) > off - SAME_POINT_MM for p in edge) and walls.holds(point)
 
 
 def _begin_at(ring: Sequence[ContourPiece], point: Vec) -> Ring:

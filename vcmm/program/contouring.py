@@ -14,7 +14,7 @@ from vcmm.program.recorder import Recorder
 from vcmm.program.rounding import round_corners
 
 Flat = tuple[float, float]
-FAR = 1e3  # mm, of a lead that is longer than any tool is wide
+LONG_LEAD_MM = 1e3  # mm, of a lead that is longer than any tool is wide
 CLOSED = 1e-6  # mm from the end of a contour to its begin
 
 
@@ -48,7 +48,7 @@ def record_contour(r: Recorder) -> Iterator[RecordedContour]:
         setattr(r, name, value)
 
 
-def beside(
+def offset_contour(
     moves: Sequence[Move], side: str | None, radius: float, style: Style, file: str, closed: bool = False
 ) -> list[Move]:
     """Return the contour as the path of the tool centre, without ways in and out. closed: it begins and ends at a corner of its own."""
@@ -75,7 +75,7 @@ def _lead(move: Move, behind: bool) -> Move:
     end = move.end if behind else move.start
     far = list(end)
     for k, value in ((first, a), (second, b)):
-        far[k] += value * FAR * (1.0 if behind else -1.0)
+        far[k] += value * LONG_LEAD_MM * (1.0 if behind else -1.0)
     away = (far[0], far[1], far[2])
     line = move._replace(kind="line", centre=None, clockwise=None, turns=1)
     return line._replace(start=end, end=away) if behind else line._replace(start=away, end=end)

@@ -15,7 +15,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 Primitive = TypeVar("Primitive")
 
-KINDS = {  # kind -> what becomes of a number
+NUMBER_KINDS = {  # kind -> what becomes of a number
     "mm": "a length with its sign, mm",
     "size": "a length without sign, mm",
     "radius": "a length along X, mm; halved where X counts diameters",
@@ -109,8 +109,8 @@ def cycle(parameters: str, primitive: Primitive) -> Cycle[Primitive]:
     for part in filter(None, map(str.strip, parameters.split(","))):
         word, kind = part.split()
         name, _, meaning = word.partition("=")
-        if kind.rstrip("?!") not in KINDS:
-            raise ValueError(f"{kind} is no kind of a parameter; known are {', '.join(KINDS)}")
+        if kind.rstrip("?!") not in NUMBER_KINDS:
+            raise ValueError(f"{kind} is no kind of a parameter; known are {', '.join(NUMBER_KINDS)}")
         out.append(
             CycleParameter(name, meaning or name, kind.rstrip("?!"), kind.endswith("?"), kind.endswith("!"))
         )

@@ -14,8 +14,8 @@ COARSE = {  # pitch of coarse metric threads, mm: ISO 261
     36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0,
 }  # fmt: skip
 
-STILL = 1e-12  # mm
-MOST = 100_000  # holes of a pattern, infeeds of a hole
+NO_MOTION_MM = 1e-12  # mm
+MOST_CYCLE_STEPS = 100_000  # holes of a pattern, infeeds of a hole
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Hole:
     def to(self, height: float, rapid: bool) -> None:
         """Move along the axis of the tool."""
         point, normal = list(self.recorder.p), PLANES[self.recorder.plane][2]
-        if not self.idle and abs(point[normal] - height) < STILL:
+        if not self.idle and abs(point[normal] - height) < NO_MOTION_MM:
             return
         point[normal] = height
         self.recorder.straight((point[0], point[1], point[2]), rapid)
@@ -101,7 +101,9 @@ def depths_of(
 
 
 def whole_count(number: float) -> int:
-    """Return a count of holes, infeeds or repetitions as a whole number. Raises BlockFault beyond `MOST`."""
-    if not number <= MOST:
-        raise BlockFault(0, f"{number:.6g} repetitions are more than {MOST}; check the numbers of this block")
+    """Return a count of holes, infeeds or repetitions as a whole number. Raises BlockFault beyond `MOST_CYCLE_STEPS`."""
+    if not number <= MOST_CYCLE_STEPS:
+        raise BlockFault(
+            0, f"{number:.6g} repetitions are more than {MOST_CYCLE_STEPS}; check the numbers of this block"
+        )
     return round(number)

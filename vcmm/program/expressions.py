@@ -52,7 +52,7 @@ def number(value: Value, variables: Any) -> float:
     return now
 
 
-def whole(number: float | None, what: str, column: int = 0, near: float = 1e-4) -> int:
+def whole_number(number: float | None, what: str, column: int = 0, near: float = 1e-4) -> int:
     """Return a whole number from a computed one. Raises BlockFault (column 0: the caller knows it)."""
     if number is None or not math.isfinite(number) or abs(number - round(number)) > near:
         text = "vacant" if number is None else f"{number:g}"

@@ -15,8 +15,8 @@ from typing import NamedTuple
 from vcmm.program.offsetting import Vec
 from vcmm.program.tangents import Carrier, DirectedCircle, DirectedLine, meeting, touch_point
 
-AGREE = 0.01  # mm and rad within which data that say a thing twice must agree, as the ends of an arc (recorder.LEAST)
-MOST = 64  # contours that fit: no more are looked for
+AGREE = 0.01  # mm and rad within which data that say a thing twice must agree, as the ends of an arc (recorder.ARC_TOLERANCE_MM)
+MOST_CONTOURS = 64  # contours that fit: no more are looked for
 
 
 class Coordinate(NamedTuple):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import count, product
 
-from vcmm.program.free_contour import MOST, FreeContour, FreeElement
+from vcmm.program.free_contour import MOST_CONTOURS, FreeContour, FreeElement
 from vcmm.program.offsetting import Vec
 from vcmm.program.tangents import (
     Carrier,
@@ -43,7 +43,7 @@ def contours(elements: Sequence[FreeElement], start: Vec, before: float | None) 
     for made in _complete(FreeContour(elements, joints, [None] * len(elements), before), count(1)):
         if not any(_same(made, other) for other in out):
             out.append(made)
-        if len(out) >= MOST:
+        if len(out) >= MOST_CONTOURS:
             break
     return out
 

@@ -15,7 +15,7 @@ from vcmm.program.levels import demand
 from vcmm.program.moves import MoveFlow, Program, Remark
 from vcmm.program.reading import guess, read_bytes, runner_up
 from vcmm.program.recognition import SURE, Candidate, candidates, kin
-from vcmm.program.sensible import lacking, tools_without_length, without_axis
+from vcmm.program.sensible import missing_axis_fault, tools_without_length, without_axis
 from vcmm.program.setup import Setup
 
 CLEAR = 8.0  # score of signs from which on they speak against what was said
@@ -154,7 +154,7 @@ def _read(text: str, dialect: str, setup: Setup, *, name: str, trace: bool, flow
     lost = None if setup.axes is None else without_axis(program.moves, setup.axes)
     if lost is not None and setup.axes is not None:
         move, axis = lost
-        raise ProgramFault(name, move.source.line, move.source.first, lacking(setup.axes, axis))
+        raise ProgramFault(name, move.source.line, move.source.first, missing_axis_fault(setup.axes, axis))
     if flow is None:
         return program
     flow.take(program.moves)

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from vcmm.program.frames import UNITY, AffineMap
 from vcmm.program.moves import Move, Point, Posture
 
-STILL = 1e-9  # mm or rad below which an axis does not move
+NO_AXIS_MOTION = 1e-9  # mm or rad below which an axis does not move
 
 
 class Leader(Protocol):
@@ -64,10 +64,10 @@ def leading(r: Leader, rewritable: bool) -> dict[str, Any]:
 def let_go(r: Leader, start: Point, end: Point, rotary: Point | None) -> None:
     """Release axes that a block moves: they leave the places to which the control has led them."""
     for k, letter in enumerate("XYZ"):
-        if abs(end[k] - start[k]) > STILL:
+        if abs(end[k] - start[k]) > NO_AXIS_MOTION:
             r.release(letter)
     for k, letter in enumerate("ABC"):
-        if rotary is not None and abs(rotary[k] - r.rotary[k]) > STILL:
+        if rotary is not None and abs(rotary[k] - r.rotary[k]) > NO_AXIS_MOTION:
             r.release(letter)
 
 

@@ -12,12 +12,11 @@ from typing import NamedTuple
 from vcmm.program.moves import PLANES, Move, Point
 
 Vec = tuple[float, float]
-CORNER_TOLERANCE = (
-    1e-5  # mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
-)
-FAR = 10.0  # times the width of such a corner: a meeting further away is none
-STILL = 1e-12  # mm: shorter is no motion in the plane
-TINY = 1e-10  # mm: corners whose rounding would be smaller than this are joined in one point
+# mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
+CORNER_TOLERANCE = 1e-5
+MEETING_REACH_WIDTHS = 10.0  # times the width of such a corner: a meeting further away is none
+NO_MOTION_MM = 1e-12  # mm: shorter is no motion in the plane
+JOINED_CORNER_MM = 1e-10  # mm: corners whose rounding would be smaller than this are joined in one point
 
 
 class ContourPiece(NamedTuple):
@@ -47,7 +46,7 @@ def minus(a: Vec, b: Vec) -> Vec:
     return a[0] - b[0], a[1] - b[1]
 
 
-def along(a: Vec, direction: Vec, by: float) -> Vec:
+def moved_along(a: Vec, direction: Vec, by: float) -> Vec:
     return a[0] + by * direction[0], a[1] + by * direction[1]
 
 
@@ -79,9 +78,9 @@ def tangent(piece: ContourPiece, at: Vec) -> Vec:
     )
 
 
-def beside(piece: ContourPiece, at: Vec, h: float) -> Vec:
+def parallel_point(piece: ContourPiece, at: Vec, h: float) -> Vec:
     """Return the point of the parallel curve that belongs to the start or end `at`."""
-    return along(at, left_normal(tangent(piece, at)), h)
+    return moved_along(at, left_normal(tangent(piece, at)), h)
 
 
 def parallel_radius(piece: ContourPiece, h: float) -> float:
@@ -103,7 +102,7 @@ def corner(a: ContourPiece, b: ContourPiece, h: float, rounding: str) -> Joint:
     a change of direction of 90 deg, beyond it one line across, h beyond each perpendicular).
     """
     turn = turn_between(a, b)
-    ends = beside(a, a.end, h), beside(b, b.start, h)
+    ends = parallel_point(a, a.end, h), parallel_point(b, b.start, h)
     if _smooth(a, b, h, turn):
         middle = 0.5 * (ends[0][0] + ends[1][0]), 0.5 * (ends[0][1] + ends[1][1])
         return Joint(middle, middle, turn=turn)
@@ -118,7 +117,7 @@ def corner(a: ContourPiece, b: ContourPiece, h: float, rounding: str) -> Joint:
 def _inside_point(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> Vec:
     """Return the meeting point of the parallel curves. Tangents that differ by rounding alone need not meet at all, or meet far away, where one
     piece is an arc: then the point between their ends serves, which is within ROUNDED of both."""
-    first, second = beside(a, a.end, h), beside(b, b.start, h)
+    first, second = parallel_point(a, a.end, h), parallel_point(b, b.start, h)
     middle = 0.5 * (first[0] + second[0]), 0.5 * (first[1] + second[1])
     rounded = _beside_both(a, b, h, turn) < CORNER_TOLERANCE
     try:
@@ -127,7 +126,7 @@ def _inside_point(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> Ve
         if rounded:
             return middle
         raise
-    return middle if rounded and math.dist(point, middle) > FAR * abs(h * turn) else point
+    return middle if rounded and math.dist(point, middle) > MEETING_REACH_WIDTHS * abs(h * turn) else point
 
 
 def is_inside(a: ContourPiece, b: ContourPiece, h: float) -> bool:
@@ -145,12 +144,12 @@ def _curvature(piece: ContourPiece) -> float:
 
 
 def _smooth(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> bool:
-    """Return True where one shared point is within TINY of both parallel curves, so that neither arc nor cut is needed.
+    """Return True where one shared point is within JOINED_CORNER_MM of both parallel curves, so that neither arc nor cut is needed.
 
     The middle of two points |h turn| apart lies h turn^2 / 8 inside the rounding and (h turn / 2)^2 / (2 R) off a
     parallel arc of radius R.
     """
-    return _beside_both(a, b, h, turn) < TINY
+    return _beside_both(a, b, h, turn) < JOINED_CORNER_MM
 
 
 def _beside_both(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> float:
@@ -162,9 +161,9 @@ def _square_corner(a: ContourPiece, b: ContourPiece, h: float, ends: tuple[Vec, 
     before, after = tangent(a, a.end), tangent(b, b.start)
     if abs(turn) <= math.pi / 2 + 1e-12:
         reach = abs(h) * math.tan(abs(turn) / 2)
-        via: tuple[Vec, ...] = (along(ends[0], before, reach),)
+        via: tuple[Vec, ...] = (moved_along(ends[0], before, reach),)
     else:
-        via = (along(ends[0], before, abs(h)), along(ends[1], after, -abs(h)))
+        via = (moved_along(ends[0], before, abs(h)), moved_along(ends[1], after, -abs(h)))
     end, start = ends
     if a.centre is None:  # a line simply runs on to the first corner
         end, via = via[0], via[1:]
@@ -196,13 +195,13 @@ def _meeting(a: ContourPiece, b: ContourPiece, h: float) -> Vec:
 def _line_circle(line: ContourPiece, arc: ContourPiece, h: float) -> list[Vec]:
     assert arc.centre is not None
     direction = tangent(line, line.start)
-    foot = along(line.start, left_normal(direction), h)
-    middle = along(foot, direction, dot(minus(arc.centre, foot), direction))
+    foot = moved_along(line.start, left_normal(direction), h)
+    middle = moved_along(foot, direction, dot(minus(arc.centre, foot), direction))
     left_over = parallel_radius(arc, h) ** 2 - math.dist(middle, arc.centre) ** 2
     if left_over < 0:
         return []
     half = math.sqrt(left_over)
-    return [along(middle, direction, half), along(middle, direction, -half)]
+    return [moved_along(middle, direction, half), moved_along(middle, direction, -half)]
 
 
 def _circle_circle(a: ContourPiece, b: ContourPiece, h: float) -> list[Vec]:
@@ -217,8 +216,8 @@ def _circle_circle(a: ContourPiece, b: ContourPiece, h: float) -> list[Vec]:
     if left_over < 0:
         return []
     direction = unit(minus(b.centre, a.centre))
-    foot, half = along(a.centre, direction, reach), math.sqrt(left_over)
-    return [along(foot, left_normal(direction), half), along(foot, left_normal(direction), -half)]
+    foot, half = moved_along(a.centre, direction, reach), math.sqrt(left_over)
+    return [moved_along(foot, left_normal(direction), half), moved_along(foot, left_normal(direction), -half)]
 
 
 def trimmed_sweep(piece: ContourPiece, start: Vec, end: Vec) -> float:
@@ -250,7 +249,9 @@ def sweep_of(start: Vec, end: Vec, centre: Vec, clockwise: bool, turns: int) -> 
 def planar(move: Move) -> bool:
     """Return True for a move with motion in its plane."""
     first, second, _ = PLANES[move.plane]
-    moved = math.hypot(move.end[first] - move.start[first], move.end[second] - move.start[second]) > STILL
+    moved = (
+        math.hypot(move.end[first] - move.start[first], move.end[second] - move.start[second]) > NO_MOTION_MM
+    )
     return move.kind == "arc" or (move.kind != "dwell" and moved)
 
 

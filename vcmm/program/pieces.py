@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from vcmm.program.offsetting import ContourPiece, Vec
 
-SAME = 1e-6  # mm: closer points are one
+SAME_POINT_MM = 1e-6  # mm: closer points are one
 TURN = 2.0 * math.pi
 
 
@@ -40,7 +40,7 @@ def share_at(p: ContourPiece, point: Vec) -> float:
     first = math.atan2(p.start[1] - p.centre[1], p.start[0] - p.centre[0])
     turn = (math.atan2(point[1] - p.centre[1], point[0] - p.centre[0]) - first) * math.copysign(1.0, p.sweep)
     turn %= TURN
-    if TURN - turn < SAME / max(radius_of(p), SAME) and abs(p.sweep) < TURN - 1e-9:
+    if TURN - turn < SAME_POINT_MM / max(radius_of(p), SAME_POINT_MM) and abs(p.sweep) < TURN - 1e-9:
         turn = 0.0
     return turn / abs(p.sweep)
 
@@ -72,7 +72,7 @@ def reverse_piece(p: ContourPiece) -> ContourPiece:
 
 def parallel(p: ContourPiece, off: float) -> ContourPiece | None:
     """Return the piece beside a piece, on its left; None where an arc has no radius left."""
-    if p.centre is not None and (p.sweep > 0.0) and radius_of(p) <= off + SAME:
+    if p.centre is not None and (p.sweep > 0.0) and radius_of(p) <= off + SAME_POINT_MM:
         return None
     n, m = normal_at(p, 0.0), normal_at(p, 1.0)
     start = (p.start[0] + off * n[0], p.start[1] + off * n[1])
@@ -81,17 +81,19 @@ def parallel(p: ContourPiece, off: float) -> ContourPiece | None:
 
 def meetings(a: ContourPiece, b: ContourPiece) -> list[Vec]:
     """Return the points of both: crossings, and ends of one that lie on the other."""
-    ends = [p for p in (b.start, b.end) if distance(a, p) < SAME] + [
-        p for p in (a.start, a.end) if distance(b, p) < SAME
+    ends = [p for p in (b.start, b.end) if distance(a, p) < SAME_POINT_MM] + [
+        p for p in (a.start, a.end) if distance(b, p) < SAME_POINT_MM
     ]
-    return [p for p in _line_points(a, b) if distance(a, p) < SAME and distance(b, p) < SAME] + ends
+    return [
+        p for p in _line_points(a, b) if distance(a, p) < SAME_POINT_MM and distance(b, p) < SAME_POINT_MM
+    ] + ends
 
 
 def _line_points(a: ContourPiece, b: ContourPiece) -> list[Vec]:
     """Return the crossing points of the lines or circles of two pieces."""
     if a.centre is not None and b.centre is not None:
         r, s, apart = radius_of(a), radius_of(b), math.dist(a.centre, b.centre)
-        if apart < SAME:
+        if apart < SAME_POINT_MM:
             return []
         x = (apart * apart + r * r - s * s) / (2.0 * apart)
         u = ((b.centre[0] - a.centre[0]) / apart, (b.centre[1] - a.centre[1]) / apart)
@@ -112,19 +114,21 @@ def _line_points(a: ContourPiece, b: ContourPiece) -> list[Vec]:
 
 
 def _on_chord(foot: Vec, along: Vec, square: float) -> list[Vec]:
-    if square < -SAME:
+    if square < -SAME_POINT_MM:
         return []
     half = math.sqrt(max(square, 0.0))
     return [(foot[0] + s * half * along[0], foot[1] + s * half * along[1]) for s in (1.0, -1.0)]
 
 
 def cut(p: ContourPiece, points: Iterable[Vec]) -> Iterator[ContourPiece]:
-    """Yield a piece cut at points of it; parts shorter than SAME are left out."""
+    """Yield a piece cut at points of it; parts shorter than SAME_POINT_MM are left out."""
     length = length_of(p)
-    inner = sorted({s for s in (share_at(p, q) for q in points) if SAME < s * length < length - SAME})
+    inner = sorted(
+        {s for s in (share_at(p, q) for q in points) if SAME_POINT_MM < s * length < length - SAME_POINT_MM}
+    )
     shares = [0.0, *inner, 1.0]
     for begin, end in pairwise(shares):
-        if (end - begin) * length > SAME:
+        if (end - begin) * length > SAME_POINT_MM:
             yield ContourPiece(
                 point_at(p, begin),
                 point_at(p, end) if end < 1.0 else p.end,
@@ -143,7 +147,8 @@ def cut_all(pieces: Sequence[ContourPiece]) -> list[ContourPiece]:
         for part in cut(p, [q for other in near for q in meetings(p, other)]):
             middle = point_at(part, 0.5)
             if not any(
-                abs(m[0] - middle[0]) < SAME and _is_same(part, other) for m, other in zip(middles, out)
+                abs(m[0] - middle[0]) < SAME_POINT_MM and _is_same(part, other)
+                for m, other in zip(middles, out)
             ):
                 out.append(part)
                 middles.append(middle)
@@ -160,19 +165,24 @@ def _box(p: ContourPiece) -> Box:
 
 
 def _touch(a: Box, b: Box) -> bool:
-    return a[0] <= b[1] + SAME and b[0] <= a[1] + SAME and a[2] <= b[3] + SAME and b[2] <= a[3] + SAME
+    return (
+        a[0] <= b[1] + SAME_POINT_MM
+        and b[0] <= a[1] + SAME_POINT_MM
+        and a[2] <= b[3] + SAME_POINT_MM
+        and b[2] <= a[3] + SAME_POINT_MM
+    )
 
 
 def _is_same(a: ContourPiece, b: ContourPiece) -> bool:
     """Return whether two parts cover each other, whichever way they go."""
-    if math.dist(point_at(a, 0.5), point_at(b, 0.5)) > SAME:
+    if math.dist(point_at(a, 0.5), point_at(b, 0.5)) > SAME_POINT_MM:
         return False
     return (
         min(
             math.dist(a.start, b.start) + math.dist(a.end, b.end),
             math.dist(a.start, b.end) + math.dist(a.end, b.start),
         )
-        < 4.0 * SAME
+        < 4.0 * SAME_POINT_MM
     )
 
 
@@ -181,9 +191,9 @@ def loops(parts: Sequence[ContourPiece]) -> list[list[ContourPiece]]:
     left, out = list(parts), []
     while left:
         ring = [left.pop(0)]
-        while math.dist(ring[-1].end, ring[0].start) > 10.0 * SAME:
+        while math.dist(ring[-1].end, ring[0].start) > 10.0 * SAME_POINT_MM:
             after = min(left, key=lambda p: math.dist(p.start, ring[-1].end), default=None)
-            if after is None or math.dist(after.start, ring[-1].end) > 10.0 * SAME:
+            if after is None or math.dist(after.start, ring[-1].end) > 10.0 * SAME_POINT_MM:
                 break
             left.remove(after)
             ring.append(after)

@@ -30,10 +30,10 @@ from vcmm.program.offsetting import (
     Joint,
     NoMeeting,
     Vec,
-    beside,
     corner,
     in_space,
     is_inside,
+    parallel_point,
     parallel_radius,
     piece_of,
     planar,
@@ -210,7 +210,7 @@ class _Walker:
             return False
         first, second, _ = PLANES[move.plane]
         end = self.path[-1].end
-        return math.dist((end[first], end[second]), beside(piece, piece.start, h)) < 1e-9
+        return math.dist((end[first], end[second]), parallel_point(piece, piece.start, h)) < 1e-9
 
     def entry_piece(self, move: Move, piece: ContourPiece, here: Point, h: float) -> ContourPiece:
         """Return the entry from the true position of the tool, as a piece that ends on the contour."""
@@ -232,7 +232,7 @@ class _Walker:
             self.check_arc(move, piece, h)
         inside = is_inside(a, b, h)
         if first and (self.style.entry == "perpendicular" or (self.style.entry == "along" and inside)):
-            point = beside(b, b.start, h)
+            point = parallel_point(b, b.start, h)
             return Joint(point, point)
         try:
             return corner(a, b, h, self.style.corner)
@@ -252,7 +252,7 @@ class _Walker:
         if not pieces:
             return Joint((0.0, 0.0), (0.0, 0.0))
         last = pieces[-1]
-        point = beside(last, last.end, h)
+        point = parallel_point(last, last.end, h)
         if self.style.entry == "along" and leaving is not None and leaving.kind != "arc":
             out = piece_of(leaving)
             if not is_inside(last, out, h):

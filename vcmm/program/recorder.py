@@ -25,7 +25,10 @@ from vcmm.program.state import ModalState
 from vcmm.program.touching import ProbeContact
 from vcmm.program.trace import Tracing
 
-LEAST, SHARE = 0.01, 0.001  # mm and part of the radius by which the radii at the ends of an arc may differ
+ARC_TOLERANCE_MM, ARC_TOLERANCE_SHARE = (
+    0.01,
+    0.001,
+)  # mm and part of the radius by which the radii at the ends of an arc may differ
 NO_TOOL, START, UNMOVED = Tool(0), Source(1, 1, 1), AffineMap()
 Sides = list[RadiusCompensation | None]  # in force on each move, None where there is none
 Finish = Callable[[list[Move], Sides], tuple[list[Move], Sides]]
@@ -289,7 +292,7 @@ class Recorder(ModalState):
             self.fault(
                 "the centre of the arc lies on its start or end: an arc of radius zero; check the centre"
             )
-        if abs(r1 - r2) > max(LEAST, SHARE * max(r1, r2)):
+        if abs(r1 - r2) > max(ARC_TOLERANCE_MM, ARC_TOLERANCE_SHARE * max(r1, r2)):
             self.fault(
                 f"the arc does not fit: radius {r1:.4f} mm at its start, {r2:.4f} mm at its end; correct the end point or the centre"
             )

@@ -16,10 +16,10 @@ from vcmm.program.offsetting import (
     ContourPiece,
     NoMeeting,
     Vec,
-    along,
     corner,
     in_space,
     minus,
+    moved_along,
     parallel_radius,
     piece_of,
     planar,
@@ -144,8 +144,8 @@ def _foot(piece: ContourPiece, centre: Vec) -> Vec:
     if piece.centre is None:
         direction = tangent(piece, piece.start)
         reach = (centre[0] - piece.start[0]) * direction[0] + (centre[1] - piece.start[1]) * direction[1]
-        return along(piece.start, direction, reach)
-    return along(piece.centre, unit(minus(centre, piece.centre)), math.dist(piece.start, piece.centre))
+        return moved_along(piece.start, direction, reach)
+    return moved_along(piece.centre, unit(minus(centre, piece.centre)), math.dist(piece.start, piece.centre))
 
 
 def _chamfer(
@@ -161,7 +161,11 @@ def _chamfer(
     size = (
         rounded.size if rounded.kind == "chamfer" else rounded.size / (2 * math.cos(turn / 2))
     )  # across = 2 side cos(turn / 2)
-    return along(a.end, tangent(a, a.end), -size), along(b.start, tangent(b, b.start), size), a.end
+    return (
+        moved_along(a.end, tangent(a, a.end), -size),
+        moved_along(b.start, tangent(b, b.start), size),
+        a.end,
+    )
 
 
 def _fits(piece: ContourPiece, start: Vec, end: Vec) -> bool:

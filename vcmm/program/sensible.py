@@ -94,7 +94,7 @@ def remarks_on(program: Program, setup: Setup, machine: Machine | None) -> tuple
     return (*out, *(_kind(moves, machine) if machine else ()), *(_beyond(moves, machine) if machine else ()))
 
 
-def lacking(axes: Collection[str], axis: str) -> str:
+def missing_axis_fault(axes: Collection[str], axis: str) -> str:
     """Return the fault of a word of an axis that the machine does not have."""
     has = " ".join(sorted(axes))
     return f"the machine has no axis {axis} (it has {has}), and its control stops here; take {axis} out, or name the right machine"

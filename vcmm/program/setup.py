@@ -117,7 +117,8 @@ class Setup:
     reference: machine position of G28; second_reference: of G30. stock: size of the box, None = not stated;
     stock_corner: its lowest corner in work coordinates, None = centred, top at work zero.
     material of the stock: for cutting forces, None = none are computed. thrust: force square to the edge over the main one.
-    strict: nothing is assumed, what a program lacks is refused; else it is taken as the machine would and told (levels).
+    strict: nothing is assumed, what a program lacks is refused; else it is taken as the machine would,
+    with a remark (levels).
     surfaces: what a probing move meets, machine axes: the stock and what is stated. read_out: mm by which each touch of the program
     reads further along its way than where ball and surface meet. expected_at: tips (machine axes) at which its touches answer where no
     surface is stated, whatever the program expects.

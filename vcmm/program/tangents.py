@@ -17,7 +17,7 @@ from typing import NamedTuple
 from vcmm.program.frames import cross
 from vcmm.program.offsetting import Vec
 
-TINY = 1e-9  # mm, rad: what arithmetic leaves
+ROUNDING_ERROR = 1e-9  # mm, rad: what arithmetic leaves
 Row = tuple[float, float, float, float]  # a x + b y + c rho = e
 
 
@@ -67,7 +67,7 @@ def lines_touching(a: DirectedCircle, b: DirectedCircle) -> list[DirectedLine]:
     """Return the lines with n.(a - b) = rho_a - rho_b: two lines at most; none where one circle lies in the other or both have one centre."""
     v = (a.centre[0] - b.centre[0], a.centre[1] - b.centre[1])
     apart, lift = math.hypot(*v), a.rho - b.rho
-    if apart < TINY or abs(lift) > apart + TINY:
+    if apart < ROUNDING_ERROR or abs(lift) > apart + ROUNDING_ERROR:
         return []
     half = math.acos(max(-1.0, min(1.0, lift / apart)))
     middle = math.atan2(v[1], v[0]) - math.pi / 2.0
@@ -131,7 +131,7 @@ def _independent(rows: Sequence[Row]) -> list[Row]:
     basis: list[tuple[float, float, float]] = []
     for row in rows:
         length = math.sqrt(row[0] ** 2 + row[1] ** 2 + row[2] ** 2)
-        if length < TINY:
+        if length < ROUNDING_ERROR:
             continue
         rest = [v / length for v in row[:3]]
         for b in basis:
@@ -198,13 +198,13 @@ def meeting(a: Carrier, b: Carrier) -> list[Vec] | None:
     if isinstance(a, DirectedLine) and isinstance(b, DirectedLine):
         n, m = a.normal, b.normal
         across = n[0] * m[1] - n[1] * m[0]
-        if abs(across) < TINY:
+        if abs(across) < ROUNDING_ERROR:
             return None
         return [((a.offset * m[1] - b.offset * n[1]) / across, (n[0] * b.offset - m[0] * a.offset) / across)]
     if isinstance(a, DirectedCircle) and isinstance(b, DirectedCircle):
         v = (b.centre[0] - a.centre[0], b.centre[1] - a.centre[1])
         apart = math.hypot(*v)
-        if apart < TINY:
+        if apart < ROUNDING_ERROR:
             return None
         along = (apart * apart + a.rho * a.rho - b.rho * b.rho) / (2.0 * apart)
         n = (v[0] / apart, v[1] / apart)
@@ -236,7 +236,7 @@ def touch_point(a: Carrier, b: Carrier) -> Vec | None:
         return b.foot(a.centre)
     v = (b.centre[0] - a.centre[0], b.centre[1] - a.centre[1])
     apart = math.hypot(*v)
-    if apart < TINY:
+    if apart < ROUNDING_ERROR:
         return None
     reach = a.rho if a.rho > b.rho else -a.rho  # c2 = c1 + (rho1 - rho2) w, and the point is c1 + rho1 w
     return a.centre[0] + reach * v[0] / apart, a.centre[1] + reach * v[1] / apart

@@ -35,7 +35,7 @@ def decimals_of(text: str) -> int | None:
     return None if behind is None else len(behind[1])
 
 
-def plain(text: str) -> bool:
+def is_plain_decimal(text: str) -> bool:
     """Return whether a value is written as a plain decimal number."""
     return NUMBER.match(text.strip()) is not None and "EX" not in text.upper()
 
@@ -46,7 +46,7 @@ def word_at(
     """Return a word of a line; span and value: columns from 1, one past the last."""
     text = line[value[0] - 1 : value[1] - 1]
     return WordAt(
-        letter, *span, text, plain=plain(text), decimals=decimals_of(text) if plain(text) else None,
+        letter, *span, text, plain=is_plain_decimal(text), decimals=decimals_of(text) if is_plain_decimal(text) else None,
         begin=value[0], end=value[1], mode=mode, line=number,
     )  # fmt: skip
 

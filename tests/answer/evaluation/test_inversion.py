@@ -205,9 +205,9 @@ def test_a_dense_profile_gives_what_it_indicates_within_the_machine():
     assert 89e-3 - 2 * 2.8 * 0.4e-3 - 1e-3 < low < 89e-3 < high < 89e-3 + 2 * 0.4e-3 + 1e-3
     assert found.bias == 89e-3 - found.true_value.estimate  # what the interval takes off is what is shown
     own, other = found.true_value.counted_coverage
-    assert own >= inversion.LEAST
+    assert own >= inversion.LEAST_COVERAGE
     assert other == pytest.approx(0.89, abs=3 * np.sqrt(0.89 * 0.11 / 2000))
-    assert found.coverage_shown == (other >= inversion.LEAST_OTHER)
+    assert found.coverage_shown == (other >= inversion.LEAST_OTHER_COVERAGE)
 
 
 @pytest.mark.thorough

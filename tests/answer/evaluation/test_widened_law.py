@@ -9,7 +9,7 @@ import pytest
 
 from vcmm.answer.evaluation.interval import Linear
 from vcmm.answer.evaluation.summary import summarise
-from vcmm.answer.evaluation.widened_law import together, widen
+from vcmm.answer.evaluation.widened_law import sum_with_random_signs, widen
 from vcmm.core.laws import Normal
 
 
@@ -41,4 +41,4 @@ def test_drawn_law_mirrored_and_added_up() -> None:
     """A law of trials leans to one side; its mirror image to the other. 3 and 4 of either sign are 7 or 1."""
     law = widen(summarise(np.random.default_rng(1).exponential(1.0, 20_000)), np.zeros(1))
     assert law.reflect(0.0).quantile(0.025) == pytest.approx(-law.quantile(0.975), abs=1e-6)
-    assert set(np.round(together([np.full(64, 3.0), np.full(64, 4.0)]), 9)) == {1.0, 7.0}
+    assert set(np.round(sum_with_random_signs([np.full(64, 3.0), np.full(64, 4.0)]), 9)) == {1.0, 7.0}

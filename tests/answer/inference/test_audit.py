@@ -12,7 +12,7 @@ from tests.answer.inference.test_between_points import MACHINE, RING
 from vcmm.answer.evaluation.belts import inverse_of
 from vcmm.answer.evaluation.pairs import Pairs
 from vcmm.answer.inference.audit import IntervalLengths, fixed_form_in_words, lengths, oracle, wilson
-from vcmm.answer.inference.audit_by_points import KINDS, count_by_points, why_not_by_points
+from vcmm.answer.inference.audit_by_points import AUDITED_FORMS, count_by_points, why_not_by_points
 from vcmm.files.own.scenario import load_scenario
 from vcmm.part.part import Characteristic
 
@@ -39,7 +39,7 @@ def test_a_size_is_counted_by_the_door_of_users(tmp_path: Path) -> None:
     """On 120 deg scatter moves D by 1.5 um from end to end: parts with form need more, and get it."""
     scenario = ring(tmp_path)
     found = count_by_points(scenario, scenario.settings, 150)
-    assert len(found) == len(KINDS)
+    assert len(found) == len(AUDITED_FORMS)
     assert all(one.parts == 15 and one.claimed >= 13 for one in found)
     assert sum(one.covering for one in found) >= 0.93 * sum(one.claimed for one in found)
     assert min(one.width for one in found) > 3e-3

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vcmm.answer.evaluation.dense import surface_model
+from vcmm.answer.evaluation.true_values import surface_model
 from vcmm.answer.inference.points import task_and_rows
 from vcmm.core.errors import DataError, VcmmError
 from vcmm.files.own.measured_data import read_measured_points

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.answer.placing.collision import Bodies, _half_diagonal, lacking, rods, slack
+from vcmm.answer.placing.collision import Bodies, _half_diagonal, missing_clearance, rods, slack
 from vcmm.answer.placing.material import analytic_solid
 from vcmm.answer.placing.solid import Cuboid
 from vcmm.core.pose import Pose
@@ -83,7 +83,7 @@ def random_checks(n: int, seed: int) -> tuple[int, int, int]:
 def test_a_gap_that_cannot_be_told_is_none():
     """A number that is not one never counts as free."""
     cube, start = Cuboid(Pose.identity(), np.full(3, 10.0)), np.array([[np.nan, 0.0, 0.0], [50.0, 0.0, 0.0]])
-    found = lacking(cube, [(rods(start, start + 1.0, np.ones(2)), np.zeros(2), np.full(2, 0.02))])
+    found = missing_clearance(cube, [(rods(start, start + 1.0, np.ones(2)), np.zeros(2), np.full(2, 0.02))])
     assert found.tolist() == [[np.inf, 0.0]]
 
 

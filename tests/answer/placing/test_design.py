@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.answer.placing.design import Design, Target, TouchCandidates, exchange_touches, least
+from vcmm.answer.placing.design import Design, Target, TouchCandidates, exchange_touches, fewest_touches
 from vcmm.answer.placing.form_field import form_factor, surface_grid
 from vcmm.answer.placing.motions import motions_of
 from vcmm.part.form import Lobes
@@ -61,7 +61,7 @@ def test_plane_by_hand():
 def test_tilt_wants_the_ends():
     """c-optimal for the tilt about v: all touches at the two edges x = +-40, as far apart as they can be."""
     c = candidates(PLANE, surface_grid(PLANE, 9))
-    design = Design(c, Target(np.array([[0.0, 0, 1.0]]), np.ones(1)), least(c, 5))
+    design = Design(c, Target(np.array([[0.0, 0, 1.0]]), np.ones(1)), fewest_touches(c, 5))
     exchange_touches(design, passes=10)
     used = c.points[design.counts > 0]
     assert np.allclose(np.abs(used[:, 0]), 40.0)
@@ -98,14 +98,16 @@ def test_no_design_beats_the_bound_and_the_exchange_reaches_it():
     # both tilts: the four corners, 1/1600 each
     assert bound == pytest.approx(2.0 / 1600.0, rel=1e-3)
     assert share.sum() == pytest.approx(1.0)
-    design = exchange_touches(Design(c, Target(rows, weight), least(c, 5)), passes=10)
+    design = exchange_touches(Design(c, Target(rows, weight), fewest_touches(c, 5)), passes=10)
     assert design.value() >= bound * 1e-6 / design.n * (1 - 1e-9)
     assert design.value() <= 1.001 * bound * 1e-6 / design.n
 
 
 def test_d_optimal_plane_is_the_corners():
     c = candidates(PLANE, surface_grid(PLANE, 9))
-    design = exchange_touches(Design(c, Target(np.zeros((0, 3)), np.zeros(0), "D"), least(c, 1)), passes=10)
+    design = exchange_touches(
+        Design(c, Target(np.zeros((0, 3)), np.zeros(0), "D"), fewest_touches(c, 1)), passes=10
+    )
     used = c.points[design.counts > 0]
     assert np.allclose(np.abs(used[:, :2]), 40.0)
     # det = 4 x (4 x 1600)^2

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from vcmm.answer.placing.sobol import MOST, sobol
+from vcmm.answer.placing.sobol import MOST_DIMENSIONS, sobol
 
 
 def test_the_first_points_by_hand():
@@ -22,6 +22,6 @@ def test_the_same_numbers_as_scipy(seed):
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # 1000 is no power of two
-        known = qmc.Sobol(MOST, scramble=seed is not None, seed=seed).random(1000)
+        known = qmc.Sobol(MOST_DIMENSIONS, scramble=seed is not None, seed=seed).random(1000)
     rng = None if seed is None else np.random.default_rng(seed)
-    assert (sobol(MOST, 1000, rng) == known).all()
+    assert (sobol(MOST_DIMENSIONS, 1000, rng) == known).all()

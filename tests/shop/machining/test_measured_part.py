@@ -18,7 +18,7 @@ from vcmm.files.own.measured_data import read_measured_points
 from vcmm.files.own.recording import load_recording
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.measured_part import measured_cut
-from vcmm.task.measuring.cut_scenario import SAME, Inspection
+from vcmm.task.measuring.cut_scenario import SAME_MACHINE, Inspection
 from vcmm.task.measuring.plan import Stylus
 from vcmm.task.response.observe import baseline
 
@@ -153,7 +153,7 @@ def test_a_machine_that_measures_its_own_part_does_not_accuse_itself(tmp_path):
     scenario = vcmm.load_cut(measured_shop.write(tmp_path, BACKLASH))
     plan = gauge_plan(scenario.part, scenario.plan)
     styli = {name: Stylus(name, np.array([0.0, 0.0, -100.0]), 0.5) for name in plan.styli}
-    same = replace(scenario, inspection=Inspection(SAME), plan=replace(plan, styli=styli))
+    same = replace(scenario, inspection=Inspection(SAME_MACHINE), plan=replace(plan, styli=styli))
     points = []
     for one in (scenario, same):
         read = vcmm.measure(one)

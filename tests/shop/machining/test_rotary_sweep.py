@@ -49,6 +49,6 @@ def test_axes_that_stand_keep_the_move_whole():
 
 
 def test_too_many_pieces_are_refused(monkeypatch):
-    monkeypatch.setattr(rotary_sweep, "MOST", 100)
+    monkeypatch.setattr(rotary_sweep, "MOST_ROWS", 100)
     with pytest.raises(ModelLimit, match="most of them in its move 1"):
         swept(math.pi / 2)

@@ -9,7 +9,7 @@ import pytest
 
 from tests.show.report.drawn import NAN
 from vcmm.show.report.colormap import bands, legend, nice_step, ramp
-from vcmm.show.report.text import plain
+from vcmm.show.report.text import as_written
 
 
 def test_bands_are_round_and_hold_the_data() -> None:
@@ -36,9 +36,9 @@ def test_ramps_are_monotone_in_lightness() -> None:
 def test_a_legend_labels_what_has_room_and_both_ends():
     scale = bands(np.linspace(-5.0, 5.0, 50))
     words = [re.findall(r"<span>(.*?)</span>", legend(scale, "µm", tall)) for tall in (600.0, 60.0)]
-    assert words[0] == [plain(v) for v in scale.levels]
+    assert words[0] == [as_written(v) for v in scale.levels]
     assert len(words[1]) <= 60 / 16 + 1
-    assert (words[1][0], words[1][-1]) == (plain(scale.levels[0]), plain(scale.levels[-1]))
+    assert (words[1][0], words[1][-1]) == (as_written(scale.levels[0]), as_written(scale.levels[-1]))
     assert [c for c in scale.colours if c not in legend(scale, "µm", 60.0)] == []
     assert "none" in legend(scale, "µm", 60.0, missing=True)
 

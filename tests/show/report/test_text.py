@@ -9,7 +9,7 @@ import pytest
 from tests.show.report.drawn import NAN
 from vcmm.core.errors import UsageError
 from vcmm.show.report import blocks as report
-from vcmm.show.report.text import align_decimals, plain, shorten, text_width
+from vcmm.show.report.text import align_decimals, as_written, shorten, text_width
 
 
 @pytest.mark.parametrize(
@@ -55,9 +55,9 @@ def test_numbers_refuse_nonsense() -> None:
 
 
 def test_plain_and_aligned() -> None:
-    assert plain(30.021) == "30.021"
-    assert plain(100.0004) == "100.0004"
-    assert plain(-0.0) == "0"
+    assert as_written(30.021) == "30.021"
+    assert as_written(100.0004) == "100.0004"
+    assert as_written(-0.0) == "0"
     # the largest, 0.62, shows three digits: three decimals for all; 0.0001 would read 0.000
     assert align_decimals([0.62, 0.09, 0.0001, NAN, 0.0]) == ["0.620", "0.090", "0.0001", "–", "0.000"]
 

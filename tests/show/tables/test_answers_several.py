@@ -27,7 +27,7 @@ def moved(name: str, by: float) -> Change:
     """From 1.0 to 1.0 + by, u 0.1 each: by / (0.1 sqrt 2) standard uncertainties."""
     when = (("a.toml", "2026-01-01"), ("b.toml", "2026-02-01"))
     went = Trend(STEP, amount=by, u=0.14, first=0, last=1)
-    return Change("mill", name, "value", "um", when[0], when[1], (1.0, 0.1), (1.0 + by, 0.1), 2, 2, went=went, when=when)  # fmt: skip
+    return Change("mill", name, "value", "um", when[0], when[1], (1.0, 0.1), (1.0 + by, 0.1), 2, 2, trend=went, recordings=when)  # fmt: skip
 
 
 def test_a_folder_says_first_what_changed_most():

@@ -14,7 +14,7 @@ NAN = math.nan
 def test_lengths_and_angles():
     assert q.length_text(30.000124, "mm") == "30.00012 mm"
     assert q.length_text(math.radians(90.0), "rad") == "90.000000 deg"
-    assert q.large(math.radians(45.0), "rad") == "45.000000°"
+    assert q.value_on_page(math.radians(45.0), "rad") == "45.000000°"
     assert q.length_text(NAN, "mm") == "–"
 
 
@@ -22,10 +22,10 @@ def test_small_differences():
     assert q.deviation_text(-1.234e-3, "mm") == "-1.23 µm"
     assert q.deviation_text(2.5e-6, "rad") == "+2.50 µrad"
     assert q.deviation_text(2.5e-6, "rad", signed=False) == "2.50 µrad"
-    assert q.small(1.2345e-3, "mm") == "1.23"
-    assert q.small(-2.5e-6, "rad") == "−2.50 µrad"
-    assert q.small(9e-10, "mm") == "0"  # 0.9 pm is rounding
-    assert q.small(math.inf, "mm") == "–"
+    assert q.departure_on_page(1.2345e-3, "mm") == "1.23"
+    assert q.departure_on_page(-2.5e-6, "rad") == "−2.50 µrad"
+    assert q.departure_on_page(9e-10, "mm") == "0"  # 0.9 pm is rounding
+    assert q.departure_on_page(math.inf, "mm") == "–"
 
 
 def test_what_rounds_to_nothing_has_no_minus():

@@ -92,7 +92,7 @@ def test_angles_have_keys_of_their_own():
 
 
 def test_budget_lines_that_are_rounding_are_left_away():
-    (row,) = in_terminal(uncertainty.largest([result()])).rows
+    (row,) = in_terminal(uncertainty.budget_table([result()])).rows
     assert row == ["bore", "scatter.value", "t", "touch", "0.15 µm", "90.0 %"]
 
 
@@ -123,7 +123,7 @@ def test_the_largest_lines_come_first_and_stay_where_U_has_no_end():
     endless = result(
         budget=(LINE, *[REST] * 5, form), extreme=True, half_width=2e-4, interval=(2e-4, math.inf)
     )
-    told = in_terminal(uncertainty.largest([endless])).rows
+    told = in_terminal(uncertainty.budget_table([endless])).rows
     assert [row[1] for row in told] == ["scatter.value", "form[top].between points"]
 
 

@@ -16,7 +16,7 @@ from vcmm.physics.structure.component import CalibrationModes
 from vcmm.task.certification.certificate import LengthLimit, MachineCertificate, length_limit, smallest_limit
 from vcmm.task.certification.lines import length_run, seven_lines
 from vcmm.task.certification.machines import _largest_scale, half_sphere
-from vcmm.task.certification.positioning import axis_scale
+from vcmm.task.certification.positioning import fit_to_limits
 
 HEAD = """vcmm = "machine/1"
 name = "certified"
@@ -107,7 +107,7 @@ def test_iso_230_2_finds_its_limit() -> None:
     c = MachineCertificate(positioning={("A", ""): 8e-3, ("R", ""): 3e-3})
     rng = np.random.default_rng(1)
     shape = np.outer(rng.normal(size=200), np.linspace(-1e-3, 1e-3, 11))
-    scatter, scale = axis_scale(c, "X", shape, np.random.default_rng(2), (np.ones(200), np.ones(200)))
+    scatter, scale = fit_to_limits(c, "X", shape, np.random.default_rng(2), (np.ones(200), np.ones(200)))
     assert 0.4e-3 < scatter.mean() < 0.75e-3  # R is the largest of 22 estimates of 4 s
     spread = 4.0 * scatter.mean()
     assert np.median(np.ptp(shape * scale[:, None], axis=1)) == pytest.approx(8e-3 - spread, rel=0.2)

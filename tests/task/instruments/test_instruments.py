@@ -21,7 +21,7 @@ from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.laser import line
 from vcmm.task.instruments.laying import simulate_reading
 from vcmm.task.instruments.level import readings
-from vcmm.task.instruments.tracker import at_station, lengths_to, move_stations, settle_stations
+from vcmm.task.instruments.tracker import at_station, lengths_to, locate_stations, move_stations
 from vcmm.task.response.observe import Observer
 
 AT = {"X": 300.0, "Y": 250.0, "Z": -200.0}
@@ -86,14 +86,14 @@ def test_a_station_is_found_from_lengths():
     one = lengths_to(bare(), "tracer", grid, said, (0, 0, 0), free, 1e-4)
     actual = np.linalg.norm(grid - true, axis=1)
     one = replace(one, value=np.linalg.norm(grid - said, axis=1) - actual + 12.5)  # a dead path of 12.5 mm
-    found, way = settle_stations(one, bare())
+    found, way = locate_stations(one, bare())
     assert way["1"] == pytest.approx(50.0, abs=1e-6)
     assert found.run.column("from_x_mm")[0] == pytest.approx(-200.0, abs=1e-6)
     assert found.value == pytest.approx(12.5, abs=1e-6)
     assert move_stations(found, bare(), np.tile(said, (18, 1))).value == pytest.approx(one.value, abs=1e-9)
     split = at_station(one, bare(), np.arange(54.0).reshape(18, 3))
     with pytest.raises(ModelLimit, match="has different places"):
-        settle_stations(split, bare())
+        locate_stations(split, bare())
 
 
 def test_a_reflector_on_the_table_stands_still_in_the_workpiece():

@@ -17,7 +17,7 @@ from vcmm.physics.structure.component import ComponentTable
 from vcmm.physics.structure.expansion import ScaleExpansion
 from vcmm.physics.structure.squareness import Squareness
 from vcmm.physics.structure.tip import TipOffset
-from vcmm.task.response.carrier import Carrier, Sight, beside, responses, shift_channel
+from vcmm.task.response.carrier import Carrier, Sight, responses, runs_one_step_apart, shift_channel
 
 X, Y, Z = np.eye(3)
 PITCH = ComponentTable("EBX", ("X",), (np.array([-1e3, 1e3]),), np.zeros(2))  # the tilt of X about Y
@@ -84,7 +84,7 @@ def test_an_input_on_a_column_by_its_difference():
     one = Input("channel", "", "temp_scale_x_C", Normal(0.1))
     slope = eye.of_input(one, [effect])[0, 0]
     assert slope == pytest.approx(-200.0 * 1e-5)
-    higher, lower, step = beside(eye.run, "temp_scale_x_C")
+    higher, lower, step = runs_one_step_apart(eye.run, "temp_scale_x_C")
     ends = [build.machine(effect).indication_error(r)[0, 0] for r in (higher, lower)]
     assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step))
     assert eye.of_input(one, []).tolist() == [[0.0]]

@@ -26,8 +26,8 @@ from vcmm.task.response.observe import (
     Observer,
     baseline,
     calibration_columns,
-    lacking,
     left_out,
+    missing_columns,
     noise_u,
     observe,
 )
@@ -197,8 +197,8 @@ def test_effects_without_their_columns_are_left_out_and_named():
 def test_a_log_stands_for_a_column():
     run = recording([[0, 0, 0]], [X]).run
     effect = ScaleExpansion("X", 1e-5)
-    assert lacking(effect, run) == ("temp_scale_x_C",)
-    assert lacking(effect, replace(run, series={"scale_x": Series(np.zeros(1), np.zeros(1))})) == ()
+    assert missing_columns(effect, run) == ("temp_scale_x_C",)
+    assert missing_columns(effect, replace(run, series={"scale_x": Series(np.zeros(1), np.zeros(1))})) == ()
 
 
 def test_rows_outside_the_travel_are_refused():

@@ -10,7 +10,7 @@ import pytest
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import StudentT
 from vcmm.core.run import Run
-from vcmm.task.response.recording import KINDS, Recording
+from vcmm.task.response.recording import RECORDING_KINDS, Recording
 
 X = np.array([1.0, 0.0, 0.0])
 
@@ -90,4 +90,4 @@ def test_a_sense_that_is_no_direction_is_refused_with_its_row():
 def test_a_mistyped_kind_is_answered_with_the_closest():
     with pytest.raises(UsageError, match=r'Did you mean "displacement".*Allowed: probe, displacement'):
         recording("displacment")
-    assert len(KINDS) == 5
+    assert len(RECORDING_KINDS) == 5

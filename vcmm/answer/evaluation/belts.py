@@ -27,9 +27,8 @@ from vcmm.part.part import Characteristic
 
 CLASSES = 8  # of roughness, each with as many of the drawn parts
 SMOOTHEST = 0.01  # share of the drawn parts with smaller residuals
-NEIGHBOURS = (
-    300  # parts in a window at most: the 2.5 % quantile of their departures errs by 0.9 % in probability
-)
+# parts in a window at most: the 2.5 % quantile of their departures errs by 0.9 % in probability
+NEIGHBOURS = 300
 WINDOW = (
     1 / 40
 )  # of all parts: 300 of 12 000; a window of a fixed share blurs as much however many parts are drawn
@@ -212,7 +211,7 @@ def inverse_of(c: Characteristic, index: int, drawn: Sequence[Pairs]) -> Inverse
 
 def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse:
     """Return the belts of characteristic number `index` from sampled parts of one family."""
-    true, indicated, rest = there(index, drawn)
+    true, indicated, rest = parts_with_element(index, drawn)
     bounded = gps.is_one_sided(c)
     whole = _belt(true, indicated, bounded)
     rest = np.maximum(rest, 1e-12)
@@ -228,7 +227,7 @@ def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse
     return FamilyInverse(tuple(belts), whole, edges, bounded, float(np.quantile(rest, SMOOTHEST)))
 
 
-def there(index: int, drawn: Pairs) -> tuple[Array, Array, Array]:
+def parts_with_element(index: int, drawn: Pairs) -> tuple[Array, Array, Array]:
     """Return true, indicated, rest (m,) of the parts that have such an element."""
     true, indicated, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
     has = np.isfinite(true) & np.isfinite(indicated)
@@ -237,7 +236,7 @@ def there(index: int, drawn: Pairs) -> tuple[Array, Array, Array]:
 
 def lost_share(index: int, drawn: Pairs) -> float:
     """Return the share of the parts that have no such element."""
-    return 1.0 - len(there(index, drawn)[0]) / len(drawn.true)
+    return 1.0 - len(parts_with_element(index, drawn)[0]) / len(drawn.true)
 
 
 def sorted_by_roughness(c: Characteristic) -> bool:
@@ -276,6 +275,6 @@ def _smooth(rows: Array) -> Array:
 
 def coverage(inverse: Reading, index: int, drawn: Pairs, p: float, by_roughness: bool = True) -> float:
     """Return the share of sampled parts whose true value lies in the interval for p. by_roughness: read with their roughness."""
-    true, indicated, rest = there(index, drawn)
+    true, indicated, rest = parts_with_element(index, drawn)
     low, high = inverse.interval(p, indicated, rest if by_roughness else None)
     return float(((low <= true + 1e-12) & (true <= high + 1e-12)).mean())

@@ -68,8 +68,9 @@ def product_line(world: World, first: Influence, second: Influence, u_i: float, 
 
 
 def form_line(c: Characteristic, features: Mapping[str, Feature], u_i: float, u: float) -> BudgetLine:
-    """Return the line of the form that the points do not meet, which varies from part to part of a family of forms. A surface of nominal
-    points has none between them: there it is the form of the datums.
+    """Return the line of the form that the points do not meet, which varies from part to part of a family of forms.
+
+    A surface of nominal points has none between them: there it is the form of the datums.
     """
     name = ", ".join(n for n in c.of if not features[n].free) or ", ".join(c.features[len(c.of) :])
     return BudgetLine(

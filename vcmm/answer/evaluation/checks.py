@@ -114,7 +114,7 @@ def _what_is_free(c: Characteristic, free: Array, kept: bool, follows: str) -> s
     )
 
 
-SHORT = 90.0  # deg: over less of a circle, size and place are poorly separated
+SHORT_ARC_DEG = 90.0  # deg: over less of a circle, size and place are poorly separated
 
 
 def _short_arcs(scenario: Scenario) -> list[str]:
@@ -129,7 +129,7 @@ def _short_arcs(scenario: Scenario) -> list[str]:
         turn = np.sort(np.degrees(np.arctan2(arm @ v, arm @ u)))
         gaps = np.diff(np.append(turn, turn[0] + 360.0))
         covered = 360.0 - float(gaps.max())
-        if covered < SHORT:
+        if covered < SHORT_ARC_DEG:
             out.append(
                 f"{name}: touched over {covered:.0f} deg of its circle only; so short an arc separates size and place poorly, and U "
                 "says how badly: touch more of it"

@@ -24,7 +24,7 @@ from vcmm.part.part import Feature, centre, frame, normal
 
 Ints = npt.NDArray[np.integer]
 AROUND, ALONG, WAVES = 15, 5, 6  # most lobes, most half waves along a feature, waves of one part
-NOTHING = 1e-9  # mm per mm or rad: a motion that moves no point by more is none
+NO_POINT_MOTION = 1e-9  # mm per mm or rad: a motion that moves no point by more is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +53,9 @@ class Ground:
     def motion_columns(self) -> tuple[Array, ...]:
         """Values (N, n) of motions and sizes, fitted to departures (N,) of the last set, at the points of every set."""
         moved = [motions(self.feature, p, normal(self.feature, p)) for p in self.sets]
-        used = np.abs(moved[-1]).max(axis=0) > NOTHING
+        used = np.abs(moved[-1]).max(axis=0) > NO_POINT_MOTION
         scale = np.abs(moved[-1]).max(axis=0)[used]
-        inverse = np.linalg.pinv(moved[-1][:, used] / scale, rcond=NOTHING)
+        inverse = np.linalg.pinv(moved[-1][:, used] / scale, rcond=NO_POINT_MOTION)
         return tuple((inverse.T @ (m[:, used] / scale).T) for m in moved)
 
     def of_unit_size(self, drawn: list[Array]) -> list[Array]:
@@ -91,7 +91,7 @@ def _across(nominal: Array, points: Array) -> tuple[Array, Array]:
     """Return places (n,) of points along the two longest directions of a free-form surface, -1 to 1 over its nominal points."""
     middle = nominal.mean(axis=0)
     ways = np.linalg.svd(nominal - middle, full_matrices=False)[2][:2].T
-    half = np.maximum(np.abs((nominal - middle) @ ways).max(axis=0), NOTHING)
+    half = np.maximum(np.abs((nominal - middle) @ ways).max(axis=0), NO_POINT_MOTION)
     a, b = ((points - middle) @ ways / half).T
     return a, b
 
@@ -196,7 +196,7 @@ def left_over(feature: Feature, points: Array, normals: Array) -> Array:
     """Return the projection (n, n) that removes motions and sizes of the feature from displacements along the normals (least squares)."""
     columns = motions(feature, points, normals)
     largest = np.abs(columns).max(axis=0)
-    columns = columns[:, largest > NOTHING] / largest[largest > NOTHING]
+    columns = columns[:, largest > NO_POINT_MOTION] / largest[largest > NO_POINT_MOTION]
     basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    basis = basis[:, sizes > NOTHING * sizes[0]]
+    basis = basis[:, sizes > NO_POINT_MOTION * sizes[0]]
     return np.eye(len(points)) - basis @ basis.T

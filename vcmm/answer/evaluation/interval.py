@@ -25,12 +25,12 @@ from numpy.typing import ArrayLike
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Array, Law, Normal, Samples, StudentT
 
-KINDS = ("symmetric", "shortest")
-_FAR = 200.0  # scales from the middle, beyond which the tails of the single terms add up
+INTERVAL_KINDS = ("symmetric", "shortest")
+_TAIL_SCALES = 200.0  # scales from the middle, beyond which the tails of the single terms add up
 _LONGEST = 5e3  # upper end of the integral, in 1 / scale
 
 
-def check_interval(p: float, kind: str, kinds: Sequence[str] = KINDS) -> None:
+def check_interval(p: float, kind: str, kinds: Sequence[str] = INTERVAL_KINDS) -> None:
     """Refuse a coverage probability outside (0, 1) and an unknown kind of interval (UsageError)."""
     if not 0 < p < 1:
         raise UsageError(f"Coverage probability p = {p} must lie between 0 and 1, for example 0.95.")
@@ -173,7 +173,7 @@ class Linear:
     def _near(self) -> float:
         """Largest |x| in scales for which the integral serves; beyond, the tails of the single terms do."""
         largest = sum(shape.reach * float(np.abs(g).sum()) for shape, g in self._groups.items())
-        return min(_FAR, largest / self.scale)
+        return min(_TAIL_SCALES, largest / self.scale)
 
     def quantile(self, p: float) -> float:
         """Return the value of y that is not exceeded with probability p, 0 < p < 1."""

@@ -25,13 +25,13 @@ from vcmm.answer.evaluation.belts import (
 from vcmm.answer.evaluation.ends import ends_u, inverses_without
 from vcmm.answer.evaluation.form_family import KNOWN, OTHER
 from vcmm.answer.evaluation.pairs import (
-    MOST,
+    MOST_FORM_RATIO,
     Drawing,
     Largest,
     Pairs,
+    concatenate_pairs,
     families,
     prepare_drawing,
-    together,
 )
 from vcmm.answer.evaluation.truth import Limits, Statement
 from vcmm.core.run import Array
@@ -48,9 +48,15 @@ COUNT_TRIALS = 600, 2000  # drawn anew to count, between these as many as trials
 FIXED, FIXED_BLIND = (0.0, 20.0), (0.0, 6.0)  # form over noise, counted by themselves; of values alone
 FIXED_RATIOS = (0.0, 6.0, 20.0)
 EXCLUDED = 0.005  # a tenth of what an interval may miss: sizes of form that leave residuals as small no more often are not counted
-LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
+LEAST_COVERAGE, LEAST_OTHER_COVERAGE = (
+    0.93,
+    0.90,
+)  # least coverage for p = 95 % of parts of the family, and of another one
 REACH = 3.0  # parts are drawn with forms up to so many times what was indicated
-FAR, FORMED = 20.0, 1.0  # over the noise: how far off, or how rough, the parts are for which U is stated
+OFFSET_OVER_NOISE, FORM_OVER_NOISE = (
+    20.0,
+    1.0,
+)  # over the noise: how far off, or how rough, the parts are for which U is stated
 BLIND = 0.1  # of the true value: parts far off that indicate less are not seen
 MOST_LOST = 0.02  # of the drawn parts may have no such element: fewer than what the quantiles tell
 HIDDEN_FORM = (
@@ -103,8 +109,8 @@ class CountedInverse:
 
     def is_enough(self, p: float) -> bool:
         """Return whether enough of the sampled parts of both kinds had their true value in the interval for p."""
-        return self.counted_coverage[0] >= p - (0.95 - LEAST) and self.counted_coverage[1] >= p - (
-            0.95 - LEAST_OTHER
+        return self.counted_coverage[0] >= p - (0.95 - LEAST_COVERAGE) and self.counted_coverage[1] >= p - (
+            0.95 - LEAST_OTHER_COVERAGE
         )
 
 
@@ -138,7 +144,7 @@ Reach = tuple[int, int]  # doublings of the largest form, and of the largest way
 
 def _doublings(over_noise: float) -> int:
     """Return how often MOST is doubled to be REACH times as large as the measured value."""
-    ratio = REACH * over_noise / MOST
+    ratio = REACH * over_noise / MOST_FORM_RATIO
     return max(int(np.ceil(np.log2(ratio))), 0) if ratio > 1.0 else 0
 
 
@@ -171,7 +177,7 @@ class Inversion:
         unit, away = min(drawing.unit(n) for n in gps.needs(c)), drawing.away
         noise, attitude = min(drawing.noise[n] for n in gps.needs(c)), drawing.attitude  # less tells no more
         if not gps.is_one_sided(c):  # up to MOST times the noise, however rough the part is
-            return (_doublings(MOST / REACH * noise / unit), 0) if drawing.bound else (0, 0)
+            return (_doublings(MOST_FORM_RATIO / REACH * noise / unit), 0) if drawing.bound else (0, 0)
         if c.type in gps.LOCATED_TYPES:
             return _doublings(max(rest or 0.0, noise) / unit), _doublings(max(y, attitude) / away)
         both = _doublings(max(y, noise) / min(unit, away))
@@ -203,7 +209,7 @@ class Inversion:
         numbers_held = {n for parts in kept for n in parts.numbers}
         if i not in numbers_held:
             numbers = sorted({i} | (self._expected_pairs.get(reach, set(self.numbers)) - numbers_held))
-            form, off = (MOST * 2.0**n for n in reach)
+            form, off = (MOST_FORM_RATIO * 2.0**n for n in reach)
             kept.append(DrawnParts(self, tuple(numbers), Largest(form, off)))
         return next(parts for parts in kept if i in parts.numbers)
 
@@ -238,11 +244,11 @@ class Inversion:
 
     @cached_property
     def _far(self) -> tuple[Array, Array, Array, Array]:
-        return of_parts(self.drawing, self.settings, 0.0, FAR, in_contact(self.drawing.task))
+        return of_parts(self.drawing, self.settings, 0.0, OFFSET_OVER_NOISE, in_contact(self.drawing.task))
 
     @cached_property
     def _draw_rough_parts(self) -> tuple[Array, Array, Array, Array]:
-        return of_parts(self.drawing, self.settings, FORMED, 0.0, in_contact(self.drawing.task))
+        return of_parts(self.drawing, self.settings, FORM_OVER_NOISE, 0.0, in_contact(self.drawing.task))
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,7 +325,7 @@ class DrawnParts:
         """Return parts whose forms are all `ratio` times the noise."""
         seed = self.settings.seed + 3 + FIXED_RATIOS.index(ratio)
         drawn = self._families(f"form {ratio:g}", self.count // len(KNOWN), seed, ratio=ratio)
-        return [together(of_share) for of_share in drawn]
+        return [concatenate_pairs(of_share) for of_share in drawn]
 
     def is_possible(self, ratio: float, i: int, rest: float) -> bool:
         """Return whether parts whose form is so many times the noise leave residuals as small as the measured ones (root mean square, mm) more often

@@ -110,8 +110,10 @@ class LinearModel:
         return evaluate_all(self.task, self.unpack(q))
 
     def only(self, numbers: Sequence[int], aligned: bool = False) -> LinearModel:
-        """Return the model with the same q, of which some characteristics are evaluated. aligned: in the frame of the alignment whatever
-        they need, which keeps every bit of their values, and with no features beside theirs and its own.
+        """Return the model with the same q, of which some characteristics are evaluated.
+
+        aligned: in the frame of the alignment whatever they need, which keeps every bit of their values, and with no features
+        beside theirs and its own.
         """
         kept, scheme = tuple(self.characteristics[i] for i in numbers), self.task.plan.alignment
         placed = any(c.type in IN_ALIGNMENT for c in kept)

@@ -23,7 +23,7 @@ import numpy as np
 
 from vcmm.answer.evaluation import streams
 from vcmm.answer.evaluation.interval import Linear, check_interval
-from vcmm.answer.evaluation.summary import KINDS, Accumulator, Summary, summarise, tolerance
+from vcmm.answer.evaluation.summary import STATEMENT_KINDS, Accumulator, Summary, summarise, tolerance
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.laws import Array, Joint, Law, MultivariateNormal, MultivariateSamples, Normal, row_factor
 from vcmm.core.memory import keep_in_hand
@@ -289,7 +289,7 @@ def adaptive(
     agree by luck would stop it. With `u0` (the closed-form u) the tolerance is fixed beforehand, which avoids its jump when u
     crosses a power of ten and the bias of stopping early. Stops at `most` trials with a warning.
     """
-    check_interval(p, kind, KINDS)
+    check_interval(p, kind, STATEMENT_KINDS)
     size = max(_BATCH, math.ceil(100 / (1 - p)))
     total: Accumulator | None = None
     results: list[list[float]] = []

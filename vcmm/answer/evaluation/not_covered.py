@@ -12,10 +12,9 @@ from vcmm.part.part import Characteristic, Feature
 from vcmm.task.measuring.task import Task
 
 ENDED = ("line", "plane", "cylinder", "cone")  # features that end where touches may not reach
-SAME = 1e-3  # mm: touches nearer than that are repeats of one
-UNSEEN = (
-    0.03  # of the range of a cubic, beyond the outermost touches: less moves no end by more than draws do
-)
+SAME_PLACE_MM = 1e-3  # mm: touches nearer than that are repeats of one
+# of the range of a cubic, beyond the outermost touches: less moves no end by more than draws do
+UNSEEN = 0.03
 BEYOND_SAID = "forms that rise most beyond the outermost points"
 BEYOND = BEYOND_SAID + " ({where})"
 NARROW = "defects narrower than the spacing of the points ({where}) that no point touches"
@@ -76,7 +75,7 @@ def spacing(points: Array) -> float:
     """Return the distance from a point (n, 3) to the nearest other one, of the point that is farthest from all others, mm; 0 of a single point."""
     from scipy.spatial import cKDTree
 
-    places = np.unique(np.round(points / SAME), axis=0) * SAME
+    places = np.unique(np.round(points / SAME_PLACE_MM), axis=0) * SAME_PLACE_MM
     if len(places) < 2:
         return 0.0
     return float(np.asarray(cKDTree(places).query(places, k=2)[0])[:, 1].max())

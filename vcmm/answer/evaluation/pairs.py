@@ -15,13 +15,13 @@ from zlib import crc32
 import numpy as np
 
 from vcmm.answer.evaluation.bound_shares import FULL, Share, at_share, possible_shares, split
-from vcmm.answer.evaluation.dense import surface_model
 from vcmm.answer.evaluation.exact import draw_inputs
 from vcmm.answer.evaluation.form_family import FAMILIES, KNOWN, Ground, left_over, motions
 from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.answer.evaluation.montecarlo import simulate
 from vcmm.answer.evaluation.sampling import multiplying
 from vcmm.answer.evaluation.submodel import displace, narrow_model
+from vcmm.answer.evaluation.true_values import surface_model
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
@@ -31,17 +31,18 @@ from vcmm.task.response.trials import Draws
 
 BLOCK = 2000
 MOST_FOLDED = 300  # touches beyond which Inputs are drawn one by one
-SHOWN, GIVEN_UP = (
-    20,
-    4,
-)  # of the first parts, so many without an element are too many to look for the others one by one
-LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
+# of the first parts, so many without an element are too many to look for the others one by one
+SHOWN = 20
+GIVEN_UP = 4
+LEAST_FORM_RATIO, MOST_FORM_RATIO = (
+    0.05,
+    40.0,
+)  # form over noise of the machine: from nothing to so much that noise does not matter
 UNIT = 1e-4  # mm: takes the place of the noise where only a limit of it is known; forms then begin at 5 nm
 SMALLEST = 1e-7  # mm: no noise is taken for less
 FORMLESS = 0.1  # share of parts without form
-FORM_SPREAD = (
-    0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
-)
+# lognormal spread of the features of one part about the size of its forms: one process made them
+FORM_SPREAD = 0.5
 
 
 PartValues = tuple[Array, Array, Array]  # of parts: true, indicated, rest
@@ -53,8 +54,8 @@ class Largest:
     machine, or both over UNIT (`Drawing.unit`, `Drawing.away`).
     """
 
-    form: float = MOST
-    off: float = MOST
+    form: float = MOST_FORM_RATIO
+    off: float = MOST_FORM_RATIO
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,10 +254,10 @@ def both(
     drawing: Drawing, count: int, seed: int, most: Largest = Largest(), ratio: float | None = None
 ) -> Pairs:
     """Return parts of the families that the inverse knows, equal numbers of each."""
-    return together(families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)[0])
+    return concatenate_pairs(families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)[0])
 
 
-def together(drawn: Sequence[Pairs]) -> Pairs:
+def concatenate_pairs(drawn: Sequence[Pairs]) -> Pairs:
     """Join parts one after the other."""
     return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
 
@@ -362,7 +363,7 @@ def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | No
     """Sample the ratios (count, 1): evenly over the decades, some of them 0; or all the same."""
     if fixed is not None:
         return np.full((count, 1), fixed)
-    ratio = np.exp(rng.uniform(np.log(LEAST), np.log(most), (count, 1)))
+    ratio = np.exp(rng.uniform(np.log(LEAST_FORM_RATIO), np.log(most), (count, 1)))
     return np.where(rng.uniform(size=(count, 1)) < FORMLESS, 0.0, ratio)
 
 

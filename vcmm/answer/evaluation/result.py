@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-BIAS_IN_REACH = (
-    "its known bias is not corrected, and with U + |bias| a limit is in reach"  # why nothing is decided
-)
+# why nothing is decided
+BIAS_IN_REACH = "its known bias is not corrected, and with U + |bias| a limit is in reach"
 SHOWN_IN = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 
 

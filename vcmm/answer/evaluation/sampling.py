@@ -42,7 +42,7 @@ def sum_blocks(
     """Return the sum of all blocks, one accumulator per characteristic. Raises ShardDone where a share is wanted."""
     wanted = sharing.share.take(blocks) if sharing.share else blocks
     total = _Total(sum(n for _, n in wanted), progress)
-    for block, tallies in sharing.finish(key, count, job, {b: b for b in blocks}):
+    for block, tallies in sharing.run_blocks(key, count, job, {b: b for b in blocks}):
         total.add(block, tallies)
     return total.sums
 

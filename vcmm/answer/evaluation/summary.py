@@ -18,7 +18,7 @@ from vcmm.answer.evaluation.interval import check_interval
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.laws import Array
 
-KINDS = ("symmetric", "shortest", "upper")
+STATEMENT_KINDS = ("symmetric", "shortest", "upper")
 _REACH = 12  # scales on each side of the histogram
 _BINS = 1024  # per scale
 _UNIT = 2.0**20  # fixed-point steps per scale
@@ -63,7 +63,7 @@ class Summary:
 
     def interval(self, p: float = 0.95, kind: str = "symmetric") -> tuple[float, float]:
         """Return the coverage interval for probability p (JCGM 101, 7.7): symmetric, shortest, or upper = (-inf, y_p)."""
-        check_interval(p, kind, KINDS)
+        check_interval(p, kind, STATEMENT_KINDS)
         if kind == "upper":
             return -math.inf, self.quantile(p)
         if kind == "symmetric":

@@ -46,12 +46,11 @@ from vcmm.task.measuring.settings import CORRECTED, Settings
 from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.task.response.influence import Influence
 
-NOTHING = 1e-9  # of U: rounding
+ROUNDING_SHARE_OF_U = 1e-9  # of U: rounding
 LEAST_NOTE = 1e-5  # mm or rad: below 10 nm the linear model is not worth a note
 PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share of the variance is sampled
-CURVATURE = (
-    0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
-)
+# a smooth output that departs from its tangent by more than this share of its spread is sampled
+CURVATURE = 0.01
 ERROR_SHARE = 0.1  # of U: an error of the linear model above this makes the interval one of another quantity
 CLOSED = "closed form; interval by inversion of the characteristic function"
 SAMPLED, EXACT = "Monte Carlo (linear model)", "exact transforms, contact and fits"
@@ -377,7 +376,7 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
         text = f"{r.name}: {r.type} grows with noise and does not fall with it; "
         if r.why_not_shown:
             text += f"its coverage is not demonstrated: {r.why_not_shown}"
-        elif abs(r.bias) <= NOTHING * r.expanded:
+        elif abs(r.bias) <= ROUNDING_SHARE_OF_U * r.expanded:
             text += "no noise correction was applied"
         else:
             size = f"{abs(r.bias) * scale:.3g} {unit}"

@@ -15,13 +15,12 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from vcmm.answer.evaluation.interval import Linear, check_interval
-from vcmm.answer.evaluation.summary import KINDS, Summary
+from vcmm.answer.evaluation.summary import STATEMENT_KINDS, Summary
 from vcmm.core.laws import Array
 
-FAR, TABLE = (
-    60.0,
-    1201,
-)  # scales on either side that the table reaches, closer together towards the middle; its places
+# scales on either side that the table reaches, closer together towards the middle; its places
+REACH_SCALES = 60.0
+TABLE_PLACES = 1201
 SPLITS = 41  # of the probability outside, for the shortest interval
 HALVINGS = 60
 
@@ -59,7 +58,7 @@ class WidenedLaw:
 
     def interval(self, p: float = 0.95, kind: str = "symmetric") -> tuple[float, float]:
         """Return the coverage interval for probability p (JCGM 101, 7.7): symmetric, shortest, or upper = (-inf, y_p)."""
-        check_interval(p, kind, KINDS)
+        check_interval(p, kind, STATEMENT_KINDS)
         if kind == "upper":
             return -math.inf, self.quantile(p)
         if kind == "symmetric":
@@ -77,7 +76,7 @@ class WidenedLaw:
 def widen(law: Linear | Summary | WidenedLaw, sizes: Array) -> WidenedLaw:
     """Return the law with sizes (m,) added to either side."""
     if isinstance(law, WidenedLaw):
-        return WidenedLaw(law.x, law.below, together([law.sizes, sizes]))
+        return WidenedLaw(law.x, law.below, sum_with_random_signs([law.sizes, sizes]))
     if isinstance(law, Summary):
         return WidenedLaw(law.grid, law.below, np.asarray(sizes, float))
     if law.scale == 0.0:
@@ -89,12 +88,12 @@ def widen(law: Linear | Summary | WidenedLaw, sizes: Array) -> WidenedLaw:
 @lru_cache(maxsize=64)
 def _table(law: Linear) -> tuple[Array, Array]:
     """Return places x (n,) and P(X <= x): one table for all parts that were measured by the same task."""
-    place = np.sinh(np.linspace(-1.0, 1.0, TABLE) * math.asinh(FAR * 20.0)) / 20.0
+    place = np.sinh(np.linspace(-1.0, 1.0, TABLE_PLACES) * math.asinh(REACH_SCALES * 20.0)) / 20.0
     x = law.mean + law.scale * place
     return x, np.maximum.accumulate(law.cdf(x))
 
 
-def together(sizes: list[Array], seed: int = 0) -> Array:
+def sum_with_random_signs(sizes: list[Array], seed: int = 0) -> Array:
     """Return sizes (m,) of a sum of independent parts, each of either sign: every feature has its own draw."""
     rng = np.random.default_rng(seed)
     most = max(len(s) for s in sizes)

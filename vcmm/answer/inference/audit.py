@@ -23,13 +23,19 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.belts import Reading, UnitedInverse, coverage, sorted_by_roughness, there
+from vcmm.answer.evaluation.belts import (
+    Reading,
+    UnitedInverse,
+    coverage,
+    parts_with_element,
+    sorted_by_roughness,
+)
 from vcmm.answer.evaluation.exact import draw_inputs, exact_values
 from vcmm.answer.evaluation.form_family import OTHER
 from vcmm.answer.evaluation.indication import at_indication
 from vcmm.answer.evaluation.inversion import (
-    LEAST,
-    LEAST_OTHER,
+    LEAST_COVERAGE,
+    LEAST_OTHER_COVERAGE,
     CountedInverse,
     Inversion,
     NoInverse,
@@ -82,11 +88,11 @@ def lengths(
     """Return the lengths. c: characteristic in column k; families: parts per family from which belts and oracle are made; drawn: others, to count."""
     widths = []
     for family, mine, fresh in zip(inverse.families, families, drawn):
-        true, indicated, rest = there(k, fresh)
+        true, indicated, rest = parts_with_element(k, fresh)
         kinds = [
             reading.interval(p, indicated, rest)
             if reading
-            else oracle(c, there(k, mine), (indicated, rest), p)
+            else oracle(c, parts_with_element(k, mine), (indicated, rest), p)
             for reading in (inverse, family, None)
         ]
         widths.append(
@@ -132,9 +138,8 @@ STATED, PRIOR, ANOTHER = "stated knowledge", "prior over forms", "another family
 BLOCK = 250
 CERTAIN = 0.025  # of a count to lie as far outside by chance: one end of a 95 % interval
 BAND = 0.02  # either side of the target
-ABOVE = (
-    0.04  # over the prior of forms: an interval that holds each of two families holds more of both together
-)
+# over the prior of forms: an interval that holds each of two families holds more of both together
+ABOVE = 0.04
 
 
 @dataclass(frozen=True)
@@ -238,7 +243,7 @@ def audit_task(
     exact: list[Piece] = blocks_of(parts, BLOCK) if additive else []
     kinds: list[Piece] = [(number, 0) for number in range(len(RATIOS) + 2)] if extreme else []
     door: list[Piece] = [BY_POINTS] if scenario is not None and not why_not_by_points(scenario) else []
-    blocks = (sharing or Sharing()).all_of(
+    blocks = (sharing or Sharing()).map_items(
         key,
         piece,
         CountingJob(prepared, parts, scenario),
@@ -309,7 +314,7 @@ def _by_points(result: CharacteristicResult, held_by_points: HeldByPoints) -> Au
     )
     return AuditResult(
         name=result.name, unit=result.unit, kind=held_by_points.kind, target=p, attained=held_by_points.covering / max(counted, 1),
-        parts=counted, width=held_by_points.width, claimed=held_by_points.claimed > 0, least=p - (0.95 - LEAST_OTHER) if other else p - BAND,
+        parts=counted, width=held_by_points.width, claimed=held_by_points.claimed > 0, least=p - (0.95 - LEAST_OTHER_COVERAGE) if other else p - BAND,
         most=1.0, why="" if held_by_points.claimed else held_by_points.why,
     )  # fmt: skip
 
@@ -324,9 +329,11 @@ def _count_held(
     if isinstance(inverse, CountedInverse):
         best = beside_oracle(inversion, i, drawn) if kind == PRIOR else None
         share, width = coverage(inverse.inverse, k, drawn, p), _width(inverse.inverse, k, drawn, p)
-        parts = len(there(k, drawn)[0])
+        parts = len(parts_with_element(k, drawn)[0])
     why = inverse.shortfall(p)
-    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
+    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER_COVERAGE)}.get(
+        kind, p - (0.95 - LEAST_COVERAGE)
+    )
     return AuditResult(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=share, parts=parts, width=width,
         claimed=not why, least=least, most=p + ABOVE if kind == PRIOR and not _wider(inverse) else 1.0, why=why,
@@ -352,7 +359,7 @@ def beside_oracle(inversion: Inversion, i: int, drawn: Pairs) -> IntervalLengths
 
 
 def _width(inverse: Reading, k: int, drawn: Pairs, p: float) -> float:
-    _, indicated, rest = there(k, drawn)
+    _, indicated, rest = parts_with_element(k, drawn)
     low, high = inverse.interval(p, indicated, rest)
     return float((high - low).mean())
 

@@ -25,17 +25,16 @@ from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.task import Task, measured_points
 
-SHARE, MOST_PARTS = (
-    0.1,
-    100,
-)  # of the parts asked for, and at most, of a kind: each is evaluated from its points, which takes 0.1 s
+# of the parts asked for, and at most, of a kind: each is evaluated from its points, which takes 0.1 s
+SHARE = 0.1
+MOST_PARTS = 100
 ANEW = 2000  # added to the seed: parts that nothing was made of
 IN_WORDS = {
     "waves": "waves of all numbers",
     "lobes": "lobes or half waves of one number",
     "edges": "steps and edges",
 }
-KINDS: tuple[tuple[str, float | None], ...] = (
+AUDITED_FORMS: tuple[tuple[str, float | None], ...] = (
     *((family, None) for family in KNOWN),
     (KNOWN[0], 0.0),
     (OTHER, None),
@@ -72,11 +71,11 @@ def count_by_points(scenario: Scenario, settings: Settings, parts: int) -> tuple
     names = task.part.characteristics
     drawing = prepare_drawing(task, settings.seed, range(len(names)))
     count = min(max(int(SHARE * parts), 1), MOST_PARTS)
-    drawn = [_draw(task, drawing, settings.seed + ANEW, count, kind) for kind in KINDS]
+    drawn = [_draw(task, drawing, settings.seed + ANEW, count, kind) for kind in AUDITED_FORMS]
     given = [part for _, files in drawn for part in files]
     evaluated = evaluate_points(scenario, given, settings=settings)
     out = []
-    for k, (kind, (true, _)) in enumerate(zip(KINDS, drawn)):
+    for k, (kind, (true, _)) in enumerate(zip(AUDITED_FORMS, drawn)):
         mine = evaluated[k * count : (k + 1) * count]
         out += [_count(i, _kind_in_words(drawing, *kind), mine, true[:, i]) for i in range(len(names))]
     return tuple(out)

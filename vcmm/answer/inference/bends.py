@@ -16,11 +16,11 @@ from zlib import crc32
 
 import numpy as np
 
-from vcmm.answer.evaluation.dense import all_over
 from vcmm.answer.evaluation.ends import GROUPS, jackknife_u
 from vcmm.answer.evaluation.form_family import coordinates
 from vcmm.answer.evaluation.not_covered import BEYOND_SAID, UNSEEN, beyond_touches
 from vcmm.answer.evaluation.result import CharacteristicResult
+from vcmm.answer.evaluation.true_values import all_over
 from vcmm.answer.evaluation.truth import Limits, Statement, Truth
 from vcmm.core.run import Array
 from vcmm.part.part import Characteristic, Feature

@@ -26,10 +26,10 @@ from statistics import NormalDist
 
 import numpy as np
 
-from vcmm.answer.evaluation.dense import all_over
 from vcmm.answer.evaluation.form_family import ALONG, AROUND, Ground, Ints, motions
 from vcmm.answer.evaluation.linear import LinearModel
-from vcmm.answer.evaluation.pairs import LEAST, MOST
+from vcmm.answer.evaluation.pairs import LEAST_FORM_RATIO, MOST_FORM_RATIO
+from vcmm.answer.evaluation.true_values import all_over
 from vcmm.answer.evaluation.truth import MORE_MISSES
 from vcmm.answer.inference.noises import STATED, Noises, Rung, noises_of
 from vcmm.core.run import Array
@@ -37,11 +37,10 @@ from vcmm.part.part import Feature, normal
 
 ROUND = ("circle", "cylinder", "cone", "sphere", "torus")
 FORM_KINDS = (*ROUND, "plane", "line")
-LOBES, HALF_WAVES, FLAT = (
-    (2, 8),
-    3,
-    5,
-)  # single shapes: lobes; half waves along each side of a plane; waves of a plane in all
+# single shapes: lobes; half waves along each side of a plane; waves of a plane in all
+LOBES = (2, 8)
+HALF_WAVES = 3
+FLAT = 5
 BENT = (2, 3)  # degrees of planes and lines as clamping, heat or a bent guideway leaves them
 BENT_WORDS = {2: "a bow", 3: "a bow of third degree"}
 POWERS = (0.0, 1.0, 2.0)  # by which waves fall with their number
@@ -280,9 +279,11 @@ def _half_waves(m: int, n: int, flat: bool) -> str:
 def _shape(
     words: str, weight: Array, waves: tuple[Array, Array], seeing: Array, met: Mapping[int, Array]
 ) -> Shape:
-    """Return a shape. waves: their residuals after the fit at the points (n, c), and all over (N, c); seeing (d, n): residuals to
-    independent numbers;
-    met: change of each characteristic by each wave (c,)."""
+    """Return a shape.
+
+    waves: their residuals after the fit at the points (n, c), and all over (N, c). seeing (d, n): residuals to independent
+    numbers. met: change of each characteristic by each wave (c,).
+    """
     used = weight > 0
     left, whole = (w[:, used] * weight[used] for w in waves)
     size = np.sqrt((whole**2).sum() / len(whole))
@@ -322,7 +323,7 @@ def _read_with(
     """
     (moved, unseen), of_rungs = findings, [forms.shapes(rung) for rung in rungs]
     noises, rms = [forms.noises.whitening(r)[1] for r in rungs], float(np.sqrt((residuals**2).mean()))
-    grid = np.geomspace(LEAST * min(noises), CAP * max(*noises, rms), SIZES)
+    grid = np.geomspace(LEAST_FORM_RATIO * min(noises), CAP * max(*noises, rms), SIZES)
     alone = np.array([forms.without_form(rung, residuals) for rung in rungs])
     of_shapes = list(zip(*of_rungs))  # (shape, rung)
     logs = [
@@ -355,7 +356,7 @@ def _sizes_drawn(grid: Array, weight: Array) -> tuple[Ints, Array]:
 
 def _matters(reach: Array, forms: FeatureForms, floor: float) -> bool:
     """Return whether a shape that is MOST times as large as the noise would move a result by more than a tenth of U."""
-    return float(np.linalg.norm(reach)) * MOST * forms.noise > MORE_MISSES * floor
+    return float(np.linalg.norm(reach)) * MOST_FORM_RATIO * forms.noise > MORE_MISSES * floor
 
 
 def slim(p: float) -> float:

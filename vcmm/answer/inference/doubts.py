@@ -158,12 +158,12 @@ def without_claim(r: CharacteristicResult, doubts: Mapping[str, str] | None) -> 
     return replace(r, coverage_shown=False, why_not_shown=both)
 
 
-SMALL = 0.1
+FACET_SHARE_OF_LIMIT = 0.1
 """Share of U or the tolerance, the smaller: an unseen bias of a tenth of U makes an interval for 95 % miss in 5.5 % (docs/uncertainty.md)."""
 
 
 def coarse_mesh(task: Task, results: Sequence[CharacteristicResult]) -> tuple[str, ...]:
-    """Return one sentence for each profile to which the facets at its points may add more than `SMALL`. task: with the measured places.
+    """Return one sentence for each profile to which the facets at its points may add more than `FACET_SHARE_OF_LIMIT`. task: with the measured places.
 
     A profile is twice the largest distance, so a sag adds up to twice itself.
     """
@@ -171,7 +171,7 @@ def coarse_mesh(task: Task, results: Sequence[CharacteristicResult]) -> tuple[st
     for c, result in zip(task.part.characteristics, results):
         names = [n for n in c.of if task.part.features[n].kind == "mesh"] if c.type in PROFILE else []
         limits = [result.expanded, *(result.tolerance[1:] if result.tolerance else ())]
-        least = SMALL * min((x for x in limits if np.isfinite(x) and x > 0.0), default=0.0)
+        least = FACET_SHARE_OF_LIMIT * min((x for x in limits if np.isfinite(x) and x > 0.0), default=0.0)
         for name in names:
             assert task.part.mesh is not None  # Part has seen to it
             sag = float(sag_at(task.part.mesh, task.touches.points[task.touches.rows[name]]).max())

@@ -11,7 +11,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.result import BudgetLine, CharacteristicResult, PlottedBudget
 from vcmm.answer.evaluation.truth import Additive
-from vcmm.answer.evaluation.widened_law import together, widen
+from vcmm.answer.evaluation.widened_law import sum_with_random_signs, widen
 from vcmm.answer.inference.between_points import FormTold
 
 MATTERS = 1e-3  # of U: less is no line
@@ -41,7 +41,7 @@ def with_form(c: CharacteristicResult, statements: Sequence[FormTold]) -> Charac
     lines = [replace(line, share=line.share * rest) for line in c.budget]
     lines += [_line(form, own_u, u) for form, own_u in added]
     largest_first = sorted(added, key=lambda form_and_u: -form_and_u[1])  # not as the file lists the features
-    law = widen(truth.law, together([form.sizes for form, _ in largest_first]))
+    law = widen(truth.law, sum_with_random_signs([form.sizes for form, _ in largest_first]))
     return replace(
         c, u=u, budget=PlottedBudget(sorted(lines, key=lambda line: -line.u)), truth=replace(truth, law=law),
         interaction_share=c.interaction_share * rest,

@@ -38,9 +38,8 @@ from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.task import Task, evaluate_all, fit_features, measured_points
 
-NEAR = (
-    1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
-)
+# mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
+SHARED_EVALUATION_MM = 1.0
 KEPT = 20  # earlier parts that are searched for such an evaluation: parts of several kinds may take turns
 
 UNITS_TAKEN = {
@@ -103,12 +102,12 @@ class PreparedTask:
     _memory: dict[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
 
     def serves(self, task: Task) -> bool:
-        """Return whether another part was touched at the same places (within NEAR)."""
+        """Return whether another part was touched at the same places (within SHARED_EVALUATION_MM)."""
         mine, other = self.task.touches, task.touches
         if list(mine.rows) != list(other.rows) or mine.points.shape != other.points.shape:
             return False
         apart = np.abs(mine.points - other.points).max(), np.abs(mine.pose.shift - other.pose.shift).max()
-        return bool(max(apart) <= NEAR)
+        return bool(max(apart) <= SHARED_EVALUATION_MM)
 
     @cached_property
     def tests(self) -> ResidualTests:

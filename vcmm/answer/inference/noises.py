@@ -32,10 +32,9 @@ from vcmm.answer.evaluation.part_forms import FORM
 from vcmm.core.laws import Law, Normal
 from vcmm.core.run import Array
 
-LEAST_NOISE, HALF = (
-    1 / 16,
-    1 / 2,
-)  # of the residuals: taken for none; from here on two rungs to a doubling instead of one
+# of the residuals: taken for none; from here on two rungs to a doubling instead of one
+LEAST_NOISE = 1 / 16
+HALF = 1 / 2
 FIRST_OWN, MOST_OWN = 1 / 4, 8.0  # of the residuals: the first and the last rung of the machine's own errors
 NONE = -999  # rung of no error at all
 

@@ -17,9 +17,8 @@ from vcmm.part.part import Feature, Part, normal, signed_distance
 from vcmm.task.measuring.plan import Ints
 from vcmm.task.measuring.scenario import Scenario
 
-TIP_SHARE = (
-    0.1  # of the tip radius: points that lie this close to one radius off every surface are tip centres
-)
+# of the tip radius: points that lie this close to one radius off every surface are tip centres
+TIP_SHARE = 0.1
 MOST_NAMED = 5  # points named in a message, the rest is counted
 UNIT_FACTORS = {
     "inches": 25.4,

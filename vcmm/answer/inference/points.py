@@ -32,9 +32,11 @@ ROUNDS = 3  # of the alignment from points in the machine frame; the second only
 def task_and_rows(
     scenario: Scenario, given: GivenPoints, in_machine: bool = False, tip_centres: bool = False
 ) -> tuple[Task, Ints]:
-    """Return the task of measured points, and the row of the file of every touch. in_machine: they are in the machine frame, and the part
-    is found by the alignment of the plan from where [pose] says it lies. tip_centres: not compensated for the tip. DataError: see
-    `checked`.
+    """Return the task of measured points, and the row of the file of every touch.
+
+    in_machine: they are in the machine frame, and the part is found by the alignment of the plan from where [pose] says it
+    lies. tip_centres: not compensated for the tip. DataError: see
+    `check_points`.
     """
     rows = feature_rows(scenario, given)
     pose, points = scenario.pose, given.points

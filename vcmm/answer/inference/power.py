@@ -29,10 +29,10 @@ from vcmm.core.run import Array
 
 Booleans = npt.NDArray[np.bool_]
 
-RHO, ENOUGH = 0.95, 0.9  # the memory that is tested; power below which it is reported as not covered
+RHO, LEAST_POWER = 0.95, 0.9  # the memory that is tested; power below which it is reported as not covered
 FORMS, GROUPS = (0.0, 4.0), 4  # form over noise of the parts; groups by the size of their residuals
 PARTS, LIMITS = 100, 599  # parts drawn with memory; parts of the null at most: ALARM / 2 of 600 are three
-MOST = 400  # points of all scans up to which the power is counted: the time goes with their cube
+MOST_POWER_POINTS = 400  # points of all scans up to which the power is counted: the time goes with their cube
 TOO_FEW = (
     "noise that goes on from touch to touch (correlation {rho:g} of neighbours): {n} points are too few to notice it, the test of the "
     "residuals would in {power:.0%} of such parts; at 36 points an outside count held {sizes} of their sizes and {forms} of their roundnesses"
@@ -44,7 +44,7 @@ NOT_COUNTED = (
 )
 NOT_TESTED = "noise that goes on from touch to touch: {why}"
 NO_POINTS = NOT_TESTED.format(why="values alone do not show it; hand in the points (--points)")
-SHORT, LONG = (
+TOO_FEW_POINTS, TOO_MANY_POINTS = (
     f"no feature has the {LEAST_SCAN} points from which it is looked for",
     f"it is not looked for on features of more than {MOST_FORM_POINTS} points",
 )
@@ -95,14 +95,16 @@ def memory_not_covered(tests: ResidualTests, order: Mapping[str, Ints]) -> tuple
     if not scans:
         return (
             NOT_TESTED.format(
-                why=LONG if any(f.n > MOST_FORM_POINTS for f in tests.features.values()) else SHORT
+                why=TOO_MANY_POINTS
+                if any(f.n > MOST_FORM_POINTS for f in tests.features.values())
+                else TOO_FEW_POINTS
             ),
         )
     n = sum(f.n for f in scans.values())
-    if n > MOST:
-        return (NOT_COUNTED.format(rho=RHO, most=MOST),)
+    if n > MOST_POWER_POINTS:
+        return (NOT_COUNTED.format(rho=RHO, most=MOST_POWER_POINTS),)
     chance = power(tests, order)
-    return () if chance >= ENOUGH else (TOO_FEW.format(rho=RHO, n=n, power=chance, **HELD),)
+    return () if chance >= LEAST_POWER else (TOO_FEW.format(rho=RHO, n=n, power=chance, **HELD),)
 
 
 def _scans(tests: ResidualTests) -> dict[str, FeatureTest]:

@@ -43,7 +43,10 @@ LEAST_SCAN = 12  # points of a feature whose order is looked at
 MOST_FORM_POINTS = 3000  # points of a feature up to which forms are drawn for its null: beyond, 384 waves there take too much memory
 NUMBERS, DRAWS = 2e5, (199, 1999)  # numbers of a null, about; parts, between these
 BLOCK = 4_000_000  # numbers drawn at a time
-FIRST, ENOUGH = 100, 20  # draws of a test of memory at first; it ends where so many show as much
+FIRST_DRAWS, ENOUGH_EXCEEDANCES = (
+    100,
+    20,
+)  # draws of a test of memory at first; it ends where so many show as much
 STAGES, PER_OUTLIER = 8, 8  # outliers looked for: one in so many points, at most so many
 NEW = 0.1  # of a wave lies outside of the base: less, and it is one of those already there
 UNSEEN = 0.05  # of a point's departure is left by the fit: less, and the fit follows the point
@@ -210,9 +213,9 @@ class ResidualTests:
         """Return the p value of a likelihood ratio among parts with residuals as large as the measured ones: form makes up for the missing noise.
 
         how: number of the family, noise over what is stated, lengths of the residuals. Draws end where it is clear that they show
-        as much often enough: after ENOUGH of them p is that number over the draws (J. Besag, P. Clifford, Biometrika 78 (1991) 301).
+        as much often enough: after ENOUGH_EXCEEDANCES of them p is that number over the draws (J. Besag, P. Clifford, Biometrika 78 (1991) 301).
         """
-        above, done, size = 0, 0, FIRST
+        above, done, size = 0, 0, FIRST_DRAWS
         while done < self.draws:
             part = slice(done, min(done + size, self.draws))
             drawn = {
@@ -223,7 +226,7 @@ class ResidualTests:
             }
             above += int((likelihood_ratio(white, drawn)[0] >= ratio).sum())
             done = part.stop
-            if above >= ENOUGH:
+            if above >= ENOUGH_EXCEEDANCES:
                 return above / done
             size *= 4
         return (1 + above) / (1 + done)

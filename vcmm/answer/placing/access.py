@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.answer.placing.collision import lacking
+from vcmm.answer.placing.collision import missing_clearance
 from vcmm.answer.placing.solid import Cuboid, Solid, Union
 from vcmm.answer.placing.tool import NAMES, Tooling, TouchSequence
 from vcmm.core.pose import Array, Pose
@@ -51,12 +51,12 @@ def room(tooling: Tooling, solid: Solid, rows: TouchSequence, rotation: Array) -
     graze, clamps = np.full(rows.n, -GRAZE), clamps_of(solid)
     queries.append(tooling.ball(every, rows.tip, rows.start, graze))
     queries.append(tooling.ball(every, rows.start, rows.start, np.minimum(tooling.around.safe, 0.5 * slope)))
-    lacks = lacking(solid, queries)
+    lacks = missing_clearance(solid, queries)
     bodies = {name: lacks[b : -2 : len(NAMES)].max(axis=0) for b, name in enumerate(NAMES)}
     tip = lacks[-2:].max(axis=0)
     if clamps.parts:  # a clamp is no mesh with chords: the tip may not be inside it at all
         at_clamps = [tooling.ball(every, rows.tip, rows.start, np.zeros(rows.n))]
-        tip = np.maximum(tip, lacking(clamps, at_clamps)[0])
+        tip = np.maximum(tip, missing_clearance(clamps, at_clamps)[0])
     pairs = rows.pairs()
     direct = np.zeros(0)
     if len(pairs):
@@ -81,11 +81,11 @@ def back_lacking(
     """Return the missing clearance (k,) mm while the tool draws back from the start and from the retract of touches."""
     begin = np.concatenate([rows.start[which], rows.end[which]])
     both = np.concatenate([which, which])
-    end = beyond(tooling, reach, rows, both, begin, rotation)
+    end = withdrawn_tip(tooling, reach, rows, both, begin, rotation)
     return tooling.moving(solid, both, begin, end, rotation).reshape(2, -1).max(axis=0)
 
 
-def beyond(
+def withdrawn_tip(
     tooling: Tooling, reach: Array, rows: TouchSequence, which: Ints, begin: Array, rotation: Array
 ) -> Array:
     """Return the place (k, 3) of the tip when the whole tool, drawn back along its shaft, is `clearance` beyond the points (p, 3)."""
@@ -152,7 +152,7 @@ def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -
     """Return the same for drawing back beyond `reach` only. At a change of stylus the operator chooses the way: no travels there."""
     rows, both = way.rows, np.concatenate([way.starts, way.starts])
     begin = np.concatenate([rows.start[way.starts], rows.end[way.starts]])
-    end = beyond(way.tooling, reach, rows, both, begin, way.poses.rotation[0].T)
+    end = withdrawn_tip(way.tooling, reach, rows, both, begin, way.poses.rotation[0].T)
     m = len(way.poses.shift)
     ends_at = way.poses.apply(np.broadcast_to(end, (m, *end.shape)))
     back, crossing = of_part.copy(), np.zeros(len(way.pairs))

@@ -9,10 +9,9 @@ from vcmm.answer.placing.result import PlacementResult
 from vcmm.answer.placing.words import changes
 from vcmm.task.measuring.fixture import DOFS
 
-SMALL = (
-    0.05  # U is stated with two digits: less than half of their smallest step (10 to 9.5) is not seen in it
-)
-SAME = 0.01  # an influence that changes less between two poses is taken as the same
+# U is stated with two digits: less than half of their smallest step (10 to 9.5) is not seen in it
+UNSEEN_SHARE_OF_U = 0.05
+SAME_INFLUENCE = 0.01  # an influence that changes less between two poses is taken as the same
 
 
 def room_and_shares(placed: PlacementResult) -> list[str]:
@@ -42,7 +41,7 @@ def _gain(placed: PlacementResult) -> str:
         return f"{gain:.1%}, not confirmed by independent trials: leave the part where it is."
     if sure is not None and sure.present:
         gain = sure.gain / sure.present  # of other draws and all laws; that of the search is an approximation
-    if gain < SMALL:
+    if gain < UNSEEN_SHARE_OF_U:
         return f"{gain:.1%}: leave the part where it is; U stated with two digits would hardly change."
     return f"{gain:.1%}: worth moving the part, if the move costs less than that."
 
@@ -64,7 +63,7 @@ def _unmoved_shares(placed: PlacementResult) -> list[str]:
     """Return, per characteristic that counts, the share of u² whose influences are the same at both poses."""
     out = []
     for name, _, lines, before in changes(placed):
-        same = [(label, old) for label, old, new in lines if abs(new - old) <= SAME * max(old, new)]
+        same = [(label, old) for label, old, new in lines if abs(new - old) <= SAME_INFLUENCE * max(old, new)]
         share = float(np.sum([u**2 for _, u in same])) / before if before else 0.0
         if same:
             largest = max(same, key=lambda line: line[1])[0]

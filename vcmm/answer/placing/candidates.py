@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.answer.placing.access import GRAZE, ROUNDING
-from vcmm.answer.placing.collision import lacking
+from vcmm.answer.placing.collision import missing_clearance
 from vcmm.answer.placing.design import TouchCandidates
 from vcmm.answer.placing.form_field import DEFAULT, form_factor, surface_grid
 from vcmm.answer.placing.material import part_points, part_solid
@@ -85,7 +85,7 @@ def accessible(scenario: Scenario, feature: Feature, stylus: str, points: Array)
     bodies = [tooling.body(b, every, rows.tip, rows.start, rotation.T) for b in range(len(NAMES))]
     bodies.append(tooling.ball(every, rows.tip, rows.start, np.full(rows.n, -GRAZE)))
     bodies.append(tooling.ball(every, rows.start, rows.start, np.zeros(rows.n)))
-    lacks = lacking(solid, bodies).max(axis=0)
+    lacks = missing_clearance(solid, bodies).max(axis=0)
     wanted, (low, high) = check.positions(Pose(rotation[None], scenario.pose.shift[None]))[0], check.limits()
     over = np.maximum(low - wanted, wanted - high)[:-1].max(axis=1).reshape(3, -1).max(axis=0)
     return np.asarray((lacks == 0.0) & (over <= ROUNDING) & (check.steep(rotation) == 0.0))

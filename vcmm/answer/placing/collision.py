@@ -101,7 +101,7 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
     return np.where(best < 0.0, best, sure)
 
 
-def lacking(solid: Solid, queries: list[tuple[Bodies, Array, Array]]) -> Array:
+def missing_clearance(solid: Solid, queries: list[tuple[Bodies, Array, Array]]) -> Array:
     """Return the missing clearance of bodies (len(queries), k) mm, all evaluated together; inf where a gap is undetermined, never 0."""
     bodies, need, allowed = (list(column) for column in zip(*queries))
     room = slack(solid, join_bodies(bodies), np.concatenate(need), np.concatenate(allowed))

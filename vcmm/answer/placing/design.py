@@ -177,7 +177,7 @@ class Design:
         self.add(i, -1)
 
 
-def least(c: TouchCandidates, spare: int = 1) -> Ints:
+def fewest_touches(c: TouchCandidates, spare: int = 1) -> Ints:
     """Return counts (N,) of a small choice: D-optimal greedy, `spare` touches more than each fit needs (at least one)."""
     counts = np.zeros(len(c.feature), dtype=np.intp)
     for f in range(len(c.names)):

@@ -21,7 +21,7 @@ from vcmm.core.run import Array
 from vcmm.task.measuring.fixture import DOFS, Fixture, Freedom, format_freedom, pose_of
 
 Bools = npt.NDArray[np.bool_]
-ROOM = 10.0  # mm: a range of shifts that is worth a search
+LEAST_SHIFT_RANGE_MM = 10.0  # mm: a range of shifts that is worth a search
 BATCH, PROBES = 32, 64  # poses checked at a time; poses that show a box
 
 
@@ -205,7 +205,7 @@ def _usable(box: PoseBox, i: int, upper: bool) -> str:
     _, low, high = _lacks(box, six)
     ends = _ends(box, six, i)
     gap = (low[:, i] - ends[1] if upper else ends[0] - high[:, i])[high[:, i] >= low[:, i]]
-    room = min(ROOM, float((high - low)[:, i].max()))
+    room = min(LEAST_SHIFT_RANGE_MM, float((high - low)[:, i].max()))
     where = " at half of the orientations tried" if np.ptp(gap) > 1e-6 else ""
     return f"by {_up(float(np.median(gap)) + room)} mm to leave {room:.4g} mm{where}"
 

@@ -3,7 +3,7 @@
 Zero mean, given standard deviation along the normal. Round features: lobes 2 to 15 in the angle (power falling as 1/k^2,
 as on turned and ground parts), constant, linear and quadratic along the axis, barrel and bend; planes and lines: Legendre
 polynomials of degree 2 to 5 (1/k^2); spheres: spherical harmonics of degree 2 to 6. A known form of the drawing,
-`form = { lobes, amplitude }`, is added with a phase that is not known. SHORT of the variance differs from point to point.
+`form = { lobes, amplitude }`, is added with a phase that is not known. LOCAL_VARIANCE_SHARE of the variance differs from point to point.
 What a fit over the whole surface would take up is projected out: it is size, place and direction, not form.
 """
 
@@ -19,7 +19,7 @@ from vcmm.part.form import ROUND, Lobes
 from vcmm.part.part import Feature, frame, normal, surface_point
 
 DEFAULT = 0.5e-3  # mm: standard deviation of the form where none is stated
-SHORT = 0.1
+LOCAL_VARIANCE_SHARE = 0.1
 LOBES, DEGREE, HARMONICS = 15, 5, 6
 
 
@@ -29,7 +29,7 @@ def form_factor(
     """Return (factor (n, k), standard deviation of the short part) mm: form = factor @ standard normals.
 
     reference: points and normals all over the measured surface: there the fit sees nothing of the field, and its
-    variance has the mean spread^2 (1 - SHORT).
+    variance has the mean spread^2 (1 - LOCAL_VARIANCE_SHARE).
     """
     feature = motions.feature
     shape = _basis(feature)
@@ -39,12 +39,16 @@ def form_factor(
     normals = normal(feature, points)
     there, here = there - jac @ taken, here - motions.rows(points, normals) @ taken
     size = np.sqrt(np.mean(np.sum(there**2, axis=1))) if there.shape[1] else 0.0
-    factor = here * (spread * np.sqrt(1.0 - SHORT) / size) if size > 1e-12 else np.zeros((len(points), 0))
+    factor = (
+        here * (spread * np.sqrt(1.0 - LOCAL_VARIANCE_SHARE) / size)
+        if size > 1e-12
+        else np.zeros((len(points), 0))
+    )
     if lobes is not None and feature.kind in ROUND:
         around = lobes.lobes * _angle(feature, points)
         stated = np.abs(lobes.amplitude) / np.sqrt(2.0) * np.stack([np.cos(around), np.sin(around)], axis=1)
         factor = np.concatenate([factor, stated], axis=1)
-    return factor, spread * np.sqrt(SHORT)
+    return factor, spread * np.sqrt(LOCAL_VARIANCE_SHARE)
 
 
 def _basis(feature: Feature) -> Callable[[Array], Array]:

@@ -10,7 +10,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from vcmm.answer.placing.candidates import TouchProblem, nearest
-from vcmm.answer.placing.design import Design, TouchCandidates, best_candidate, exchange_touches, least
+from vcmm.answer.placing.design import (
+    Design,
+    TouchCandidates,
+    best_candidate,
+    exchange_touches,
+    fewest_touches,
+)
 from vcmm.answer.placing.plan_goal import PlanGoal
 from vcmm.core.blocks import Progress
 from vcmm.core.errors import ModelLimit, UsageError
@@ -33,7 +39,7 @@ from vcmm.task.measuring.strategies import (
     plan_points,
 )
 
-MOST = 400  # touches
+MOST_TOUCHES = 400  # touches
 MOST_TRANSFERS = 6  # touches moved between features, per number of touches
 MOST_EXCHANGED = 48  # up to so many touches every number is exchanged anew, above every fourth
 
@@ -43,7 +49,7 @@ def growing(
 ) -> list[Design]:
     """Return designs of growing number, each exchanged."""
     c = problem.candidates
-    design = _settle(problem, goal, Design(c, goal.target, least(c)))
+    design = _settle(problem, goal, Design(c, goal.target, fewest_touches(c)))
     best = {design.n: design.copy()}
     fixed = change_s * (len(set(problem.styli.values())) - 1)
     spent = fixed + _touching(design)
@@ -178,7 +184,7 @@ def _next(goal: PlanGoal, design: Design, c: TouchCandidates) -> tuple[int, int]
     if not options:
         return -1, -1
     gain, f, i = min(options)
-    return (f, i) if gain < 0.0 else (f, i if design.n < MOST else -1)
+    return (f, i) if gain < 0.0 else (f, i if design.n < MOST_TOUCHES else -1)
 
 
 def _farthest(design: Design, f: int) -> int:

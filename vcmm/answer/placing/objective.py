@@ -22,7 +22,7 @@ from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.gps.risk import WrongDecisions, guard_band, wrong_decisions
 from vcmm.part.part import Characteristic
-from vcmm.task.measuring.fixture import KINDS, Goal
+from vcmm.task.measuring.fixture import OBJECTIVE_KINDS, Goal
 from vcmm.task.measuring.plan import Ints
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import CORRECTED
@@ -288,7 +288,7 @@ def complete(scenario: Scenario, goal: Goal) -> Goal:
                 raise UsageError(f'the part has no characteristic "{name}".{choose_from(name, names)}')
     with_limits = [c for c in all_of_them if has_tolerance(c)]
     mixture = dict(goal.mixture) or ({"U/T": 1.0} if with_limits else {"U": 1.0})
-    limited = any(mixture.get(k) for k in KINDS if k != "U")
+    limited = any(mixture.get(k) for k in OBJECTIVE_KINDS if k != "U")
     suits = with_limits if limited else list(all_of_them)
     weights = dict(goal.weights) or _equal(suits, limited)
     chosen = [c for c in all_of_them if weights.get(c.name)]

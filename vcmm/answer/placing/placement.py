@@ -18,7 +18,7 @@ import numpy.typing as npt
 from vcmm.answer.evaluation.checks import remarks
 from vcmm.answer.evaluation.result import UncertaintyResult
 from vcmm.answer.evaluation.uncertainty import evaluate
-from vcmm.answer.placing.advice import SMALL
+from vcmm.answer.placing.advice import UNSEEN_SHARE_OF_U
 from vcmm.answer.placing.certificate import LEAST_SHOWN, Scan, certify, scan_after
 from vcmm.answer.placing.confirmation import confirm
 from vcmm.answer.placing.fixture_boxes import (
@@ -145,7 +145,7 @@ def no_reachable_pose(
 
 
 EVALUATIONS, SCANNED = 5000, 4096
-SAME = 1e-9  # of the objective: rounding noise is no better pose
+SAME_OBJECTIVE_SHARE = 1e-9  # of the objective: rounding noise is no better pose
 TRIALS = 100_000  # of the full evaluation at the present and the best pose
 
 
@@ -255,12 +255,12 @@ def _report_outcome(
     order = np.argsort(scan.values, kind="stable")
     middle, last = order[len(order) // 2], order[-1]
     best = _at(objective, outcome.pose)
-    if present is not None and present.value <= best.value * (1 + SAME):
+    if present is not None and present.value <= best.value * (1 + SAME_OBJECTIVE_SHARE):
         best = present  # nothing better was found: the part stays where it is
     elif (
         present is not None and len(allowed) == 1
     ):  # of poses that are equally good the one nearest to the present
-        equal = [pose for value, pose in outcome.local if value <= best.value * (1 + SAME)]
+        equal = [pose for value, pose in outcome.local if value <= best.value * (1 + SAME_OBJECTIVE_SHARE)]
         near = min(equal, key=lambda pose: _pose_distance(pose, present.pose), default=best.pose)
         best = best if near is best.pose else _at(objective, near)
         outcome = replace(
@@ -316,7 +316,7 @@ def _known_bias(
     worse = [
         f"{new.name} from {_with_unit(old.expanded, old.unit)} to {_with_unit(new.expanded, new.unit)}"
         for old, new in zip(before.characteristics, after.characteristics)
-        if weights.get(new.name) and new.bias_in_U and new.expanded > (1 + SMALL) * old.expanded
+        if weights.get(new.name) and new.bias_in_U and new.expanded > (1 + UNSEEN_SHARE_OF_U) * old.expanded
     ]
     if not worse:
         return []

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.answer.placing.candidates import TouchProblem, accessible, nearest, problem_of, spots
-from vcmm.answer.placing.design import CRITERIA, Design, exchange_touches, least
-from vcmm.answer.placing.growing_plans import MOST, growing, standard_points
+from vcmm.answer.placing.design import CRITERIA, Design, exchange_touches, fewest_touches
+from vcmm.answer.placing.growing_plans import MOST_TOUCHES, growing, standard_points
 from vcmm.answer.placing.motions import motions_of
 from vcmm.answer.placing.plan_goal import PlanGoal, goal_of
 from vcmm.answer.placing.plan_order import OrderedPlan, ordered_plan
@@ -70,7 +70,7 @@ def optimise_plan(
     forms: Mapping[str, float] | None = None,
     drift: tuple[float, float, float] = (0.0, 0.0, 0.0),
     change_s: float = CHANGE_S,
-    most: int = MOST,
+    most: int = MOST_TOUCHES,
     seed: int = 0,
     progress: Progress = lambda text, share: None,
 ) -> PlanResult:
@@ -118,7 +118,7 @@ def optimise_plan(
     goal = goal_of(problem, weights, criterion, seed)
     present = _present(problem, goal, scenario, change_s)
     progress("adding points", 0.2)
-    curve = growing(problem, goal, budget_s, change_s, min(most, MOST), progress)
+    curve = growing(problem, goal, budget_s, change_s, min(most, MOST_TOUCHES), progress)
     points = [_point(problem, goal, d, change_s, seed) for d in curve]
     front = _front(points)
     chosen, route = _best_within(budget_s, front, points)
@@ -213,7 +213,7 @@ def _styli(
         problem = problem_of(scenario, styli, spots(scenario, styli), forms)
         goal = goal_of(problem, weights, criterion, 0, plain=True)
         design = exchange_touches(
-            Design(problem.candidates, goal.target, least(problem.candidates, 3)), passes=1
+            Design(problem.candidates, goal.target, fewest_touches(problem.candidates, 3)), passes=1
         )
         changes = len(set(styli.values())) - 1
         touching = sum(problem.candidates.seconds[f] * n for f, n in enumerate(design.per_feature().values()))
@@ -253,7 +253,7 @@ def _present(problem: TouchProblem, goal: PlanGoal, scenario: Scenario, change_s
     try:
         design = Design(problem.candidates, goal.target, counts)
     except ModelLimit:  # the present plan cannot be carried out here
-        design = Design(problem.candidates, goal.target, least(problem.candidates))
+        design = Design(problem.candidates, goal.target, fewest_touches(problem.candidates))
     return _point(problem, goal, design, change_s, 0)[0]
 
 

@@ -23,7 +23,7 @@ from vcmm.task.measuring.plan import Ints, Touches, probe_angles
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.task import Task
 
-FAR = 1e7  # mm: travels of the reference placing, which may lie out of reach
+REFERENCE_TRAVEL_MM = 1e7  # mm: travels of the reference placing, which may lie out of reach
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Rows:
         """Raises UsageError where the plan itself is wrong."""
         machine = scenario.informed_machine()
         axes = {
-            a: replace(axis, travel=(-FAR, FAR)) if not axis.rotary else axis
+            a: replace(axis, travel=(-REFERENCE_TRAVEL_MM, REFERENCE_TRAVEL_MM)) if not axis.rotary else axis
             for a, axis in machine.axes.items()
         }
         bare = Machine(machine.name, machine.kind, machine.chain, axes)

@@ -24,7 +24,7 @@ STEPS = (2e-2, 1e-5)  # first and last step of the compass
 MOST_BOXES = 4  # boxes that are searched beyond the sample
 POLISH = 1000  # evaluations of one further start
 STARTS = 40  # first steps of descent from so many
-SHORT, FULL = 6, 12  # gradients of the first steps; starts that are followed to the end
+FIRST_STEP_GRADIENTS, FULL_STARTS = 6, 12  # gradients of the first steps; starts that are followed to the end
 MOST_MINIMA = 20  # minima that stand in the outcome
 
 
@@ -138,15 +138,16 @@ def _polish_minima(
     kept = sorted(starts, key=lambda item: item[0])[:STARTS]
     for k, (value, unit, counted) in enumerate(kept):
         most = min(
-            SHORT * (counted.box.d + 1), _evaluations_left(objectives, evaluations) // (2 * (len(kept) - k))
+            FIRST_STEP_GRADIENTS * (counted.box.d + 1),
+            _evaluations_left(objectives, evaluations) // (2 * (len(kept) - k)),
         )
         kept[k] = (*_descend(counted, unit, value, most), counted)
         report("descending", 0.6 + 0.2 * (k + 1) / len(kept))
     kept = _different(kept)
-    for k, (value, unit, counted) in enumerate(kept[:FULL]):
-        most = _evaluations_left(objectives, evaluations) * 2 // (3 * (min(FULL, len(kept)) - k))
+    for k, (value, unit, counted) in enumerate(kept[:FULL_STARTS]):
+        most = _evaluations_left(objectives, evaluations) * 2 // (3 * (min(FULL_STARTS, len(kept)) - k))
         kept[k] = (*_descend(counted, unit, value, most), counted)
-        report("descending", 0.8 + 0.15 * (k + 1) / FULL)
+        report("descending", 0.8 + 0.15 * (k + 1) / FULL_STARTS)
     kept.sort(key=lambda item: item[0])
     for k, (value, unit, counted) in enumerate(kept[:3]):
         most = _evaluations_left(objectives, evaluations) // (2 if k < 2 else 1)

@@ -22,11 +22,11 @@ DIRECTIONS = (
     ((1, 0, 1), (1, 1, 1)),
     ((0, 0, 1, 1), (1, 1, 3, 3)),
 )
-MOST = 1 + len(DIRECTIONS)
+MOST_DIMENSIONS = 1 + len(DIRECTIONS)
 
 
 def sobol(d: int, count: int, rng: np.random.Generator | None = None) -> Array:
-    """Return the first points (count, d) of the sequence in the unit cube, scrambled by rng where one is given; d at most MOST."""
+    """Return the first points (count, d) of the sequence in the unit cube, scrambled by rng where one is given; d at most MOST_DIMENSIONS."""
     numbers = np.stack([_numbers(k) for k in range(d)])
     shift = np.zeros(d, dtype=np.uint32)
     if rng is not None:

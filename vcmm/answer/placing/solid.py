@@ -21,7 +21,7 @@ import numpy as np
 from vcmm.core.pose import Array, Pose, dot, length
 from vcmm.part.mesh import Mesh, has_pyvista, surface_of
 
-FAR = 1e9
+BEYOND_ALL_MM = 1e9
 VTK_FROM = 100_000  # points times triangles (40 ms) from which VTK, which sorts the triangles first (3 to 9 ms), is quicker
 
 
@@ -128,7 +128,7 @@ class Union:
 
     def distance(self, points: Array) -> Array:
         if not self.parts:
-            return np.full(points.shape[:-1], FAR)
+            return np.full(points.shape[:-1], BEYOND_ALL_MM)
         return np.asarray(np.min([p.distance(points) for p in self.parts], axis=0))
 
 

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.answer.placing.collision import EDGES, Bodies, join_bodies, lacking, rods
+from vcmm.answer.placing.collision import EDGES, Bodies, join_bodies, missing_clearance, rods
 from vcmm.answer.placing.solid import Solid
 from vcmm.core.pose import Array, triad, unit
 from vcmm.task.measuring.obstacles import SHAFT_SHARE, Head, Surroundings
@@ -176,7 +176,7 @@ class Tooling:
             return np.zeros(0)
         keep = np.full(len(which), min(self.around.safe, 0.5 * self.rows.plan.touch.approach))
         bodies = [self.body(b, which, begin, end, rotation) for b in range(len(NAMES))]
-        return np.asarray(lacking(solid, [self.ball(which, begin, end, keep), *bodies]).max(axis=0))
+        return np.asarray(missing_clearance(solid, [self.ball(which, begin, end, keep), *bodies]).max(axis=0))
 
 
 def _round_quill(tool: Bodies) -> Bodies:

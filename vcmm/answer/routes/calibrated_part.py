@@ -28,7 +28,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array
 
 METHOD = "calibrated part"
-ENOUGH, LEAST = 20, 2  # repeats that ISO 15530-3 asks for; without two there is no scatter
+ISO_REPEATS, LEAST_REPEATS = 20, 2  # repeats that ISO 15530-3 asks for; without two there is no scatter
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ def calibrated_part(
     warmth: of both parts, which are of one material. UsageError for fewer than two repeats.
     """
     n = len(repeats)
-    if n < LEAST:
+    if n < LEAST_REPEATS:
         raise UsageError(
-            f"{n} repeat of the calibrated part shows no scatter; ISO 15530-3 asks for {ENOUGH}, and {LEAST} are the least"
+            f"{n} repeat of the calibrated part shows no scatter; ISO 15530-3 asks for {ISO_REPEATS}, and {LEAST_REPEATS} are the least"
         )
     u_p, heat = float(np.std(repeats, ddof=1)), (warmth or Warmth()).u
     contributions = (
@@ -78,7 +78,7 @@ def calibrated_part(
     kept = tuple(c for c in contributions if c.u > 0 or c.name == READING)
     systematic = float(np.mean(repeats)) - calibration.value
     k, remarks = 2.0, []
-    if n < ENOUGH:
+    if n < ISO_REPEATS:
         k = coverage_factor(effective_dof(kept))
-        remarks = [f"{n} repeats; ISO 15530-3 asks for {ENOUGH}, so k is Student's {k:.2f} and not 2"]
+        remarks = [f"{n} repeats; ISO 15530-3 asks for {ISO_REPEATS}, so k is Student's {k:.2f} and not 2"]
     return RouteEstimate(METHOD, reading - systematic, kept, k, tuple(remarks))

@@ -15,7 +15,7 @@ from vcmm.answer.evaluation.exact import draw_inputs, exact_values
 from vcmm.answer.evaluation.linear import build
 from vcmm.answer.evaluation.streams import key
 from vcmm.answer.evaluation.world import FORM
-from vcmm.answer.routes.positions import LENGTH, RING, USUAL, StandardReadings
+from vcmm.answer.routes.positions import LENGTH, RING, USUAL_POSITIONS, StandardReadings
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
 from vcmm.core.pose import Pose
@@ -33,11 +33,10 @@ SAME_EACH_TIME = (
     "stylus",
     "instrument",
 )  # redraw labels of what stays the same from one measurement to the next
-OFF, SHIFTED, RANGE = (
-    3e-3,
-    3e-3,
-    1e-3,
-)  # mm: standard deviation of size and place, range of the form of a hidden part
+# mm: standard deviation of size and place, range of the form of a hidden part
+OFF = 3e-3
+SHIFTED = 3e-3
+RANGE = 1e-3
 PER_POSITION = 5
 FIRST_ANEW = 16  # trial from which on measurements are counted; below it stand the machine and the parts
 OWN, CALIBRATED_ONE, STANDARD = 1, 2, 3  # trials of the parts' own properties
@@ -139,7 +138,7 @@ def usable_positions(scenario: Scenario) -> dict[str, Pose]:
             )
             candidates[name] = Pose(turned.rotation, scenario.pose.shift + shift)
     for name, pose in candidates.items():
-        if len(positions) < USUAL and _within_reach(scenario.at(pose)):
+        if len(positions) < USUAL_POSITIONS and _within_reach(scenario.at(pose)):
             positions[name] = pose
     return positions
 

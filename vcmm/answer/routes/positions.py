@@ -33,7 +33,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 
 POSITIONS = "several positions"
-LEAST, USUAL = 2, 4
+LEAST_POSITIONS, USUAL_POSITIONS = 2, 4
 LENGTH, CENTRES, RING, SPHERE = "length", "centres", "ring", "sphere"
 PER_TIP = {
     LENGTH: 2.0,
@@ -120,9 +120,9 @@ def several_positions(
     UsageError for a single position.
     """
     m = len(readings)
-    if m < LEAST:
+    if m < LEAST_POSITIONS:
         raise UsageError(
-            f"the part was measured in {m} position; errors that stay with the position are seen from {LEAST} on, {USUAL} are usual"
+            f"the part was measured in {m} position; errors that stay with the position are seen from {LEAST_POSITIONS} on, {USUAL_POSITIONS} are usual"
         )
     means, c = np.array([float(np.mean(v)) for v in readings.values()]), np.array(shows)
     between = Contribution("from position to position", float(np.std(means, ddof=1)) / math.sqrt(m), m - 1)

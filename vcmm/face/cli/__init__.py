@@ -71,7 +71,7 @@ def build_app() -> App:
         version=f"vcmm {__version__}",
         version_flags=["--version"],
         suppress_keyboard_interrupt=False,  # `run` says what happened
-        config=_whole,
+        config=_check_numbers,
         help_epilogue=CODES,
     )
     groups = {v: group for group in map(Group.create_ordered, GROUPS) for v in GROUPS[group.name].split()}
@@ -106,7 +106,7 @@ def help_text() -> str:
     return "\n".join([*lines, "", *textwrap.wrap(also, width), *textwrap.wrap(CODES, width)])
 
 
-def _whole(app: App, commands: tuple[str, ...], arguments: ArgumentCollection) -> None:
+def _check_numbers(app: App, commands: tuple[str, ...], arguments: ArgumentCollection) -> None:
     """Refuse a fraction where a whole number is expected: cyclopts would round `--trials 1.5` without a word. 2.0 and 1.5e6 are whole.
 
     Also refuse numbers that only Python accepts (1_000, 0x10, digits of other scripts), and empty values, as from a

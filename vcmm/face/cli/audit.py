@@ -166,7 +166,7 @@ class AuditSeveralJob(SharedJob[list[Task], list[dict[str, Any]]]):
         count = len(loaded)
         report(f"0 of {count} tasks", 0.0)
         return list(
-            self.sharing.all_of(
+            self.sharing.map_items(
                 key, record_of, options, loaded, lambda s: report(f"{round(s * count)} of {count} tasks", s)
             )
         )

@@ -35,7 +35,7 @@ from vcmm.show.tables.arm import (
 from vcmm.show.tables.table import records
 from vcmm.task.response.poses import PoseReadings, TrackerPlacement, settle_placement, tool_frames
 
-FAR = 4.5  # standard deviations from which a pose is reported
+REPORTED_POSE_SIGMAS = 4.5  # standard deviations from which a pose is reported
 TOLD = 6  # poses that are named
 FEW = 3.0  # misses in scatters of poses predicted from the others, from which they are reported
 
@@ -163,12 +163,12 @@ def remarks(fit: ArmFit) -> list[str]:
     out = []
     for poses, (position, _) in zip(fit.recordings, fit.residual):
         size = np.abs(position).max(axis=1) / fit.u[0]
-        far = np.flatnonzero(size > FAR)
+        far = np.flatnonzero(size > REPORTED_POSE_SIGMAS)
         if len(far):
             lines = poses.lines if poses.lines is not None else np.arange(poses.n) + 1
             named = ", ".join(f"{lines[i]} ({size[i]:.1f} u)" for i in far[:TOLD])
             out.append(
-                f"{poses.name}: poses that stand out by more than {FAR} u, lines {named}; repeat or remove them"
+                f"{poses.name}: poses that stand out by more than {REPORTED_POSE_SIGMAS} u, lines {named}; repeat or remove them"
             )
     if fit.recordings[0].u[0] and fit.u[0] > 1.4 * fit.recordings[0].u[0]:
         out.append(

@@ -20,7 +20,7 @@ from vcmm.program.probing_program import LOG, ProbingJob, probing_texts
 from vcmm.program.setup import Setup, Tool
 from vcmm.show.console.documents import sources
 
-SAME = 1e-3  # mm: touches read back lie this near to those of the plan; programs state 0.1 um
+SAME_TOUCH_MM = 1e-3  # mm: touches read back lie this near to those of the plan; programs state 0.1 um
 ABOVE = 30.0  # mm: from the highest that a turning sphere reaches to where rotary axes may turn
 STANDOFF = 10.0  # mm
 
@@ -56,7 +56,7 @@ class ProgramJob(Job[TouchPlan, ProbingProgram]):
         texts["touch.toml"] = recording_text(loaded, LOG, self.folder)
         texts["setup.toml"] = setup_text(loaded, job, self.control, self.folder)
         farthest = _read_back(job, texts, self.control)
-        if farthest > SAME:
+        if farthest > SAME_TOUCH_MM:
             raise VcmmError(f"the program reads back {farthest:.4f} mm beside its plan; nothing is written")
         return ProbingProgram(job, texts, len(chosen), minutes, farthest)
 

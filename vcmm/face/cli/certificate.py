@@ -14,7 +14,9 @@ from vcmm.show.console.terminal import say_warnings, show_answers, show_table
 from vcmm.show.tables.answers_parts import certificate_answers
 from vcmm.show.tables.calibration import worth_json, worth_tables
 
-LEAST = 0.94  # of machines at the limit: 95 % less what is seen by chance in some thousand of them
+LEAST_SHARE_OF_MACHINES = (
+    0.94  # of machines at the limit: 95 % less what is seen by chance in some thousand of them
+)
 
 
 def certificate_command(
@@ -71,10 +73,10 @@ class CertificateJob(Job[Path, CertificateWorth]):
         return {"certificate.json": content}
 
     def exit_code(self, loaded: Path, result: CertificateWorth) -> int:
-        return int(smallest(result.coverage) < LEAST)
+        return int(smallest(result.coverage) < LEAST_SHARE_OF_MACHINES)
 
     def show(self, loaded: Path, result: CertificateWorth) -> None:
-        show_answers(certificate_answers(result, LEAST))
+        show_answers(certificate_answers(result, LEAST_SHARE_OF_MACHINES))
         print(result.stated)
         for table in worth_tables(result):
             show_table(table)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from vcmm.task.measuring.scenario import Scenario
     from vcmm.task.measuring.task import Task
 
-KINDS = ("scenario", "machine", "setup", "recording")
+FILE_KINDS = ("scenario", "machine", "setup", "recording")
 
 
 def check_command(file: InputFile, *, json: Json = False, out: Path | None = None) -> int:
@@ -69,9 +69,9 @@ class CheckJob(Job[str, CheckedFile]):
     def load(self) -> str:
         head = read_toml(self.file)
         kind = str(head.data.get("vcmm", "")).split("/")[0]
-        if kind in KINDS:
+        if kind in FILE_KINDS:
             return kind
-        hint = did_you_mean(kind, KINDS) if kind else misspelt("vcmm", head.data)
+        hint = did_you_mean(kind, FILE_KINDS) if kind else misspelt("vcmm", head.data)
         raise DataError(
             f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1", "machine/1", "setup/1" or "recording/1".{hint}'
         )

@@ -48,7 +48,7 @@ class PointsJob(Job[Indicated, CorrectedPoints]):
 
     def record(self, loaded: Indicated, result: CorrectedPoints) -> Record:
         body = {
-            "machine": loaded.machine.name, "points": len(result.error), "file": str(self.target), "max_um": largest(result) * 1e3,
+            "machine": loaded.machine.name, "points": len(result.error), "file": str(self.target), "max_um": largest_error(result) * 1e3,
             "corrected_mm": result.corrected.tolist(), "error_mm": result.error.tolist(),
         }  # fmt: skip
         return Record(body, [*sources(self.machine), self.points])
@@ -59,10 +59,10 @@ class PointsJob(Job[Indicated, CorrectedPoints]):
 
     def show(self, loaded: Indicated, result: CorrectedPoints) -> None:
         count, name = len(result.error), loaded.machine.name
-        print(f"{count} points of {name}: errors up to {largest(result) * 1e3:.2f} µm taken off")
+        print(f"{count} points of {name}: errors up to {largest_error(result) * 1e3:.2f} µm taken off")
 
 
-def largest(corrected: CorrectedPoints) -> float:
+def largest_error(corrected: CorrectedPoints) -> float:
     """Return the largest error of all points in mm; 0 without points."""
     return max((float((e**2).sum() ** 0.5) for e in corrected.error), default=0.0)
 

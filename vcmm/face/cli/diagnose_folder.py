@@ -86,7 +86,7 @@ class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
         return {
             "diagnosis.json": content,
             "recordings.csv": csv_text(tables.numbers(result.records)),
-            "changes.csv": csv_text(tables.changes(result.changes)),
+            "changes.csv": csv_text(tables.changes_table(result.changes)),
             "report.html": fleet_page(self.scenario.name, result.records, result.changes),
         }
 
@@ -97,7 +97,7 @@ class DiagnoseFolderJob(SharedJob[list[Path], DiagnosedFolder]):
         show_answers(folder_answers(result.records, result.changes))
         show_table(tables.recordings(self.scenario.name, result.records))
         if result.changes:
-            show_table(tables.changes(result.changes))
+            show_table(tables.changes_table(result.changes))
         bad = [r for r in result.records if r["problem"]]
         if bad:
             say(

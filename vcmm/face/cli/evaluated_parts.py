@@ -12,7 +12,7 @@ from vcmm.show.tables.answers_parts import parts_answers
 from vcmm.show.tables.evaluation import batch, joint_words, part_table, told_once, wholes
 from vcmm.show.tables.stated import how_well_known
 from vcmm.show.tables.uncertainty import (
-    largest,
+    budget_table,
     not_added_up,
     not_covered,
     stated_with,
@@ -35,7 +35,7 @@ def show_parts(parts: Sequence[EvaluatedPart], warnings: Collection[str]) -> Non
     for sentence in (*sentences, *(wholes(parts) if several else joint_words(parts[0].joint))):
         say(sentence)
     if not several:
-        show_table(largest(results[0][1]))
+        show_table(budget_table(results[0][1]))
         for sentence in not_added_up(results[0][1]):
             say(sentence)
     say_warnings(warnings)

@@ -87,7 +87,7 @@ class PlaceMachinesJob(SharedJob[CandidateMachines, Ranked]):
         """Raises UsageError where none can take the part, ShardDone."""
         key, count = key_of("place", self.search, _read(self.scenario, loaded.files)), len(loaded.files)
         report(f"0 of {count} machines", 0.0)
-        rows: list[Row] = self.sharing.all_of(
+        rows: list[Row] = self.sharing.map_items(
             key, placed_on, self.search, loaded.tasks, lambda s: report(f"{round(s * count)} of {count} machines", s)
         )  # fmt: skip
         by_machine = {str(m): row for m, row in zip(loaded.files, rows)}

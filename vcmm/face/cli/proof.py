@@ -30,11 +30,10 @@ def in_rounds(
     tolerance: float,
     make: Callable[[SurfaceErrors | None], CompensatedProgram],
 ) -> tuple[CompensatedProgram, CutProof]:
-    """Return the new program and its proof: where the finished surface is corrected and the part is not yet within the allowed departure,
-    its remaining
-    departure is corrected once more, up to `ROUNDS` times; the best program is kept. make: from surface errors (or None) to the program;
-    scenario: None where the part is not
-    known."""
+    """Correct until the part is within tolerance, at most `ROUNDS` times; keep the best program and its proof.
+
+    make: from surface errors (or None) to the program. scenario: None where the part is not known.
+    """
     made = make(surface)
     if scenario is None:
         return made, proof_without_inspection(NO_PART)

@@ -37,8 +37,8 @@ from vcmm.show.console.terminal import say, say_warnings, show_answers, show_tab
 from vcmm.show.report.answers import answer_of
 from vcmm.show.tables.uncertainty import (
     budget_csv,
+    budget_table,
     computation_table,
-    largest,
     not_added_up,
     results,
     stated_with,
@@ -164,7 +164,7 @@ class UncertaintyJob(SharedJob[Scenario, UncertaintyResult]):
         show_table(results(result))
         for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):
             say(sentence)
-        for table in (largest(result.characteristics), computation_table(result)):
+        for table in (budget_table(result.characteristics), computation_table(result)):
             show_table(table)
         for c in result.characteristics:
             for cause, (share, names) in common_causes(c.budget).items():

@@ -14,7 +14,7 @@ from pathlib import Path
 
 WIDEST = 110  # of a line
 COLUMN = 26  # where descriptions begin
-KINDS = {"int": "INT", "float": "NUMBER", "str": "TEXT", "Path": "PATH"}
+TYPE_WORDS = {"int": "INT", "float": "NUMBER", "str": "TEXT", "Path": "PATH"}
 READS = ("InputFile", "InputPath", "InputName")  # of vcmm.face.cli.options
 HERE = Path(__file__).parent
 
@@ -107,7 +107,7 @@ def _option(
     return HelpOption(
         parameter=argument.arg,
         name=argument.arg.upper().replace("_", "-") if is_word else name,
-        kind="" if is_flag else next((KINDS[n] for n in names if n in KINDS), "TEXT"),
+        kind="" if is_flag else next((TYPE_WORDS[n] for n in names if n in TYPE_WORDS), "TEXT"),
         choices=tuple(dict.fromkeys(c for n in nodes for c in _choices(n))),
         default="" if is_flag or default is None else _text(default),
         is_word=is_word,

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.answer.evaluation.at_once import at_once
 from vcmm.answer.evaluation.linear import LinearModel, build
 from vcmm.answer.evaluation.montecarlo import Term
+from vcmm.answer.evaluation.preview import at_once
 from vcmm.answer.evaluation.result import CharacteristicResult
 from vcmm.core.run import Array
 from vcmm.part.gps import characteristics as gps

@@ -42,8 +42,12 @@ ANSWER = """<section class="answer" aria-label="the answer"><div class="scroll">
 <tbody id="rows"></tbody></table></div></section>"""
 SWEEP = """<div class="tools" style="margin-top:1.2rem"><label>U against <select id="along" aria-label="knob of the sweep"></select></label>
 <button type="button" id="sweep">Sweep</button><button type="button" id="measure">Measure once</button><button type="button" id="place">Place the part</button></div><div id="swept"></div>"""
-FILES = """<div class="drop" id="drop"><span id="said" role="status">Drop files or a folder here: one recording is diagnosed, several calibrate the machine file beside them, a scenario with [cut] is cut, points or values (.csv) of this task are evaluated. All of it stays on this machine.</span>
-<span class="tools" style="margin:.6rem 0 0"><select id="what" aria-label="what to do with the files"><option value="">as the files say</option><option>diagnose</option><option>calibrate</option><option>evaluate</option><option>cut</option></select><button type="button" id="files">Files…</button><button type="button" id="folder">Folder…</button></span>
+FILES = """<div class="drop" id="drop"><span id="said" role="status">Drop files or a folder here: one recording is diagnosed, \
+several calibrate the machine file beside them, a scenario with [cut] is cut, points or \
+values (.csv) of this task are evaluated. All of it stays on this machine.</span>
+<span class="tools" style="margin:.6rem 0 0"><select id="what" aria-label="what to do with the files"><option value="">as the files say</option><option>diagnose</option>\
+<option>calibrate</option><option>evaluate</option><option>cut</option></select>\
+<button type="button" id="files">Files…</button><button type="button" id="folder">Folder…</button></span>
 <input type="file" id="chosen" multiple hidden><input type="file" id="whole" webkitdirectory hidden></div><div id="found"></div>
 <div class="tools"><button type="button" id="keep" hidden>Save the report</button></div><iframe id="report" class="report" title="report" sandbox="allow-scripts" hidden></iframe>"""
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PLACES = 13  # values of the knob
-SMALL = {"um": "µm", "urad": "µrad"}
+FINE_UNITS = {"um": "µm", "urad": "µrad"}
 
 
 def sweep(
@@ -54,7 +54,7 @@ def sweep(
 
 
 def pictures(scenario: Scenario, results: Mapping[str, Any]) -> list[str]:
-    """Return the result of `sweep`, one chart per unit."""
+    """Draw the result of `sweep`: one chart per unit, as SVG."""
     knob = next(k for k in knobs_of(scenario) if k.name == results["knob"])
     units = results["unit"]
     return [
@@ -93,7 +93,7 @@ def sweep_chart(
     series = [
         PlotSeries(at, [math.nan if u is None else u for u in us], name, marker=True) for name, us in lines.items()
     ]  # fmt: skip
-    word = SMALL.get(unit, unit)
+    word = FINE_UNITS.get(unit, unit)
     label = f"{knob.words} / {knob.unit}" if knob.unit else knob.words
     drawn: Any = curve(
         series, x_label=label, y_label=f"U / {word}", title=f"U against {knob.words} (preview)", zero_line=False, ax=ax

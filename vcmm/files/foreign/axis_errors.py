@@ -13,7 +13,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 
 NAMES = "XYZABC"
-TINY = 1e-12
+NO_ERROR = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def _alone(machine: Machine, effect: Effect, letter: str, q: Array) -> Array | N
             motions.append(effect.error_motion(Run(position, np.zeros((len(q), 3)))))
         except ModelLimit:
             return None
-    if np.abs(motions[0] - motions[1]).max(initial=0.0) > TINY:
+    if np.abs(motions[0] - motions[1]).max(initial=0.0) > NO_ERROR:
         return None
     # a motion that is stated for the tip of an axis on the workpiece side is the axis's own with the other sign
     sign = 1.0 if effect.own or letter not in machine.chain.work else -1.0
@@ -118,6 +118,6 @@ def cross_errors(machine: Machine, letter: str, q: Array, why: str) -> list[str]
     names = [
         f"E{n}{letter}"
         for i, n in enumerate(NAMES)
-        if NAMES[i] != letter and np.abs(values[:, i]).max() > TINY
+        if NAMES[i] != letter and np.abs(values[:, i]).max() > NO_ERROR
     ]
     return [f"{' '.join(names)}: {why}"] if names else []

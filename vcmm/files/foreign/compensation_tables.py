@@ -30,7 +30,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.files.foreign.axis_errors import (
     NAMES,
-    TINY,
+    NO_ERROR,
     Tables,
     carries_part,
     component_errors,
@@ -44,7 +44,7 @@ from vcmm.files.foreign.isg import ErrorFile, ErrorTable, isg_text
 from vcmm.physics.structure.squareness import Squareness
 
 UNIT = 0.001  # mm, detection unit of a FANUC
-MOST = 7  # pulses at one point of a FANUC (-7 to +7), times the magnification 3623
+MOST_PULSES = 7  # pulses at one point of a FANUC (-7 to +7), times the magnification 3623
 ROW = {"X": 0, "Y": 1, "Z": 2}  # which points of the 1024 an axis gets: 256 each, from 256 x row
 CROSS = "$AA_ENC_COMP corrects an axis along itself only; sag and straightness ($AN_CEC) are not written: no manual at hand states the sign of their values; have the programs rewritten (vcmm compensate PROGRAM) where they matter"
 
@@ -122,7 +122,7 @@ def pulses(up: Array, zero: int) -> tuple[list[int], int]:
     for factor in range(1, 101):
         whole = np.round(wanted / factor).astype(int)
         steps = np.diff(whole)
-        if np.abs(steps).max(initial=0) <= MOST:
+        if np.abs(steps).max(initial=0) <= MOST_PULSES:
             return [int(v) * factor for v in steps], factor
     raise _too_steep(float(np.abs(np.diff(wanted)).max()))
 
@@ -232,7 +232,9 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
             numbers = (x, down[i] - up[i], *values[i, :3])
             lines.append(f"{i} " + " ".join(f"{v:+.6f}" for v in numbers))
         files[f"{letter}.com"] = "\n".join([*lines, "[END]", ""])
-        turned = [f"E{n}{letter}" for i, n in enumerate(NAMES) if i > 2 and np.abs(values[:, i]).max() > TINY]
+        turned = [
+            f"E{n}{letter}" for i, n in enumerate(NAMES) if i > 2 and np.abs(values[:, i]).max() > NO_ERROR
+        ]
         if turned:
             left.append(
                 f"{' '.join(turned)}: rotations are left out (unit of C4 to C6 is not stated in the manual we know)"

@@ -16,7 +16,7 @@ from vcmm.files.foreign.scenario_text import features_of, machine_toml, scenario
 if TYPE_CHECKING:
     from vcmm.files.foreign.cmm_exports import Export
 
-KINDS = {
+FORMAT_BY_SUFFIX = {
     ".qif": "QIF",
     ".dmi": "DMIS",
     ".dmis": "DMIS",
@@ -55,7 +55,7 @@ def convert(path: str | Path, around: Beside = Beside()) -> ConvertedFiles:
 
     Raises DataError: a kind of file that is not read, and what its reader refuses.
     """
-    kind = KINDS.get(Path(path).suffix.lower())
+    kind = FORMAT_BY_SUFFIX.get(Path(path).suffix.lower())
     if kind is None:
         formats = "STEP (.step, .stp), QIF (.qif), DMIS (.dmi, .dmis, .dms), DCC (.xml), exports of measuring software (.txt, .asc, .xyz)"
         raise DataError(

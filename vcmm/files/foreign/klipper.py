@@ -26,7 +26,7 @@ from vcmm.task.response.recording import Recording
 
 CLOCKS = ("%Y/%m/%d-%H:%M:%S", "%Y-%m-%d %H:%M:%S", "%Y-%m-%dT%H:%M:%S")
 NOT_READ = re.compile(r"sample|.*_target")
-FAR = 1.0  # mm from the middle: no homing, but a move that failed
+FAILED_MOVE_MM = 1.0  # mm from the middle: no homing, but a move that failed
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ def read_klipper(path: str | Path, step: float | None = None) -> Homings:
         raise DataError(problems)
     height = sheet.numbers(counters[0]) * length
     height = height - float(np.median(height))
-    kept = np.abs(height) < FAR
+    kept = np.abs(height) < FAILED_MOVE_MM
     time = _seconds(sheet)
     temperatures = {f"temp_{c.removesuffix('_t')}_C": sheet.numbers(c)[kept] for c in sensors}
     return Homings(

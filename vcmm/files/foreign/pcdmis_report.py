@@ -25,7 +25,7 @@ UNIT = re.compile(r"\b(?P<unit>MM|IN|INCH)\b")
 HEADINGS = {"NOM": "NOMINAL", "OUT-TOL": "OUTTOL", "AXIS": "AX"}
 ANGLES = ("A", "PA")  # axes of a LOCATION that are angles: of a cone, polar
 NO_TABLE = "no table with FEATURE and MEAS follows this geometric tolerance; write its value into values.csv"
-NEAR = 4  # lines from the name to the heading
+MOST_LINES_TO_HEADING = 4  # lines from the name to the heading
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def frame_begins(lines: Sequence[str], at: int) -> bool:
     """Return whether a geometric tolerance with a table begins in this line."""
     if not FRAME.match(lines[at].strip()):
         return False
-    for line in lines[at + 1 : at + 1 + NEAR]:
+    for line in lines[at + 1 : at + 1 + MOST_LINES_TO_HEADING]:
         if is_frame_heading(line):
             return True
         if FRAME.match(line.strip()):

@@ -31,7 +31,7 @@ from vcmm.files.sheets import Layout, SheetColumn, numbers_of, read_csv
 from vcmm.task.response.pointing import POINTING_COLUMNS, pointing_observations, with_down
 from vcmm.task.response.recording import Recording
 
-LONG = 1000.0  # mm: the tool has a direction and no length
+NOMINAL_TOOL_MM = 1000.0  # mm: the tool has a direction and no length
 AZIMUTH, ALTITUDE = (
     SheetColumn(name, units=("deg",), advice=", what the axis read") for name in ("az", "alt")
 )
@@ -74,7 +74,9 @@ def recording_of_pointings(pointings: Pointings, machine: Machine, measuring: bo
         **{name: pointings.directions[:, i] for i, name in enumerate(POINTING_COLUMNS)},
     }
     run = with_down(
-        Run(position, np.tile([LONG, 0.0, 0.0], (n, 1)), columns, pointings.labels), machine, pointings.down
+        Run(position, np.tile([NOMINAL_TOOL_MM, 0.0, 0.0], (n, 1)), columns, pointings.labels),
+        machine,
+        pointings.down,
     )
     value, direction = pointing_observations(run, machine, -1.0 if measuring else 1.0)
     return Recording(

@@ -30,7 +30,7 @@ from vcmm.files.foreign.xml import Node, series
 from vcmm.part.fit.criteria import associate
 from vcmm.part.fit.gauss import gauss
 
-KINDS = {
+FEATURE_BY_ITEM = {
     "PlaneFeatureItem": "plane", "CircleFeatureItem": "circle", "CylinderFeatureItem": "cylinder",
     "SphereFeatureItem": "sphere", "ConeFeatureItem": "cone", "LineFeatureItem": "line", "PointFeatureItem": "point",
     "SurfacePointFeatureItem": "point", "EdgePointFeatureItem": "point", "TorusFeatureItem": "torus",
@@ -46,7 +46,7 @@ def add_features(qif: Qif, drawn: DrawnPart, measured: Mapping[str, Array]) -> d
     items = qif.root.one("Features/FeatureItems")
     for item in items.children if items else ():
         name = drawn.free_feature(item.words("FeatureName") or f"feature {item.attributes.get('id', '')}")
-        kind = KINDS.get(item.name)
+        kind = FEATURE_BY_ITEM.get(item.name)
         if kind is None:
             drawn.notes.append(
                 f"{item.at}: {item.name.removesuffix('FeatureItem')} {name}: no such feature here, left out"
@@ -171,9 +171,8 @@ def _span(kind: str, place: Array, axis: Array, points: Array) -> dict[str, Any]
 
 
 FORMS = {"flatness": "plane", "roundness": "circle", "cylindricity": "cylinder"}
-CRITERION_TOLERANCE = (
-    2e-3  # of the value: two programs that mean the same; G and C differ by some percent of real surfaces
-)
+# of the value: two programs that mean the same; G and C differ by some percent of real surfaces
+CRITERION_TOLERANCE = 2e-3
 ROUNDING = 5e-7  # mm, half a nanometre: values are written so
 
 

@@ -15,7 +15,7 @@ from vcmm.core.text import csv_of
 from vcmm.files.foreign.drawing import DrawnPart, comment, mm, toml_value
 
 TRAVELS = (600.0, 500.0, 400.0)  # mm, of the placeholder machine, until its own file replaces it
-ROOM = 200.0  # mm that travels keep beyond the part: styli, clearance
+TRAVEL_MARGIN_MM = 200.0  # mm that travels keep beyond the part: styli, clearance
 REACH = 120.0  # mm, length of the styli
 STEEP = 0.3  # vertical share of an axis from which on a straight stylus enters a bore from above (73 deg)
 TIPS = (4.0, 2.0, 1.0, 0.5)  # mm, usual tip diameters
@@ -24,7 +24,7 @@ TIPS = (4.0, 2.0, 1.0, 0.5)  # mm, usual tip diameters
 def scenario_toml(drawn: DrawnPart, machine: str | None = None, centre: Sequence[float] | None = None) -> str:
     """Return the text of a scenario/1 file. machine: name of a machine file; centre: mm, of its volume, where the part is put."""
     low, high = _box(drawn.features)
-    travels = [max(t, float(h - b) + ROOM) for t, b, h in zip(TRAVELS, low, high)]
+    travels = [max(t, float(h - b) + TRAVEL_MARGIN_MM) for t, b, h in zip(TRAVELS, low, high)]
     middle = (
         np.array([travels[0] / 2, travels[1] / 2, -travels[2] / 2]) if centre is None else np.asarray(centre)
     )
@@ -44,7 +44,7 @@ def scenario_toml(drawn: DrawnPart, machine: str | None = None, centre: Sequence
 def machine_toml(drawn: DrawnPart) -> str:
     """Return a machine that is known by its certificate only, with travels that hold the part."""
     low, high = _box(drawn.features)
-    x, y, z = (max(t, float(h - b) + ROOM) for t, b, h in zip(TRAVELS, low, high))
+    x, y, z = (max(t, float(h - b) + TRAVEL_MARGIN_MM) for t, b, h in zip(TRAVELS, low, high))
     return f"""# a placeholder: write the values of the certificate of your machine
 vcmm = "machine/1"
 name = "stand-in, certificate of ISO 10360-2"

@@ -20,7 +20,7 @@ from vcmm.core.run import Array
 from vcmm.files.foreign.drawing import DrawnPart, deg, mm, unit
 from vcmm.files.foreign.part21 import Part21, read_part21
 from vcmm.files.foreign.scenario_text import features_of
-from vcmm.files.foreign.step_faces import KINDS, SAME, SurfaceFace, read_faces
+from vcmm.files.foreign.step_faces import SAME_SURFACE_MM, SURFACE_WORDS, SurfaceFace, read_faces
 from vcmm.files.foreign.step_tolerances import add_tolerances
 
 SURFACES = {
@@ -70,13 +70,13 @@ def _number_faces(text: Part21, faces: list[SurfaceFace], kinds: list[str]) -> l
         n for s in text.of("CLOSED_SHELL", "OPEN_SHELL") for n in s.values("CLOSED_SHELL", "OPEN_SHELL")[1]
     ]
     surfaces = [_surface(text, n) for n in notes]
-    same = [KINDS.get(k, "") for k in kinds] == [SURFACES.get(name, "") for name, _ in surfaces]
+    same = [SURFACE_WORDS.get(k, "") for k in kinds] == [SURFACES.get(name, "") for name, _ in surfaces]
     ratios = (
         [surfaces[f.number][1] / f.sizes[0] for f in faces if f.kind in ("cylinder", "sphere")]
         if same
         else []
     )
-    if not same or (ratios and max(ratios) > min(ratios) * (1.0 + SAME)):
+    if not same or (ratios and max(ratios) > min(ratios) * (1.0 + SAME_SURFACE_MM)):
         return [replace(f, number=-1 - f.number) for f in faces]
     return [replace(f, number=notes[f.number]) for f in faces]
 
@@ -129,22 +129,22 @@ def _same(a: SurfaceFace, b: SurfaceFace) -> bool:
         a.kind != b.kind
         or a.kind == "plane"
         or a.inside != b.inside
-        or not np.allclose(a.sizes, b.sizes, rtol=0, atol=SAME)
+        or not np.allclose(a.sizes, b.sizes, rtol=0, atol=SAME_SURFACE_MM)
     ):
         return False
     between = b.place - a.place
     if a.kind == "sphere":
-        return bool(np.linalg.norm(between) < SAME)
-    if np.linalg.norm(np.cross(a.axis, b.axis)) > SAME or (
-        a.kind != "cylinder" and np.linalg.norm(between) > SAME
+        return bool(np.linalg.norm(between) < SAME_SURFACE_MM)
+    if np.linalg.norm(np.cross(a.axis, b.axis)) > SAME_SURFACE_MM or (
+        a.kind != "cylinder" and np.linalg.norm(between) > SAME_SURFACE_MM
     ):
         return False
     if a.kind != "cylinder":
         return bool(a.axis @ b.axis > 0)
-    if np.linalg.norm(np.cross(between, a.axis)) > SAME:
+    if np.linalg.norm(np.cross(between, a.axis)) > SAME_SURFACE_MM:
         return False
     low, high = sorted(float(between @ a.axis) + v * float(np.sign(a.axis @ b.axis)) for v in b.reach[2:])
-    return low < a.reach[3] + SAME and high > a.reach[2] - SAME
+    return low < a.reach[3] + SAME_SURFACE_MM and high > a.reach[2] - SAME_SURFACE_MM
 
 
 def _join_faces(group: list[SurfaceFace]) -> SurfaceFace:

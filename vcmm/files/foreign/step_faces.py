@@ -25,15 +25,14 @@ from vcmm.core.run import Array
 STEP_READER_MISSING = (
     'STEP files are read by Open CASCADE, which is not installed: pip install "vcmm[step]" (380 MB)'
 )
-KINDS = {
+SURFACE_WORDS = {
     "GeomAbs_Plane": "plane", "GeomAbs_Cylinder": "cylinder", "GeomAbs_Cone": "cone", "GeomAbs_Sphere": "sphere",
     "GeomAbs_Torus": "torus",
 }  # fmt: skip
-SAME = 1e-5  # mm and rad: faces of one surface; modellers keep 1e-6 mm or better
-FINE, LEAST = (
-    21,
-    4,
-)  # places tried along each side of a plane whose edges cut the grid; fewest that fix a plane and its form
+SAME_SURFACE_MM = 1e-5  # mm and rad: faces of one surface; modellers keep 1e-6 mm or better
+# places tried along each side of a plane whose edges cut the grid; fewest that fix a plane and its form
+FINE = 21
+LEAST_PLANE_PLACES = 4
 LONGEST = 600.0  # s; the public test parts take seconds
 CHILD = "import sys; from vcmm.files.foreign.step_faces import write_faces; write_faces(*sys.argv[1:])"
 
@@ -141,7 +140,7 @@ def faces_of(path: Path) -> StepFaces:
         shape = TopoDS.Face(explorer.Current())
         surface = BRepAdaptor_Surface(shape)
         kinds.append(surface.GetType().name)
-        if kinds[-1] in KINDS:
+        if kinds[-1] in SURFACE_WORDS:
             face = _face(len(kinds) - 1, kinds[-1], surface, shape.Orientation() == TopAbs_REVERSED)
             faces.append(replace(face, touches=_spread(shape, face.reach)) if face.kind == "plane" else face)
         else:
@@ -151,7 +150,7 @@ def faces_of(path: Path) -> StepFaces:
 
 
 def _face(number: int, name: str, surface: Any, reversed_: bool) -> SurfaceFace:
-    kind = KINDS[name]
+    kind = SURFACE_WORDS[name]
     shape = getattr(surface, name.removeprefix("GeomAbs_"))()
     position = shape.Position()
     frame = np.array(
@@ -182,7 +181,7 @@ def _spread(shape: Any, reach: tuple[float, float, float, float]) -> Array | Non
     from OCP.IntTools import IntTools_FClass2d
     from OCP.TopAbs import TopAbs_IN
 
-    inside = IntTools_FClass2d(shape, SAME)
+    inside = IntTools_FClass2d(shape, SAME_SURFACE_MM)
     u0, u1, v0, v1 = reach
     margin = 0.1 * min(u1 - u0, v1 - v0)
 
@@ -198,7 +197,7 @@ def _spread(shape: Any, reach: tuple[float, float, float, float]) -> Array | Non
     if all(within(*place) for place in plain):
         return None
     free = [(u, v) for u in np.linspace(u0, u1, FINE) for v in np.linspace(v0, v1, FINE) if within(u, v)]
-    return _far_apart(np.array(free)) if len(free) >= LEAST else None
+    return _far_apart(np.array(free)) if len(free) >= LEAST_PLANE_PLACES else None
 
 
 def _far_apart(places: Array) -> Array:

@@ -23,9 +23,8 @@ from vcmm.task.certification.findings import Findings
 from vcmm.task.measuring.scenario import Scenario
 from vcmm.task.measuring.settings import Settings
 
-CHECK_TRIALS = (
-    20  # exact trials of each evaluation: the machines are the same, and `uncertainty` checks with more
-)
+# exact trials of each evaluation: the machines are the same, and `uncertainty` checks with more
+CHECK_TRIALS = 20
 FIRST = ("E0_MPE", "iso230_2")  # one of these is needed
 FACTS = (
     "P_Form_Sph_1x25",

@@ -42,8 +42,9 @@ class FolderJob:
 class Change:
     """A number of a name that was found on a machine at least twice, or found once and once not.
 
-    first, last: file and date; value, u in `unit`; None where the name was not found then. found: in how many of `of`. went, there: course
-    of the number in time, and when it was found; their ends are numbers of `when`, file and date of all recordings of the machine.
+    first, last: file and date; value, u in `unit`; None where the name was not found then. occurrences: in how many of
+    `recordings_total`. trend, presence: course of the number in time, and when it was found; their ends are numbers of
+    `recordings`, file and date of all recordings of the machine.
     """
 
     machine: str
@@ -55,19 +56,19 @@ class Change:
     before: tuple[float, float] | None
     after: tuple[float, float] | None
     occurrences: int
-    of: int
-    went: Trend = NO_TREND
-    there: tuple[str, int | None, int | None] = (ALWAYS, None, None)
-    when: tuple[tuple[str, str], ...] = ()
+    recordings_total: int
+    trend: Trend = NO_TREND
+    presence: tuple[str, int | None, int | None] = (ALWAYS, None, None)
+    recordings: tuple[tuple[str, str], ...] = ()
 
     def at(self, number: int | None) -> str | None:
         """Return the date of a recording, its file where it has none."""
-        return None if number is None else self.when[number][1] or self.when[number][0]
+        return None if number is None else self.recordings[number][1] or self.recordings[number][0]
 
     @property
     def steady(self) -> bool:
         """Whether it was found in all recordings, and its values are consistent with one number."""
-        return self.went.kind in ("", STEADY) and self.there[0] == ALWAYS
+        return self.trend.kind in ("", STEADY) and self.presence[0] == ALWAYS
 
     @property
     def change(self) -> float | None:
@@ -87,7 +88,7 @@ def diagnosed_folder(
     job: FolderJob, files: Sequence[Path], key: str, sharing: Sharing, progress: Callable[[float], None]
 ) -> list[Record]:
     """Return a record of every file, in their order. Raises ShardDone where a share is wanted, DataError where a shard lacks some."""
-    return sharing.all_of(key, record_of, job, [str(file) for file in files], progress)
+    return sharing.map_items(key, record_of, job, [str(file) for file in files], progress)
 
 
 def record_of(job: FolderJob, file: str) -> Record:
@@ -166,8 +167,8 @@ def _change(
     when = tuple((r["file"], r["date"]) for r in records)
     return Change(
         machine, name, parameter, unit, first=when[0], last=when[-1], before=values[0], after=values[-1],
-        occurrences=sum(s is not None for s in values), of=len(records),
-        went=trend([_moment(date) for _, date in when], values), there=presence(values), when=when,
+        occurrences=sum(s is not None for s in values), recordings_total=len(records),
+        trend=trend([_moment(date) for _, date in when], values), presence=presence(values), recordings=when,
     )  # fmt: skip
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vcmm.files.learned.track_result import Track
 
 PLANES = {"XY": (0, 1), "YZ": (1, 2), "ZX": (2, 0)}
-ENOUGH = 8  # readings of a plane that make a circle
+CIRCLE_READINGS = 8  # readings of a plane that make a circle
 FLAT = 1e-6  # share of a direction out of the plane
 
 
@@ -121,7 +121,7 @@ def _circles(
     plane_of = _planes_of(way)
     for number, (plane, (i, j)) in enumerate(PLANES.items()):
         rows = np.flatnonzero(plane_of == number)
-        if len(rows) < ENOUGH:
+        if len(rows) < CIRCLE_READINGS:
             continue
         angle = np.arctan2(way[rows, j], way[rows, i]) % (2 * np.pi)
         order = np.argsort(angle, kind="stable")

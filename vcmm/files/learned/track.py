@@ -48,7 +48,7 @@ OWN = (
     "learned_residual.csv",
 )
 
-MOST = 3  # sizes of an answer that the log of an alarm states
+MOST_LOGGED_SIZES = 3  # sizes of an answer that the log of an alarm states
 
 
 @dataclass(frozen=True)
@@ -279,4 +279,4 @@ def _in_words(answer: Answer) -> str:
     name = " ".join([answer.effect, *(str(v) for v in answer.where.values())])
     sizes = [f"{k} {e.value:+.3g} ± {e.u:.2g} {e.unit}" for k, e in answer.parameters.items()]
     cause, _ = cause_and_cure(answer.effect, answer.where, answer.parameters)
-    return f"{', '.join([name, *sizes[:MOST]])}{f' ({cause})' if cause else ''}"
+    return f"{', '.join([name, *sizes[:MOST_LOGGED_SIZES]])}{f' ({cause})' if cause else ''}"

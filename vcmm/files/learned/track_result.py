@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 DAYS = 30  # that a plan of checks covers
 AHEAD = (7.0, 30.0, 90.0)  # days of the forecast
 ROUND = {"mm": "um", "rad": "urad"}  # how small lengths and angles are written
-MOST = 4  # numbers that a warning names
+MOST_NAMED_NUMBERS = 4  # numbers that a warning names
 WEEK = 7.0  # days after a check from which its age is reported
 BANDS = (
     "on 24 drawn machines with a season and wear the 95 % bands held 0.92 up to 30 days after a check and 0.91 (0.88 to 0.94) after 90 "
@@ -109,9 +109,9 @@ class Track:
         open_ = [q.id for q in tracked.quantities if not tracked.factor[tracked.rows[q.id]].any()]
         if not open_:
             return ()
-        more = f" and {len(open_) - MOST} more" if len(open_) > MOST else ""
+        more = f" and {len(open_) - MOST_NAMED_NUMBERS} more" if len(open_) > MOST_NAMED_NUMBERS else ""
         return (
-            f"the machine file states no uncertainty of {', '.join(open_[:MOST])}{more}: taken as exactly right on the day of the first recording; "
+            f"the machine file states no uncertainty of {', '.join(open_[:MOST_NAMED_NUMBERS])}{more}: taken as exactly right on the day of the first recording; "
             "state u in [[inputs]], or calibrate the machine first",
         )
 

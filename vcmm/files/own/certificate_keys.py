@@ -9,7 +9,7 @@ from vcmm.files.own.certificate_findings import NO_EFFECT
 from vcmm.task.certification.certificate import MachineCertificate
 
 # what the program calls a limit -> the keys that state it: ISO 10360-2:2009, -5:2020, -5:2010
-SAME: dict[str, tuple[str, ...]] = {
+KEYS_OF_LIMITS: dict[str, tuple[str, ...]] = {
     "E0": ("E0_MPE",),
     "E150": ("E150_MPE",),
     "R0": ("R0_MPL", "R0_MPE"),
@@ -40,12 +40,12 @@ FORMS = 5.0  # between P_Form and E0 of the shortest length there is no more tha
 
 def stated_keys(table: Any, limit: str) -> list[str]:
     """Return the keys by which a table states a limit."""
-    return [k for k in SAME[limit] if getattr(table, k) is not None]
+    return [k for k in KEYS_OF_LIMITS[limit] if getattr(table, k) is not None]
 
 
 def certificate_remarks(table: Any, c: MachineCertificate) -> tuple[str, ...]:
     """Return remarks on limits that are not used, or that do not go together, each with the usual range; empty when there are none."""
-    key = {limit: next(iter(stated_keys(table, limit)), "") for limit in SAME}
+    key = {limit: next(iter(stated_keys(table, limit)), "") for limit in KEYS_OF_LIMITS}
     out = [
         f"[certificate] {k} has no effect: {SCANS if k in OF_SCANS else 'machines are drawn with one stylus; ' + STYLI}"
         for k in SEVERAL_STYLI

@@ -48,7 +48,7 @@ from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.physics.structure.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.physics.structure.tool_bending import ToolDeflection, bending
 from vcmm.program.setup import Setup, turns_with
-from vcmm.task.measuring.cut_scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
+from vcmm.task.measuring.cut_scenario import IDEAL, OTHER, SAME_MACHINE, CutScenario, Inspection
 from vcmm.task.measuring.settings import CORRECTED
 
 # Stands for the stylus of an inspection without errors.
@@ -327,7 +327,7 @@ def has_forces(setup: Setup) -> bool:
 
 def _inspection(document: Document, table: InspectionTable, problems: Problems) -> Inspection | None:
     pose: Pose | None = None if table.pose is None else pose_from(table.pose)
-    if table.machine in (IDEAL, SAME):
+    if table.machine in (IDEAL, SAME_MACHINE):
         return Inspection(str(table.machine), None, pose)
     at: Location = ("inspection", "machine")
     if isinstance(table.machine, dict):

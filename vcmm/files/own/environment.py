@@ -22,9 +22,8 @@ from vcmm.files.schema import (
 )
 from vcmm.files.toml import Document, Location
 
-ROOM = (
-    "environment.room"  # names the random stream and the budget line of what all temperatures have in common
-)
+# names the random stream and the budget line of what all temperatures have in common
+ROOM_INPUT = "environment.room"
 
 
 class Temperatures(Table):
@@ -177,7 +176,7 @@ def room_input(u: float, half_width: float) -> Input:
     law = Uniform(half_width) if half_width else Normal(u)
     members = tuple(Input("channel", "", column, law) for column in columns)
     why = "room temperature, common to part, scales, spindle, air and their sensors"
-    return Input("", "", ROOM, law, "machine", why, members=members, shares=np.ones(len(members)))
+    return Input("", "", ROOM_INPUT, law, "machine", why, members=members, shares=np.ones(len(members)))
 
 
 def columns_of(temperature: Temperatures) -> dict[str, float]:

@@ -21,7 +21,7 @@ from vcmm.core.run import Array
 from vcmm.core.text import read_text
 from vcmm.files.own.machine_tables import MachineFile, Repeatability, Scales, Uncertainty
 from vcmm.files.problems import Problems
-from vcmm.files.schema import whole
+from vcmm.files.schema import is_complete
 from vcmm.files.toml import Document, Location
 from vcmm.physics.structure.component import ComponentSpline, ComponentTable
 from vcmm.physics.structure.expansion import ScaleExpansion
@@ -70,7 +70,7 @@ def known_errors(
             modes, shared = joint or ([], [])
             effects += modes
             inputs += shared
-    if model.repeatability and whole(model.repeatability, data["repeatability"]):
+    if model.repeatability and is_complete(model.repeatability, data["repeatability"]):
         repeatability = model.repeatability
         law = problems.attempt((*at, "repeatability"), lambda: _repeatability(repeatability))
         effects.append(Scatter())

@@ -7,7 +7,7 @@ from pathlib import Path
 from vcmm.core.errors import UsageError, choose_from
 
 _PACKAGE = Path(__file__).parents[2]
-KINDS = {
+EXAMPLE_BY_NEED = {
     "mill": "pallet_block",
     "lathe": "turned_shaft",
     "year": "tracked_mill",
@@ -47,9 +47,9 @@ def example(name: str) -> Path:
         There is none of this name; the closest is named.
     """
     folders = scenarios()
-    word = name if name in folders else KINDS.get(name, name)
+    word = name if name in folders else EXAMPLE_BY_NEED.get(name, name)
     if word not in folders:
-        raise UsageError(f'there is no scenario "{name}".{choose_from(name, [*folders, *KINDS])}')
+        raise UsageError(f'there is no scenario "{name}".{choose_from(name, [*folders, *EXAMPLE_BY_NEED])}')
     return folder() / f"{word}.toml"
 
 

@@ -97,9 +97,8 @@ def _member(path: Path, name: str, element: Array, effects: Sequence[Effect]) ->
     return hit
 
 
-MOST_SCATTER = (
-    0.05  # mm: hand-held arms have 20 to 50 um; probes of machines, on CMMs and machine tools, 0.1 to 10 um
-)
+# mm: hand-held arms have 20 to 50 um; probes of machines, on CMMs and machine tools, 0.1 to 10 um
+MOST_SCATTER = 0.05
 
 
 def load_machine(path: str | Path) -> Machine:

@@ -37,7 +37,7 @@ from vcmm.files.schema import (
     Mass,
     Table,
     checked_model,
-    whole,
+    is_complete,
 )
 from vcmm.files.toml import Document, Location
 from vcmm.part.form import Lobes
@@ -133,7 +133,7 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     )
     drawing = _Drawing(features, model.characteristics if model else [], general or GeneralTolerances())
     for i, item in enumerate(model.characteristics if model else ()):
-        if not whole(item, data["characteristics"][i]):
+        if not is_complete(item, data["characteristics"][i]):
             continue
         here = (*at, "characteristics", i)
         c = problems.attempt(here, lambda item=item: _characteristic(item, drawing))  # type: ignore[misc]
@@ -158,8 +158,8 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     return PartData(part, forms, model.u_expansion)
 
 
-NEAR = 0.5  # of the nominal value: limits that both lie within this of it are absolute ones
-ONE, LEAST = 0.05, 1.0  # the same for one limit alone, of sizes from 1 mm on
+ABSOLUTE_LIMIT_SHARE = 0.5  # of the nominal value: limits that both lie within this of it are absolute ones
+ONE_LIMIT_SHARE, LEAST_SIZE_MM = 0.05, 1.0  # the same for one limit alone, of sizes from 1 mm on
 
 
 def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
@@ -171,10 +171,12 @@ def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
     if c.limits is None or nominal <= 0:
         return
     off = [abs(end - nominal) / nominal for end in c.limits]
-    if max(off) >= NEAR and not (gps.unit(c) == "mm" and nominal >= LEAST and min(off) < ONE):
+    if max(off) >= ABSOLUTE_LIMIT_SHARE and not (
+        gps.unit(c) == "mm" and nominal >= LEAST_SIZE_MM and min(off) < ONE_LIMIT_SHARE
+    ):
         return
     scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")
-    ends = [end - nominal if share < NEAR else end for end, share in zip(c.limits, off)]
+    ends = [end - nominal if share < ABSOLUTE_LIMIT_SHARE else end for end, share in zip(c.limits, off)]
     right = ", ".join(f'"{end * scale:.6g} {unit}"' for end in ends)
     remark = f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
     enough = f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"

@@ -22,7 +22,7 @@ from vcmm.learn.calibration.readings import Readings
 from vcmm.learn.calibration.solve import ErrorPosterior
 from vcmm.physics.structure.component import CalibrationModes, ComponentSpline, ComponentTable
 from vcmm.physics.structure.lost_motion_table import LostMotionTable
-from vcmm.task.response.observe import lacking
+from vcmm.task.response.observe import missing_columns
 
 TABLES = (ComponentTable, ComponentSpline)
 
@@ -148,7 +148,7 @@ def _parameter_shift(machine: Machine, model: ErrorModel, item: Input) -> Array 
             if effect.about.is_calibrated or isinstance(effect, CalibrationModes)
             else None
         )
-        if place is None or lacking(effect, place[1]):
+        if place is None or missing_columns(effect, place[1]):
             continue
         part, run, column = place
         unit = basis(effect, item.parameter, run)[:, column, :] * _reading_of(effect)

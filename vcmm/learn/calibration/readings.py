@@ -24,9 +24,9 @@ from vcmm.learn.calibration.model import ErrorModel, number_of
 from vcmm.learn.calibration.touching import free_probe_errors
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.instruments.probe_frame import with_probe_frame
-from vcmm.task.instruments.tracker import settle_stations
+from vcmm.task.instruments.tracker import locate_stations
 from vcmm.task.response.nuisance import nuisance_columns
-from vcmm.task.response.observe import Observer, lacking, noise_u
+from vcmm.task.response.observe import Observer, missing_columns, noise_u
 from vcmm.task.response.recording import Recording
 
 UNKNOWN_NOISE = {"angle": 1e-6}  # rad; lengths 1 um: only a start, the residuals decide
@@ -67,7 +67,7 @@ def readings(
     Raises ModelLimit and UsageError for recordings that cannot be used, naming them.
     """
     recording, assumed = free_nuisance(recording, machine)
-    recording, way = settle_stations(recording, machine)
+    recording, way = locate_stations(recording, machine)
     observer = Observer(recording, machine)
     nuisance, names = nuisance_columns(recording, machine)
     turns = _tool_turns(recording, machine, observer)
@@ -94,7 +94,7 @@ def error_columns(observer: Observer, model: ErrorModel) -> Array:
     """Return the observations per unit of every number of theta, as (m, size)."""
     out = np.zeros((observer.recording.m, model.size))
     for name, effect in zip(model.names, model.effects()):
-        if not lacking(effect, observer.run):
+        if not missing_columns(effect, observer.run):
             out[:, model.slices[name]] = observer.of_parameter(effect, number_of(effect))
     return out
 

@@ -16,7 +16,7 @@ from vcmm.core.run import Array
 from vcmm.learn.calibration.readings import free_nuisance
 from vcmm.learn.calibration.result import rms
 from vcmm.learn.calibration.solve import nuisance_basis
-from vcmm.task.instruments.tracker import settle_stations
+from vcmm.task.instruments.tracker import locate_stations
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.observe import Observer, noise_u
 from vcmm.task.response.recording import Recording
@@ -73,7 +73,7 @@ def put_to_test(recording: Recording, before: Machine, after: Machine, noise: fl
 def remainder(recording: Recording, machine: Machine, noise: float = 0.0) -> tuple[Array, Array]:
     """Return the part (m,) that the machine does not predict, nuisance projected out, and its covariance (m, m)."""
     recording, _ = free_nuisance(recording, machine)
-    recording, _ = settle_stations(recording, machine)
+    recording, _ = locate_stations(recording, machine)
     observer = Observer(recording, machine)
     basis = nuisance_basis(nuisance_columns(recording, machine)[0])
     value = recording.value - observer.baseline()

@@ -12,7 +12,7 @@ from vcmm.core.axes import axis_of, is_component
 from vcmm.core.declaration import Words, reported_name
 from vcmm.core.effect import Effect, place_fields
 from vcmm.core.run import Run
-from vcmm.core.units import plain
+from vcmm.core.units import significant_text
 from vcmm.learn.diagnosis.estimates import Estimate
 from vcmm.learn.diagnosis.log_mistakes import LOG, MISTAKE
 from vcmm.learn.diagnosis.periods import alias_words
@@ -83,7 +83,7 @@ class _Values(dict[str, str]):
 
 
 def _value(e: Estimate, signed: bool = False) -> str:
-    return plain(e.value if signed else abs(e.value)) + (f" {e.unit}" if e.unit != "1" else "")
+    return significant_text(e.value if signed else abs(e.value)) + (f" {e.unit}" if e.unit != "1" else "")
 
 
 def answer_remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:

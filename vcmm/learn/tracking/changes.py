@@ -32,7 +32,7 @@ from vcmm.learn.tracking.rates import BLOCKS
 
 SIZES = (1.0, 4.0)  # usual sizes
 RATE = 1.0  # changes of a machine in a year
-LEAST = 1.0  # days: shortest time in which one may have come
+LEAST_TIME_DAYS = 1.0  # days: shortest time in which one may have come
 ASK = 0.01
 MATTERS = 1e-3  # probability below which a hypothesis is left out
 EVERYTHING, PASSING = "everything", "everything, for a day or a few"
@@ -86,7 +86,7 @@ def _ones(tracked: TrackedMachine, numbers: npt.NDArray[np.intp]) -> Array:
 
 def prior_of_change(days: float) -> float:
     """Return the probability that at least one change came in so many days."""
-    return float(-np.expm1(-RATE * max(days, LEAST) / 365.25))
+    return float(-np.expm1(-RATE * max(days, LEAST_TIME_DAYS) / 365.25))
 
 
 def update(state: GaussianState, columns: Array, value: Array, jumps: Sequence[Jump], days: float) -> Update:

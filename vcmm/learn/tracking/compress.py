@@ -19,7 +19,7 @@ from vcmm.learn.calibration.solve import CHANCE, EXCESS, nuisance_basis
 from vcmm.learn.diagnosis.problem import Problem, make_problem
 from vcmm.learn.tracking.kalman import chance_beyond
 from vcmm.learn.tracking.quantities import TrackedMachine
-from vcmm.task.response.observe import lacking
+from vcmm.task.response.observe import missing_columns
 from vcmm.task.response.recording import Recording
 
 RANK = 1e-9  # of the largest singular value: below it a combination is not seen
@@ -85,7 +85,7 @@ def columns_of(tracked: TrackedMachine, problem: Problem) -> Array:
     rows = tracked.rows
     out = np.zeros((problem.m, tracked.factor.shape[0]))
     for q in tracked.quantities:
-        if not lacking(q.effect, problem.run):
+        if not missing_columns(q.effect, problem.run):
             out[:, rows[q.id]] = problem.observer.of_parameter(q.effect, q.parameter)
     return np.concatenate([out @ tracked.factor, out @ tracked.growth], axis=1)
 

@@ -22,7 +22,7 @@ from vcmm.learn.tracking.rates import WanderingMotion
 from vcmm.learn.tracking.task_limits import K, TaskLimit
 
 WIDE, LONGEST = 60, 366  # orders kept; days ahead
-MOST = 60  # checks of a plan
+MOST_CHECKS = 60  # checks of a plan
 ROUNDING = 1e-13  # of the largest: a way of going on in time below it is rounding
 
 
@@ -158,7 +158,7 @@ class _Way:
 def _search(plans: _Plans, covariance: Array, checks: Sequence[ShopCheck], days: int) -> CheckPlan:
     """Return the cheapest plan through the days that the beam finds; where none holds, the best one with kept = False."""
     ways, best, last = [_Way(0, covariance, 0.0, ())], None, None
-    for _ in range(MOST):
+    for _ in range(MOST_CHECKS):
         following = []
         for way in ways:
             last = way

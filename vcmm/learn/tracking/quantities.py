@@ -31,7 +31,7 @@ from vcmm.physics.structure.scatter import Scatter
 
 LENGTH = 0.5  # of the travel: correlation length of a change
 HELD = 0.99  # share of the variance of a smooth change that its modes hold
-SMALL = 1e-8  # of the largest variance of an Input: what is below is rounding
+ROUNDING_VARIANCE_SHARE = 1e-8  # of the largest variance of an Input: what is below is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,7 +256,7 @@ def _shorten(block: Array) -> Array:
     """Return the same covariance by the columns that hold more than rounding."""
     scale = np.maximum(np.sqrt((block**2).sum(axis=1)), 1e-300)
     ways, size, _ = np.linalg.svd(block / scale[:, None], full_matrices=False)
-    kept = size**2 > SMALL * size[0] ** 2
+    kept = size**2 > ROUNDING_VARIANCE_SHARE * size[0] ** 2
     return np.asarray(scale[:, None] * (ways[:, kept] * size[kept]))
 
 

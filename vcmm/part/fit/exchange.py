@@ -23,10 +23,9 @@ from vcmm.part.fit.elements import Array, Element, Mask, jacobian
 from vcmm.part.fit.newton import State, magnitude, move_state, seat, to_local
 
 MOST_ROUNDS = 100
-PATIENCE = 12  # rounds after which a promise of 1e-13 of the extent is no longer waited for
-FAR = (
-    10.0  # a first step longer than this many ranges of the distances: the points do not surround the element
-)
+ROUNDS_FOR_PROMISE = 12  # rounds after which a promise of 1e-13 of the extent is no longer waited for
+# a first step longer than this many ranges of the distances: the points do not surround the element
+MOST_FIRST_STEP_RANGES = 10.0
 TOUCH = 1e-11  # of the extent: a point so near to the level touches
 FLAT = 1e-8  # what a motion costs beside the largest departure, of 1: with it the answer is one, and no longer by more than 1e-7
 NUMBERS = 2_000_000  # in a block of rows, 16 MB
@@ -131,7 +130,7 @@ def settle(problem: ContactProblem, data: Array, start: State) -> SettledState:
         trial, gained = _try_step(problem, points, here, at, metric, step)
         shift = np.abs(np.einsum("bp,bpn->bn", step.step, at.jac)).max(axis=-1)
         if round_ == 0 and not problem.goal.has_size:
-            lost[on] = shift > FAR * np.ptp(at.d, axis=-1) + 1e-9
+            lost[on] = shift > MOST_FIRST_STEP_RANGES * np.ptp(at.d, axis=-1) + 1e-9
         done[on] = _is_done(problem, here, at, step, shift, round_)
         state = _replace_members(state, on[gained], _rows(trial, gained))
         weight[on] = step.weight
@@ -255,7 +254,7 @@ def _is_done(
     still = shift <= 1e-13 * size
     if problem.goal.tangent:
         return np.asarray(still)
-    promise, moves = (8.0 * _EPS, 1e-8) if round_ < PATIENCE else (1e-13, 1e-4)
+    promise, moves = (8.0 * _EPS, 1e-8) if round_ < ROUNDS_FOR_PROMISE else (1e-13, 1e-4)
     return np.asarray(still | ((problem.top(at.d) - step.level <= promise * size) & (shift <= moves)))
 
 

@@ -39,7 +39,7 @@ from vcmm.part.fit.newton import State, magnitude, move_state, seat, to_local
 
 STEPS = 50
 TURNS = 4  # of Gauss-Newton for one angle, from a start that errs by mrad: 1e-3, 1e-6, 1e-12
-STILL = 1e-12  # of the extent: a step of Gauss-Newton that moves nothing
+CONVERGED_SHARE = 1e-12  # of the extent: a step of Gauss-Newton that moves nothing
 
 
 def hold_axis(
@@ -246,7 +246,7 @@ def _least_squares(problem: _Turning, data: Array, start: State) -> tuple[State,
         lift = 1e-15 * np.einsum("bii->b", matrix)[:, None, None] * np.eye(matrix.shape[-1])
         step = np.linalg.solve(matrix + lift, -(at.jac @ at.d[..., None]))[..., 0]
         state = problem.move(state, at.frame, np.where(done[:, None], 0.0, step))
-        done = done | (np.abs(step).max(axis=-1) <= STILL * magnitude(state))
+        done = done | (np.abs(step).max(axis=-1) <= CONVERGED_SHARE * magnitude(state))
         if done.all():
             break
     return state, done

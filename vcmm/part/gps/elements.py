@@ -11,7 +11,7 @@ from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.pose import Array, Pose, dot, length
 from vcmm.part.fit import FittedElement
 from vcmm.part.gps.criteria import POINTS, by_criterion
-from vcmm.part.part import KINDS, Feature, centre, ends
+from vcmm.part.part import FEATURE_KINDS, Feature, centre, ends
 
 AXES = ("line", "cylinder", "cone")
 CENTRES = ("point", "circle", "sphere", "torus")
@@ -79,7 +79,7 @@ def place(
 
 
 def _sign_axis(feature: Feature, axis: Array) -> Array:
-    if feature.kind == "point" or not KINDS[feature.kind].direction:
+    if feature.kind == "point" or not FEATURE_KINDS[feature.kind].direction:
         return axis
     along = dot(axis, feature.axis)
     tilt = float(np.max(np.arccos(np.minimum(np.abs(along), 1.0)), initial=0.0))

@@ -24,10 +24,10 @@ from vcmm.part.part import Characteristic, Feature, frame
 
 ALPHA = math.sqrt(math.log(2.0) / math.pi)
 GAUSSIAN, SPLINE = "gaussian", "spline"
-KINDS = (GAUSSIAN, SPLINE)
+FILTER_KINDS = (GAUSSIAN, SPLINE)
 PER_WAVE = 7  # points per wave of the cut-off that a profile needs (ISO 12181-2, ISO 12780-2)
 EVEN = 0.05  # of a step that evenly spaced points may be off
-FAR = 1.6  # cut-offs beyond which Gaussian weights are below 1e-15
+WEIGHT_REACH_CUTOFFS = 1.6  # cut-offs beyond which Gaussian weights are below 1e-15
 
 
 def words(f: Filter) -> str:
@@ -42,8 +42,8 @@ def check_filter(c: Characteristic, feature: Feature) -> None:
     if c.filter is None:
         return
     f, closed = c.filter, feature.kind == "circle"
-    if f.kind not in KINDS:
-        raise UsageError(f'"{c.name}": filter = "{f.kind}".{choose_from(f.kind, KINDS)}')
+    if f.kind not in FILTER_KINDS:
+        raise UsageError(f'"{c.name}": filter = "{f.kind}".{choose_from(f.kind, FILTER_KINDS)}')
     if (c.type, feature.kind) not in (("roundness", "circle"), ("straightness", "line")):
         raise UsageError(
             f'"{c.name}": a filter is of one profile: roundness of a circle or straightness of a line. A {feature.kind} has profiles in '
@@ -156,7 +156,7 @@ def _open(f: Filter, at: Array, values: Array) -> Array:
     from scipy.signal import fftconvolve
 
     step = float(np.ptp(at)) / (n - 1)
-    reach = min(n - 1, math.ceil(FAR * cut / step))
+    reach = min(n - 1, math.ceil(WEIGHT_REACH_CUTOFFS * cut / step))
     kernel = _weights(np.arange(-reach, reach + 1, dtype=float) * step, cut)
     rows = values.reshape(-1, n)
     smooth = fftconvolve(rows, kernel[None], mode="full", axes=1)[:, reach : reach + n]

@@ -16,7 +16,7 @@ from vcmm.part.fit.exchange import least_largest
 from vcmm.part.part import Feature, normal, surface_point
 
 LAWSON = 200  # rounds of reweighting (C. L. Lawson 1961): the largest departure then errs by less than 1e-4 of itself
-SAME = 1e-6
+LEAST_RANK_SHARE = 1e-6
 
 
 def rows_for(points: Array, directions: Array, centre: Array, scale: float) -> Array:
@@ -48,7 +48,7 @@ def free_motions(datums: Iterable[Feature], centre: Array, scale: float) -> Arra
     if not rows:
         return np.eye(6)
     _, sizes, vectors = np.linalg.svd(np.concatenate(rows))
-    rank = int((sizes > SAME * max(float(sizes[0]), 1.0)).sum())
+    rank = int((sizes > LEAST_RANK_SHARE * max(float(sizes[0]), 1.0)).sum())
     return np.asarray(vectors[rank:].T)
 
 
@@ -63,7 +63,9 @@ def largest_left(departures: Array, moved: Array, minimax: bool) -> Array:
         return np.asarray(np.linalg.norm(departures, axis=-1).max(axis=-1))
     flat = departures.reshape(*departures.shape[:-2], k * r)
     basis, sizes, _ = np.linalg.svd(moved.reshape(k * r, f), full_matrices=False)
-    basis = basis[:, sizes > SAME]  # motions that move none of the places are no motions of theirs
+    basis = basis[
+        :, sizes > LEAST_RANK_SHARE
+    ]  # motions that move none of the places are no motions of theirs
     left = flat - (flat @ basis) @ basis.T
     best = _largest(left, k, r)
     if not minimax or not basis.shape[1]:

@@ -20,7 +20,7 @@ SIZES: dict[str, tuple[float | None, ...]] = {
     "c": (0.2, 0.5, 0.8, 1.2, 2.0, 3.0, 4.0),
     "v": (0.5, 1.0, 1.5, 2.5, 4.0, 6.0, 8.0),
 }
-SMALL = {"f": 0.05, "m": 0.1, "c": 0.2, "v": None}  # 0.5 to 3 mm
+TOLERANCES_TO_3_MM = {"f": 0.05, "m": 0.1, "c": 0.2, "v": None}  # 0.5 to 3 mm
 LEGS = (10, 50, 120, 400)  # shorter side of the angle, mm
 ANGLES: dict[str, tuple[float, ...]] = {  # arc minutes
     "f": (60, 30, 20, 10, 5), "m": (60, 30, 20, 10, 5), "c": (90, 60, 30, 15, 10), "v": (180, 120, 60, 30, 20),
@@ -59,7 +59,7 @@ def general_limits(standard: str, kind: str, size: float) -> tuple[float, float]
         width = math.radians(ANGLES[letter][bisect_left(LEGS, size)] / 60.0)
         return -width, width
     value = (
-        SMALL[letter]
+        TOLERANCES_TO_3_MM[letter]
         if 0.5 <= size <= 3.0
         else SIZES[letter][bisect_left(LENGTHS, size)]
         if 3.0 < size <= LENGTHS[-1]

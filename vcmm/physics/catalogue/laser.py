@@ -18,11 +18,10 @@ from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.run import T0_DEG_C, Array, Run
 
 P0_HPA, H0_PCT = 1013.25, 50.0
-K_T, K_P, K_H = (
-    -0.93e-6,
-    0.27e-6,
-    -0.01e-6,
-)  # change of the index of air per K, per hPa, per % relative humidity
+# change of the index of air per K, per hPa, per % relative humidity
+K_T = -0.93e-6
+K_P = 0.27e-6
+K_H = -0.01e-6
 
 
 def index_change(run: Run) -> Array:

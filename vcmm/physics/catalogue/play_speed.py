@@ -14,7 +14,7 @@ from vcmm.core.run import Array, Run
 
 REFERENCE = 1000.0 / 60.0  # mm/s: 1000 mm/min
 REFERENCE_TURN = 2 * np.pi / 6.0  # rad/s: 10 turns a minute
-STILL = 1e-3  # of the reference: slower is no approach
+LEAST_SPEED_SHARE = 1e-3  # of the reference: slower is no approach
 APART = 1.2  # ratio of speeds from which a power of them shows
 
 
@@ -27,7 +27,7 @@ def _speeds(effect: SpeedPlay, run: Run) -> Array | None:
 def _shows_in(effect: SpeedPlay, run: Run) -> bool:
     """Return whether the axis came at two speeds or more."""
     speed = _speeds(effect, run)
-    moved = speed[speed > STILL] if speed is not None else np.zeros(0)
+    moved = speed[speed > LEAST_SPEED_SHARE] if speed is not None else np.zeros(0)
     return len(moved) > 1 and float(moved.max()) > APART * float(moved.min())
 
 

@@ -11,11 +11,11 @@ from vcmm.core.declaration import About, ForDiagnosis, Opposite, Prior, Trade, T
 from vcmm.core.effect import Effect, param
 from vcmm.core.run import Array, Run
 
-LEAST = 1.0  # mm: an axis that moves less shows no scale
+LEAST_TRAVEL_MM = 1.0  # mm: an axis that moves less shows no scale
 
 
 def _uniform_scale_shows_in(effect: UniformScale, run: Run) -> bool:
-    moved = [a for a in LINEAR if a in run.position and float(np.ptp(run.position[a])) > LEAST]
+    moved = [a for a in LINEAR if a in run.position and float(np.ptp(run.position[a])) > LEAST_TRAVEL_MM]
     warm = [c for c in run.columns if c.startswith(("temp_part", "temp_scale"))]
     return len(moved) > 1 and not warm
 

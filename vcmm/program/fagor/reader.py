@@ -104,7 +104,7 @@ def _levels(
 
 
 HOLE = "a hole in the path: its moves are missing"
-SAME = {
+UNCHANGED_CODES = {
     "0", "1", "2", "3", "17", "18", "19", "40", "41", "42", "43", "44", "54", "55", "56", "57", "58", "59", "53", "70", "71", "80", "90", "91", "92",
     "94", "95", "96", "97", "98", "99",
 }  # fmt: skip
@@ -201,7 +201,16 @@ class FagorLines:
             if code in MEANINGS:
                 self.tell(line, f"G{code} of Fagor, {MEANINGS[code]}")
                 return []
-            if code not in SAME | CORNERS | HOLES | {"4", "10", "11", "12", "13", "36", "39", "73"}:
+            if code not in UNCHANGED_CODES | CORNERS | HOLES | {
+                "4",
+                "10",
+                "11",
+                "12",
+                "13",
+                "36",
+                "39",
+                "73",
+            }:
                 self.tell(line, f"G{code} of Fagor")
                 return []
         if (

@@ -18,11 +18,11 @@ from typing import NamedTuple
 
 from vcmm.program.faults import refuse
 from vcmm.program.moves import PLANES, Move, Point, Source
-from vcmm.program.offsetting import Vec, along, in_space, left_normal, minus, piece_of, planar, tangent
+from vcmm.program.offsetting import Vec, in_space, left_normal, minus, moved_along, piece_of, planar, tangent
 from vcmm.program.radius import RadiusCompensation
 from vcmm.program.recorder import Sides
 
-KINDS = ("LT", "LN", "CT", "LCT")
+APPROACH_WORDS = ("LT", "LN", "CT", "LCT")
 
 
 class Approach(NamedTuple):
@@ -82,13 +82,13 @@ def _approach(
     t = tangent(piece, piece.start)
     n = left_normal(t) if side.side == "left" else (t[1], -t[0])
     if approach.kind == "LT":
-        line = _to_help_point(move, along(piece.start, t, -approach.length), block)
+        line = _to_help_point(move, moved_along(piece.start, t, -approach.length), block)
         return [*((m, side) for m in line), (_last(move, line, piece.start), side)]
     if approach.kind == "LN":
-        line = _to_help_point(move, along(piece.start, n, approach.length + side.radius), block)
+        line = _to_help_point(move, moved_along(piece.start, n, approach.length + side.radius), block)
         return [*((m, None) for m in line), (_last(move, line, piece.start), side)]
-    target = along(piece.start, n, side.radius)
-    centre = along(target, n, approach.radius)
+    target = moved_along(piece.start, n, side.radius)
+    centre = moved_along(target, n, approach.radius)
     ccw = (side.side == "left") == (approach.radius > 0)
     if approach.kind == "CT":
         help_point = _turn(target, centre, -approach.angle if ccw else approach.angle)
@@ -130,15 +130,15 @@ def depart(
     piece = piece_of(last)
     t = tangent(piece, piece.end)
     n = left_normal(t) if side.side == "left" else (t[1], -t[0])
-    leave = along(piece.end, n, side.radius)
+    leave = moved_along(piece.end, n, side.radius)
 
     def space(v: Vec) -> Point:
         return in_space(last.plane, v, height)
 
     if departure.kind in ("LT", "LN"):
-        end = along(leave, t if departure.kind == "LT" else n, departure.length)
+        end = moved_along(leave, t if departure.kind == "LT" else n, departure.length)
         return [(space(leave), space(end), None, None)]
-    centre = along(leave, n, departure.radius)
+    centre = moved_along(leave, n, departure.radius)
     ccw = (side.side == "left") == (departure.radius > 0)
     if departure.kind == "CT":
         end = _turn(leave, centre, departure.angle if ccw else -departure.angle)

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from vcmm.program.area import Area, Stroke, area
-from vcmm.program.contouring import beside, flat, is_closed, pieces, reverse
+from vcmm.program.contouring import flat, is_closed, offset_contour, pieces, reverse
 from vcmm.program.cycle_tables import Cycle, cycle
 from vcmm.program.drilling import Hole, depths_of
 from vcmm.program.faults import BlockFault
@@ -181,7 +181,7 @@ class ContourCycles:
 
 
 def along(c: MachiningCycle, contours: SidedContours) -> None:
-    """Run cycles 24 and 25: each contour in its infeeds."""
+    """Mill each contour in its infeeds (cycles 24, 25)."""
     for path, side in contours:
         _follow(c, path, side)
 
@@ -195,7 +195,7 @@ def _follow(c: MachiningCycle, path: list[Move], side: str | None) -> None:
     """Mill one contour in its infeeds."""
     closed = is_closed(path)
     left = c.mm("Q14") if c.number == "24" else c.mm("Q3")
-    made = beside(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)
+    made = offset_contour(path, side, c.radius() + left, HEIDENHAIN, c.recorder.file, closed)
     sense = round(c.plain("Q9" if c.number == "24" else "Q15", 1.0))
     if side is not None and sense == (-1 if side == "left" else 1):
         made = reverse(made)

@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 
 from vcmm.program.faults import BlockFault
-from vcmm.program.free_contour import MOST, FreeContour, travel_angle
+from vcmm.program.free_contour import MOST_CONTOURS, FreeContour, travel_angle
 from vcmm.program.free_search import TooMany, Undetermined, contours
 from vcmm.program.heidenhain.free_words import FreeBlock, FreeKnown, FreeWords, merge
 from vcmm.program.heidenhain.paths import KlartextPaths
@@ -183,7 +183,7 @@ class FreeContours(FreeKnown):
         r.source = rows[at].source
         ends = [_marks(c, at)[0] for c in candidates]
         by_end = any(math.dist(p, ends[0]) > 1e-6 for p in ends if p is not None and ends[0] is not None)
-        many = f"{len(candidates)} or more" if len(candidates) >= MOST else str(len(candidates))
+        many = f"{len(candidates)} or more" if len(candidates) >= MOST_CONTOURS else str(len(candidates))
         places = sorted({_end_text(c, at, r.unit, by_end) for c in candidates})
         chosen = "; FSELECT counts them in an order of the control that no manual states" if selected else ""
         some = ", ".join(places[:6]) + (" ..." if len(places) > 6 else "")

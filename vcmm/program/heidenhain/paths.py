@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from vcmm.program.chords import arc_or_chords
-from vcmm.program.heidenhain.approach import KINDS, Approach, ApproachBlock, depart, resolve
+from vcmm.program.heidenhain.approach import APPROACH_WORDS, Approach, ApproachBlock, depart, resolve
 from vcmm.program.heidenhain.orienting import by_spatial_angles, retracting, settling
 from vcmm.program.heidenhain.technology import KlartextTechnology
 from vcmm.program.heidenhain.text import KlartextBlock, KlartextReader
@@ -313,7 +313,7 @@ class KlartextPaths(KlartextTechnology):
         """Return the kind LT LN CT LCT, or with P before it, where the point is given by PR and PA."""
         kind = reader.upper()
         base = kind[1:] if kind[:1] == "P" else kind
-        if base not in KINDS:
+        if base not in APPROACH_WORDS:
             raise reader.fault(
                 f"{what} takes LT, LN, CT or LCT{f', {kind} is not understood' if kind else ''}"
             )

@@ -15,7 +15,7 @@ from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
 from vcmm.program.moves import Point
 
-STILL = 1e-9  # mm
+NO_MOTION_MM = 1e-9  # mm
 _C_AXIS = re.compile(
     r"G12\.1|G112|G0?7\.1|G107|G28[^\n]*[CH]|G0+(?!\d)[^\n]*C[ \t]*[-+.\d]|^[ \t]*(?:N\d+[ \t]*)?(?:G0?1[ \t]*)?[CH][ \t]*[-+.\d]",
     re.MULTILINE | re.IGNORECASE,
@@ -98,7 +98,7 @@ def _c_is_axis(c: IsoControl, w: IsoWords) -> bool:
 
 def cut_corner(c: IsoControl, start: Point, letter: str, size: float, column: int) -> None:
     """Cut the chamfer at the end of the move that was made. The sign is the way of the next block: I along X, K along Z, C along the other."""
-    moved = [abs(c.p[i] - start[i]) > STILL for i in (0, 2)]
+    moved = [abs(c.p[i] - start[i]) > NO_MOTION_MM for i in (0, 2)]
     if moved[0] == moved[1]:
         raise BlockFault(
             column, f"{letter} is a chamfer at the end of a cut along X alone or Z alone; write ,C for others"

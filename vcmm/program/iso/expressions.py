@@ -20,7 +20,7 @@ from vcmm.program.expressions import (
     power,
     round_half_up,
     to_degrees,
-    whole,
+    whole_number,
 )
 from vcmm.program.faults import BlockFault
 from vcmm.program.tokens import Token
@@ -38,7 +38,7 @@ class Parameters(Protocol):
 
 
 def _bits(function: Callable[[int, int], int]) -> Callable[[float, float], float]:
-    return lambda x, y: float(function(whole(x, "a bit pattern"), whole(y, "a bit pattern")))
+    return lambda x, y: float(function(whole_number(x, "a bit pattern"), whole_number(y, "a bit pattern")))
 
 
 _LEVELS = {
@@ -62,8 +62,8 @@ _FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # angles in degrees
 }  # fmt: skip
 _TOWARDS_ZERO: dict[str, tuple[int, Callable[..., float]]] = {
     "FIX": (1, math.trunc), "FUP": (1, away_from_zero), "POW": (2, power), "ADP": (1, lambda x: x),
-    "BCD": (1, lambda x: float(int(str(whole(x, "the argument of BCD")), 16))),
-    "BIN": (1, lambda x: float(f"{whole(x, 'the argument of BIN'):x}")),
+    "BCD": (1, lambda x: float(int(str(whole_number(x, "the argument of BCD")), 16))),
+    "BIN": (1, lambda x: float(f"{whole_number(x, 'the argument of BIN'):x}")),
 }  # fmt: skip
 _LIKE_DIVIDEND = {
     "MOD": math.fmod
@@ -160,7 +160,9 @@ class IsoExpressions(ExpressionReader):
             return lambda variables: variables.variable(target)
         if callable(target):
             index = target
-            return lambda variables: variables.number(whole(index(variables), "the number of a parameter"))
+            return lambda variables: variables.number(
+                whole_number(index(variables), "the number of a parameter")
+            )
         fixed = int(target)
         return lambda variables: variables.number(fixed)
 

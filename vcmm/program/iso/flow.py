@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vcmm.program.expressions import Value, evaluate, whole
+from vcmm.program.expressions import Value, evaluate, whole_number
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.blocks import Assign, IsoFlow
 from vcmm.program.iso.control import IsoControl
@@ -213,7 +213,7 @@ def o_word(r: IsoRunner, flow: IsoFlow, here: int) -> None:
     label = (
         flow.label
         if isinstance(flow.label, str)
-        else str(whole(r.compute(flow.label, flow.column), "the label"))
+        else str(whole_number(r.compute(flow.label, flow.column), "the label"))
     )
     _O_WORDS[flow.kind](r, flow, label, here)
 

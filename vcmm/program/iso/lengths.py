@@ -11,7 +11,7 @@ from vcmm.program.iso.codes import IsoWords
 from vcmm.program.iso.control import IsoControl
 from vcmm.program.levels import pass_over
 from vcmm.program.moves import Point
-from vcmm.program.sensible import lacking
+from vcmm.program.sensible import missing_axis_fault
 
 POINTLESS = 20.0  # mm: from here on a number without a point counts increments where all coordinates have one, and so do those beside it
 LENGTHS = "XYZUVWIJR"
@@ -98,7 +98,7 @@ def pass_over_axes(c: IsoControl, w: IsoWords) -> None:
 def need_axis(c: IsoControl, w: IsoWords, axis: str) -> None:
     """Refuse an axis that the machine of the set-up lacks: no control takes it."""
     if c.setup.axes is not None and axis not in c.setup.axes:
-        raise BlockFault(w.column(axis), lacking(c.setup.axes, axis))
+        raise BlockFault(w.column(axis), missing_axis_fault(c.setup.axes, axis))
 
 
 def rotary_target(c: IsoControl, w: IsoWords) -> Point:

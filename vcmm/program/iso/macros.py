@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from vcmm.program.expressions import Value, whole
+from vcmm.program.expressions import Value, whole_number
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.blocks import IsoFlow
 from vcmm.program.iso.codes import IsoWords
@@ -42,7 +42,7 @@ def macro(r: IsoRunner, flow: IsoFlow, here: int) -> None:
 
 
 def _goto(r: IsoRunner, value: Value, column: int, here: int) -> None:
-    number = whole(r.compute(value, column), "the block number of GOTO")
+    number = whole_number(r.compute(value, column), "the block number of GOTO")
     index = r.text.number(number, here)
     if index is None:
         raise BlockFault(column, f"GOTO {number}: this program has no block N{number}")

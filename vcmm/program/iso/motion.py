@@ -24,7 +24,7 @@ from vcmm.program.probing import leave, touch
 from vcmm.program.recorder import NO_TOOL
 
 CENTRE_WORDS = "IJK"
-TINY = 1e-12
+NO_LENGTH_MM = 1e-12
 FULL_CIRCLE = 1e-6  # rad: an arc that ends where it begins is a whole turn
 MOST_TURNS = 10_000
 CHORD = 0.001  # mm: how far straight lines may lie from the arc that they stand for
@@ -281,14 +281,14 @@ def _misfit(c: IsoControl, ends: ArcEnds, centre: list[float]) -> bool:
     r1, r2 = _radii(c, ends, centre)
     never, step, share = arc_limits(c)
     off = abs(r1 - r2)
-    return min(r1, r2) < TINY or off > never or (off > step and off > share * max(r1, r2))
+    return min(r1, r2) < NO_LENGTH_MM or off > never or (off > step and off > share * max(r1, r2))
 
 
 def _check_radii(c: IsoControl, ends: ArcEnds, centre: list[float]) -> None:
     first, second, _ = PLANES[c.plane]
     r1, r2 = _radii(c, ends, centre)
-    if r1 < TINY or r2 < TINY:
-        where = "start" if r1 < TINY else "end"
+    if r1 < NO_LENGTH_MM or r2 < NO_LENGTH_MM:
+        where = "start" if r1 < NO_LENGTH_MM else "end"
         c.fault(f"the centre of the arc lies on its {where} point: an arc of radius zero; check I J K")
     never, step, _ = arc_limits(c)
     off = abs(r1 - r2)
@@ -315,7 +315,7 @@ def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) 
     before, p, clockwise, named = ends
     dx, dy = p[first] - before[first], p[second] - before[second]
     chord = math.hypot(dx, dy)
-    if chord < TINY or not named:
+    if chord < NO_LENGTH_MM or not named:
         what = "an arc given by R must end elsewhere than it starts; give a full circle by I J K"
         if c.language.words == "macro" and not c.language.haas and not chord:
             what = "an arc given by R that ends where it starts is one of 0 degrees on a FANUC, which does not move; give a full circle by I J K, or remove the block"

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 
 from vcmm.core.errors import did_you_mean
-from vcmm.program.expressions import whole
+from vcmm.program.expressions import whole_number
 from vcmm.program.faults import BlockFault
 from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.offsets import OFFSETS, further
@@ -88,7 +88,7 @@ class ParameterTable:
                 )
             (self.named_common if target.startswith("_") else self.named_locals[-1])[target] = value or 0.0
             return
-        index = whole(target, "the number of a parameter")
+        index = whole_number(target, "the number of a parameter")
         if index == 0 and self.macro:
             raise BlockFault(column, "#0 is always vacant and cannot be set")
         if index < 1 or index > (999999 if self.macro else 99999):

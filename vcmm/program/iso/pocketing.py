@@ -105,7 +105,8 @@ def _read(c: IsoControl, w: IsoWords, column: int) -> Values:
 def _subprogram(
     r: IsoRunner, number: int, here: int, column: int, run: Callable[[int], None]
 ) -> list[Move] | None:
-    """Return the moves of the contour in programmed coordinates; they do not change the state. None: it is nowhere, and told."""
+    """Return the moves of the contour in programmed coordinates; they do not change the state. None where the subprogram is
+    missing (a remark says so)."""
     c = r.c
     at, under = r.at, len(r.calls)
     with record_contour(c) as contour:

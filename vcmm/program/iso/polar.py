@@ -13,7 +13,7 @@ from vcmm.program.moves import PLANES
 
 def polar_ends(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, int]:
     """Read polar ends, G16: the first axis of the plane is a radius, the second an angle; with G91 the angle counts on, and a radius is one about
-    the position of the tool (FANUC B-64304EN, "polar coordinate command"). The axes that are settled by it."""
+    the position of the tool (FANUC B-64304EN, "polar coordinate command"). Return the axes that this sets."""
     first, second, _ = PLANES[c.plane]
     polar = c.polar
     assert polar is not None
@@ -32,7 +32,7 @@ def polar_ends(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, int]:
 
 def radial_ends(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, ...]:
     """Read polar ends: @ is the distance from the work zero, ^ the angle from X; the one that is missing is that of the point where the tool
-    stands, and with G91 both count on (LinuxCNC, G code overview, "polar coordinates"). The axes that are settled by it."""
+    stands, and with G91 both count on (LinuxCNC, G code overview, "polar coordinates"). Return the axes that this sets."""
     if not (w.has("@") or w.has("^")):
         return ()
     column = w.column("@" if w.has("@") else "^")

@@ -224,7 +224,7 @@ def _web(m: MacroCall) -> Findings:
 
 
 _ALL, _DEPTH = "Q=overtravel mm?, S=offset plain?, F=feed mm", "Z=depth mm?, R=clear mm?"
-_CALIBRATE, _NOTHING = Macro(cycle(_ALL, _calibrate)), Macro(cycle(_ALL, _switch))
+_CALIBRATE, _SWITCH = Macro(cycle(_ALL, _calibrate)), Macro(cycle(_ALL, _switch))
 _CORNER = f"X mm!, Y mm!, I mm, J mm, {_ALL}"
 _CORNER_NEEDS = ("a corner takes X and Y, where it is expected",)
 MACROS: Mapping[int, Macro] = {
@@ -238,7 +238,7 @@ MACROS: Mapping[int, Macro] = {
         "P9821 takes D, the expected width, and A: the angle across it", "P9821 takes A: the angle from X+ across the pocket or web, in degrees")),
     9823: Macro(cycle(f"D=size mm!, A plain!, B plain!, C plain!, {_DEPTH}, {_ALL}", _three), (
         "P9823 takes D, the expected diameter, and A, B, C: the angles of its three points", "P9823 takes A, B and C: the angles of its three points, in degrees")),
-    9832: _NOTHING, 9833: _NOTHING,
+    9832: _SWITCH, 9833: _SWITCH,
     9843: Macro(cycle(f"X mm?, Y mm?, D=apart mm?, A=angle plain?, {_ALL}", _angle)),
 }  # fmt: skip
 LATER: Mapping[int, str] = {

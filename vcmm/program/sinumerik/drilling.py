@@ -17,11 +17,10 @@ from vcmm.program.sinumerik.flow import SinumerikRunner
 from vcmm.program.sinumerik.state import SinumerikControl
 
 CHIP_BREAK = 1.0  # mm of retraction with VARI=0
-AHEAD, AHEAD_SHARE, AHEAD_MOST = (
-    0.6,
-    50,
-    7.0,
-)  # mm before the depth reached: CYCLE83 with VARI=1; depth / 50 above 30 mm
+# mm before the depth reached: CYCLE83 with VARI=1; depth / 50 above 30 mm
+AHEAD = 0.6
+AHEAD_SHARE = 50
+AHEAD_MOST = 7.0
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """State of a Sinumerik program: R parameters, variables of all types, arrays, system variables.
 
 Source: Siemens, SINUMERIK 840D sl / 828D, Programming Manual Job Planning, "Flexible NC programming"; List Manual System Variables.
-What only the machine or the caller knows (machine data, inputs, global user data) is taken as zero, and told.
+What only the machine or the caller knows (machine data, inputs, global user data) is taken as zero, with a remark.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ARITHMETIC: Mapping[str, Callable[[Any], float]] = {
     "STRLEN": lambda s: float(len(str(s))), "NUMBER": lambda s: float(str(s)), "ISNUMBER": lambda s: float(_is_number(str(s))),
     "ISAXIS": lambda n: float(1 <= (n or 0) <= 3),
 }  # fmt: skip
-SAME: Mapping[str, Callable[[Any], str]] = {
+TEXT_FUNCTIONS: Mapping[str, Callable[[Any], str]] = {
     "AXNAME": lambda s: str(s).upper(), "AXSTRING": str, "TOUPPER": lambda s: str(s).upper(), "TOLOWER": lambda s: str(s).lower(),
 }  # fmt: skip
 MEASURING = frozenset(  # global user data of the measuring cycles, which a program sets before a call
@@ -169,8 +169,8 @@ class SinumerikMemory:
                 return ARITHMETIC[name](arguments[0])
             except ValueError:
                 raise BlockFault(column, f'"{arguments[0]}" is no number') from None
-        if arguments and name in SAME:
-            return SAME[name](arguments[0])
+        if arguments and name in TEXT_FUNCTIONS:
+            return TEXT_FUNCTIONS[name](arguments[0])
         if name in FRAME_FUNCTIONS:
             return self.frame(name, arguments, column)
         if self.recorder.setup.strict:

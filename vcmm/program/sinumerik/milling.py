@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from vcmm.program.clearing import PathPiece, rectangle, rows
-from vcmm.program.contouring import Flat, beside, flat, pieces, tangent
+from vcmm.program.contouring import Flat, flat, offset_contour, pieces, tangent
 from vcmm.program.cutter import CycleCutter, equal_depths
 from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import depths_of, whole_count
@@ -49,7 +49,7 @@ def mill_contour(m: MillingCall, v: Values) -> None:
     rough = v.number("VARI") % 10 == 1
     side, side_of = SIDES.get(v.number("RL")), v.number("RL")
     tool = c.radius("CYCLE72")
-    path = beside(moves[1:], side, tool + (v["FAL"] if rough else 0.0), SINUMERIK, r.file)
+    path = offset_contour(moves[1:], side, tool + (v["FAL"] if rough else 0.0), SINUMERIK, r.file)
     m.note(
         "how far approach and retraction begin",
         "LP1 and LP2 from the edge of the tool (line), radius of the path of its centre (arc)",

@@ -30,7 +30,7 @@ from vcmm.program.expressions import (
     number,
     round_half_up,
     to_degrees,
-    whole,
+    whole_number,
 )
 from vcmm.program.faults import BlockFault
 from vcmm.program.frames import AffineMap
@@ -217,7 +217,9 @@ class SinumerikReader(ExpressionReader):
         inside = self.expression()
         self.expect("]", "after the number of the R parameter")
         column = token.column
-        return lambda variables: whole(number(inside, variables), "the number of a parameter", column, 1e-6)
+        return lambda variables: whole_number(
+            number(inside, variables), "the number of a parameter", column, 1e-6
+        )
 
     def read_name(self, token: Token) -> Value:
         """Return a constant, a variable, or a function with its arguments."""

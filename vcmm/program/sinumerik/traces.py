@@ -13,7 +13,7 @@ from vcmm.program.sinumerik.blocks import Item, SinumerikBlock
 from vcmm.program.sinumerik.text import SinumerikReader, lines_of
 from vcmm.program.tokens import Token
 from vcmm.program.trace import TextCut, WordAt
-from vcmm.program.tracer import plain, word_at, written_out
+from vcmm.program.tracer import is_plain_decimal, word_at, written_out
 
 _HEAD = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _WORD = re.compile(
@@ -127,7 +127,7 @@ def _replacement(runner: Running, item: Item, line: str, call: int) -> tuple[int
     if item.arguments is not None:
         return _arguments(runner, item, line)
     span = None if item.value is None else span_of(item, line)
-    if span is None or item.value is None or plain(line[span[0] - 1 : span[1] - 1]):
+    if span is None or item.value is None or is_plain_decimal(line[span[0] - 1 : span[1] - 1]):
         return None
     return span[0], span[1], written_out(number(item.value, runner))
 
@@ -166,7 +166,7 @@ def _arguments(runner: Running, item: Item, line: str) -> tuple[int, int, str] |
     spans: Sequence[tuple[int, int]] = argument_spans(item, line)
     texts = [line[a - 1 : b - 1] for a, b in spans]
     stays = [
-        not t or plain(t) or t.startswith('"') for t in texts
+        not t or is_plain_decimal(t) or t.startswith('"') for t in texts
     ]  # a text ("TC1" of CYCLE800) has no number
     if all(stays):
         return None

@@ -20,7 +20,7 @@ GROWTH, COARSE = 1.3, 1e-3
 ROUND = 2e-15
 NEWTON, SURE = 12, 1e-13  # steps on ramps; mm within which an entry must be proven to be taken
 # mm: from where Newton is trusted on arcs, and the thinnest stretch surely found on them
-SMALL, THIN = 1e-5, 1e-6
+SMALL_EXCESS, THIN = 1e-5, 1e-6
 
 
 @njit(**PLAIN)
@@ -55,7 +55,7 @@ def first_contact(
             s = good + step if good + step < bracket else 0.5 * (good + bracket)
         else:
             thin = min(thin * GROWTH, COARSE) if f < thin else THIN
-            s += 1.0001 * f / -rate if rate < -0.3 and f < SMALL else max(f, thin)
+            s += 1.0001 * f / -rate if rate < -0.3 and f < SMALL_EXCESS else max(f, thin)
         if s > s1 and bracket == NONE:
             if convex or good >= s1:
                 return False, s, u

@@ -18,7 +18,7 @@ from vcmm.shop.cutting._tool_kernels import NONE, PLAIN, implicit
 
 Array = NDArray[Any]
 BELOW = 64  # stretches below nominal that are kept for the question whether they connect
-NEAR = 0.05  # mm, half width of the window that is tried first
+FIRST_WINDOW_MM = 0.05  # mm, half width of the window that is tried first
 TOUCH = 1e-9  # mm, gap that still counts as connected
 SLACK = 1e-12  # mm, for the rounding of bounds
 
@@ -289,7 +289,7 @@ def search(
     for row in range(points.shape[0]):
         lists = (s[row], which[row], t[row], contact[row])
         for stage in range(2):
-            near, far = min(depth, NEAR), min(height, band + NEAR)
+            near, far = min(depth, FIRST_WINDOW_MM), min(height, band + FIRST_WINDOW_MM)
             if stage == 1:
                 near, far = depth, height
             begin_with(points[row], normals[row], first, trees, near, far, band, lists, work)

@@ -16,13 +16,13 @@ from vcmm.core.laws import Array
 from vcmm.shop.cutting.index import Index, build
 from vcmm.shop.cutting.sweeps import Sweep
 
-ROOM = 16  # stretches of material on one ray
-MOST = 4096  # places in which one ray may be cut, as in the kernel
+STRETCHES_PER_RAY = 16  # stretches of material on one ray
+MOST_CUTS_OF_RAY = 4096  # places in which one ray may be cut, as in the kernel
 
 
 @dataclass(frozen=True, eq=False)
 class Dexels:
-    """Material of a block. ends[d] (na, nb, ROOM, 2) mm along axis d from `low`, nan-filled; a, b = the other axes in order."""
+    """Material of a block. ends[d] (na, nb, STRETCHES_PER_RAY, 2) mm along axis d from `low`, nan-filled; a, b = the other axes in order."""
 
     low: Array  # (3,)
     high: Array  # (3,)
@@ -57,7 +57,7 @@ def carve(low: Array, high: Array, cell: float, sweep: Sweep | Index) -> Dexels:
 def _whole(size: Array, nodes: Array, axis: int) -> Array:
     """Return rays that no tool has cut."""
     first, second = (d for d in range(3) if d != axis)
-    out = np.full((int(nodes[first]), int(nodes[second]), ROOM, 2), np.nan)
+    out = np.full((int(nodes[first]), int(nodes[second]), STRETCHES_PER_RAY, 2), np.nan)
     out[:, :, 0] = 0.0, size[axis]
     return out
 
@@ -71,15 +71,15 @@ def _bundle(index: Index, low: Array, high: Array, size: Array, nodes: Array, ax
     origins[..., axis] = low[axis]
     return material_ends(
         index, origins.reshape(-1, 3), np.eye(3)[axis], float(high[axis] - low[axis])
-    ).reshape(*shape, ROOM, 2)
+    ).reshape(*shape, STRETCHES_PER_RAY, 2)
 
 
 def material_ends(index: Index, rays: Array, way: Array, length: float) -> Array:
-    """Return the stretches of rays (k, 3) along the unit vector `way`, `length` mm long, through which no tool passes: ends (k, ROOM, 2)
+    """Return the stretches of rays (k, 3) along the unit vector `way`, `length` mm long, through which no tool passes: ends (k, STRETCHES_PER_RAY, 2)
     mm from their start, nan-filled."""
     from vcmm.shop.cutting import _dexel_kernels as kernels
 
-    counts, out = np.zeros(len(rays), np.int64), np.full((len(rays), ROOM, 2), np.nan)
+    counts, out = np.zeros(len(rays), np.int64), np.full((len(rays), STRETCHES_PER_RAY, 2), np.nan)
     fixed = (
         index.frames, index.roots, index.group_tool, index.boxes, index.child, index.items, index.tools, index.tree, index.leaves,
     )  # fmt: skip
@@ -87,23 +87,25 @@ def material_ends(index: Index, rays: Array, way: Array, length: float) -> Array
         np.ascontiguousarray(rays), np.ascontiguousarray(way), length, *fixed, counts, out
     )
     name = "XYZ"[int(np.argmax(np.abs(way)))]
-    if most > MOST:
+    if most > MOST_CUTS_OF_RAY:
         raise ModelLimit(
-            f"carve: a ray along {name} is cut in {most} places, more than {MOST}; carve the program in parts"
+            f"carve: a ray along {name} is cut in {most} places, more than {MOST_CUTS_OF_RAY}; carve the program in parts"
         )
-    if counts.max(initial=0) > ROOM:
-        raise ModelLimit(f"carve: a ray along {name} has {counts.max()} pieces of material, more than {ROOM}")
+    if counts.max(initial=0) > STRETCHES_PER_RAY:
+        raise ModelLimit(
+            f"carve: a ray along {name} has {counts.max()} pieces of material, more than {STRETCHES_PER_RAY}"
+        )
     return out
 
 
 def both(first: Dexels, other: Dexels) -> Dexels:
-    """Return the material that is in both, of one block with the same rays. Raises ModelLimit where a ray has more pieces than `ROOM`."""
+    """Return the material that is in both, of one block with the same rays. Raises ModelLimit where a ray has more pieces than `STRETCHES_PER_RAY`."""
     x, y, z = (_common(a, b) for a, b in zip(first.ends, other.ends))
     return Dexels(first.low, first.high, first.cell, first.nodes, (x, y, z))
 
 
 def _common(first: Array, other: Array) -> Array:
-    """Return the pieces (na, nb, ROOM, 2) that two bundles of rays share."""
+    """Return the pieces (na, nb, STRETCHES_PER_RAY, 2) that two bundles of rays share."""
     used = [int(np.isfinite(e[..., 0]).sum(axis=2).max(initial=0)) for e in (first, other)]
     low = np.maximum(first[:, :, : used[0], None, 0], other[:, :, None, : used[1], 0])
     high = np.minimum(first[:, :, : used[0], None, 1], other[:, :, None, : used[1], 1])
@@ -112,10 +114,10 @@ def _common(first: Array, other: Array) -> Array:
     pieces = np.where(there[..., None], np.stack([low, high], axis=-1).reshape(*shape, 2), np.nan)
     order = np.argsort(pieces[..., 0], axis=2)  # nan comes last
     pieces = np.take_along_axis(pieces, order[..., None], axis=2)
-    if there.sum(axis=2).max(initial=0) > ROOM:
-        raise ModelLimit(f"carve: a ray has more than {ROOM} pieces of material")
+    if there.sum(axis=2).max(initial=0) > STRETCHES_PER_RAY:
+        raise ModelLimit(f"carve: a ray has more than {STRETCHES_PER_RAY} pieces of material")
     out = np.full_like(first, np.nan)
-    out[:, :, : min(ROOM, shape[2])] = pieces[:, :, :ROOM]
+    out[:, :, : min(STRETCHES_PER_RAY, shape[2])] = pieces[:, :, :STRETCHES_PER_RAY]
     return out
 
 
@@ -130,11 +132,11 @@ def sparser(dexels: Dexels, every: int) -> Dexels:
     return Dexels(dexels.low, dexels.low + nodes * size, size, nodes, (x, y, z))
 
 
-def inside(dexels: Dexels) -> Array:
+def nodes_in_material(dexels: Dexels) -> Array:
     """Return which nodes (nx, ny, nz) lie in material, by the rays along Z."""
     z = (np.arange(dexels.nodes[2]) + 0.5) * dexels.cell[2]
     is_inside = np.zeros(tuple(dexels.nodes), bool)
-    for k in range(ROOM):
+    for k in range(STRETCHES_PER_RAY):
         stretch = dexels.ends[2][:, :, k]
         is_inside |= (z >= stretch[..., :1]) & (z <= stretch[..., 1:])
     return is_inside
@@ -142,7 +144,7 @@ def inside(dexels: Dexels) -> Array:
 
 def surface(dexels: Dexels) -> tuple[Array, Array]:
     """Return the closed surface as vertices (v, 3) and triangles (f, 3), outward."""
-    solid = np.pad(inside(dexels), 1)
+    solid = np.pad(nodes_in_material(dexels), 1)
     total, number = np.zeros((*(s - 1 for s in solid.shape), 3)), np.zeros([s - 1 for s in solid.shape])
     quads = []
     for axis in range(3):
@@ -184,7 +186,7 @@ def _crossing(dexels: Dexels, edge: Array, axis: int, rising: Array) -> Array:
     """Return the distance from `low` along the axis at which the surface crosses each edge; its middle where the rays know of none."""
     first, second = (d for d in range(3) if d != axis)
     low = (edge[:, axis] - 0.5) * dexels.cell[axis]
-    ends = dexels.ends[axis][edge[:, first] - 1, edge[:, second] - 1]  # (e, ROOM, 2)
+    ends = dexels.ends[axis][edge[:, first] - 1, edge[:, second] - 1]  # (e, STRETCHES_PER_RAY, 2)
     wanted = np.where(rising[:, None], ends[..., 0], ends[..., 1])
     size = dexels.cell[axis]
     near = (wanted >= low[:, None] - 1e-9) & (wanted <= low[:, None] + size + 1e-9)

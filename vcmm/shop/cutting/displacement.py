@@ -12,7 +12,7 @@ from vcmm.core.laws import Array
 from vcmm.shop.cutting.sweeps import LINE, Sweep, pieces, position
 
 CHORD = 5e-5  # mm: 0.05 um
-MOST = 4096  # pieces of one move
+MOST_PIECES = 4096  # pieces of one move
 _INSIDE = np.array([0.25, 0.5, 0.75])
 
 Displacement = Callable[[Array, Array, Array], Array]
@@ -67,10 +67,10 @@ def knots(sweep: Sweep, field: Displacement, tolerance: float) -> Array:
         counts[open_] = np.ceil(
             counts[open_] * np.clip(np.sqrt(worst[more] / tolerance) * 1.1, 1.5, 8.0)
         ).astype(int)
-        if np.any(counts > MOST):
+        if np.any(counts > MOST_PIECES):
             bad = int(np.argmax(counts))
             raise ModelLimit(
-                f"displaced: move {sweep.move[bad]} would need more than {MOST} pieces for a chord of {tolerance * 1e3:.3g} "
+                f"displaced: move {sweep.move[bad]} would need more than {MOST_PIECES} pieces for a chord of {tolerance * 1e3:.3g} "
                 "um; the error changes too fast along it. Ask for a larger tolerance, or check the error for jumps."
             )
     return counts

@@ -28,7 +28,7 @@ from vcmm.shop.cutting.tools import SHAPES, parameters
 # centre 0:3, radius 3, axis 4:7, spread 7, radius of the tool 8 (negative: nothing there), 9: by how much a tip may lie below the point that is
 # held, 10: 1 where all tools are balls
 GROUP_COLUMNS = 11
-NOTHING = -1.0
+NO_NODE = -1.0
 
 
 def tree_of_groups(
@@ -37,11 +37,11 @@ def tree_of_groups(
     """Return (tree (2 m, GROUP_COLUMNS), leaves (m,)) of g groups, m the next power of two: node k has nodes 2k and 2k + 1, the leaves begin at m.
 
     frames (g, 3, 3): rows are the axes of each group, the tool's last; boxes (g, 6): of its tips there; radius (g,) mm; is_ball (g,): whole
-    ball noses; order (g,): of neighbours. A leaf without a group is 0, its node NOTHING.
+    ball noses; order (g,): of neighbours. A leaf without a group is 0, its node NO_NODE.
     """
     count = 1 << max(len(order) - 1, 0).bit_length()
     tree, leaves = np.zeros((2 * count, GROUP_COLUMNS)), np.zeros(count, np.int64)
-    tree[:, 8] = NOTHING
+    tree[:, 8] = NO_NODE
     leaves[: len(order)] = order
     nodes = tree[count : count + len(order)]
     ball = is_ball[order].astype(float)
@@ -84,7 +84,7 @@ def _join(left: Array, right: Array) -> Array:
 LEAF = 2  # pieces in a leaf of a tree
 COLUMNS = 23  # of `items`, see vcmm/shop/cutting/_tool_kernels.py
 QUARTER = np.pi / 2
-_SAME = 1e-12  # mm: rise below which a move is level
+_LEVEL_RISE_MM = 1e-12  # mm: rise below which a move is level
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,7 @@ def _items(parts: Sweep, frame: Array) -> Array:
     out = np.zeros((len(parts), COLUMNS))
     drift = np.zeros_like(parts.start) if parts.drift is None else parts.drift
     out[:, 0:3], out[:, 3:6] = in_frame(parts.start), in_frame(parts.end + drift)
-    level = np.abs(out[:, 5] - out[:, 2]) <= _SAME
+    level = np.abs(out[:, 5] - out[:, 2]) <= _LEVEL_RISE_MM
     out[level, 5] = out[level, 2]
     out[:, 22] = parts.tool
     rows = np.flatnonzero(parts.kind != LINE)
@@ -172,7 +172,7 @@ def _items(parts: Sweep, frame: Array) -> Array:
         out[rows, 15], out[rows, 16], out[rows, 17] = r0, r1, np.abs(arcs.turn)
         out[rows, 18:21] = np.einsum("mij,mj->mi", f, advance)
         upright = np.abs(out[rows, 11]) + np.abs(out[rows, 14]) <= 1e-14
-        plain = upright & (np.abs(r1 - r0) <= 1e-12) & (np.abs(advance).max(axis=1) <= _SAME)
+        plain = upright & (np.abs(r1 - r0) <= 1e-12) & (np.abs(advance).max(axis=1) <= _LEVEL_RISE_MM)
         out[rows, 21] = np.where(plain, 1.0, 2.0)
     return out
 

@@ -40,13 +40,14 @@ from vcmm.shop.motion.toolpath import CUTS
 NODES = 600  # along the longer side, of a map of heights
 RAYS = 100  # along the longest side, where rays are needed
 ROUGH = 1 / 16  # of the way between rays, by which a row may miss a tool that turns
-OFTEN, TURNED = (
-    0.5,
-    0.125,
-)  # of the radius of the tool, rad of an arc: spacing at which the engagement is sampled for forces
+# of the radius of the tool, rad of an arc: spacing at which the engagement is sampled for forces
+OFTEN = 0.5
+TURNED = 0.125
 TURN = 2.0 * np.pi
 MOST_PIECES = 200_000
-LEAST = 1e-3  # of what the whole program removes: less is the difference between two bundles of rays
+LEAST_REMOVED_SHARE = (
+    1e-3  # of what the whole program removes: less is the difference between two bundles of rays
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +193,7 @@ def _from_all_sides(
         "against what no feed move removes, shanks are not checked"
         + (", and no cutting forces are computed" if setup.material and met is None else "")
     ]
-    if through > LEAST * max(removed, 1.0):
+    if through > LEAST_REMOVED_SHARE * max(removed, 1.0):
         remarks.append(
             f"rapids run through the stock and remove {through:.3g} mm³ of it that no feed move would"
         )

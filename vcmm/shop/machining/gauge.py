@@ -14,13 +14,13 @@ from vcmm.task.measuring.plan import Plan, Step, Stylus
 from vcmm.task.measuring.strategies import Around, Even, Grid, Latitudes, Levels, Ring, plan_points
 
 GAUGE_TIP = 0.0  # mm: a point on the surface
-FAR = 1e7  # mm
+FAR_MM = 1e7  # mm
 OFF_AXIS = 0.05  # rad: points just where an axis turns round belong to neither sense
 
 
 def ideal_gauge() -> Machine:
     """Return a measuring machine without errors and without limits."""
-    axes = {letter: Axis(letter, (-FAR, FAR)) for letter in "XYZ"}
+    axes = {letter: Axis(letter, (-FAR_MM, FAR_MM)) for letter in "XYZ"}
     return Machine("ideal gauge", "cmm", parse_structure("w b X Y Z t"), axes)
 
 

@@ -25,7 +25,7 @@ from vcmm.shop.cutting.contactmap import Ints
 from vcmm.shop.machining.process import PreparedCut
 from vcmm.shop.machining.threads import ANGLES, asked_along, uncertainty_of
 
-SAME = 1e-6  # mm
+SAME_PLACE_MM = 1e-6  # mm
 NORMALS = np.array(
     [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
 )  # of the flanks, and of the floor
@@ -92,17 +92,21 @@ def flanks_of(job: PreparedCut) -> list[Flanks]:
 
 def _plunges(m: Move) -> bool:
     """Return whether a move goes towards the axis, square to it."""
-    return m.start[0] - m.end[0] > SAME and abs(m.end[2] - m.start[2]) < SAME
+    return m.start[0] - m.end[0] > SAME_PLACE_MM and abs(m.end[2] - m.start[2]) < SAME_PLACE_MM
 
 
 def _beside(flanks: Flanks, other: Flanks) -> bool:
-    return flanks.tool is other.tool and flanks.z[0] <= other.z[1] + SAME and other.z[0] <= flanks.z[1] + SAME
+    return (
+        flanks.tool is other.tool
+        and flanks.z[0] <= other.z[1] + SAME_PLACE_MM
+        and other.z[0] <= flanks.z[1] + SAME_PLACE_MM
+    )
 
 
 def _together(flanks: Flanks, new: Flanks) -> Flanks:
     """Combine plunges; the later one counts where both are at one flank."""
-    lower = new if new.z[0] <= flanks.z[0] + SAME else flanks
-    upper = new if new.z[1] >= flanks.z[1] - SAME else flanks
+    lower = new if new.z[0] <= flanks.z[0] + SAME_PLACE_MM else flanks
+    upper = new if new.z[1] >= flanks.z[1] - SAME_PLACE_MM else flanks
     return Flanks(flanks.tool, lower.lower, upper.upper, (lower.z[0], upper.z[1]))
 
 

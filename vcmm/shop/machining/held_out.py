@@ -40,7 +40,7 @@ PERIODS = (
     0.6,
     1.0,
 )  # of the range of an axis, of sines that a search may choose
-SMALL = 1e-12
+LEAST_COLUMN_SCALE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -119,9 +119,9 @@ def _evidence(precision: Array, q: Array, y: Array) -> Array:
 def _in_precision(precision: Array, columns: Array) -> Array:
     """Return the directions (n, k) of the columns with q^T P q = 1: a unit is a standard deviation of its size."""
     scale = np.sqrt((columns**2).sum(axis=0))
-    kept = columns[:, scale > SMALL] / scale[scale > SMALL]
+    kept = columns[:, scale > LEAST_COLUMN_SCALE] / scale[scale > LEAST_COLUMN_SCALE]
     value, vector = np.linalg.eigh(kept.T @ precision @ kept)
-    good = value > 1e-6 * max(float(value.max(initial=0.0)), SMALL)
+    good = value > 1e-6 * max(float(value.max(initial=0.0)), LEAST_COLUMN_SCALE)
     return np.asarray(kept @ vector[:, good] / np.sqrt(value[good]))
 
 

@@ -4,7 +4,7 @@ Seen along the tool a stock has no undercuts that matter to it, so for each stre
 heights in the frame of that tool: rays against its axis meet first the block as all moves before have left it. In it the moves of that stretch
 cut as with three axes, and the engagement (depth, angles of entry and exit) is what forces need. Rays are `NODES` along the longer side
 of the area that the stretch
-covers. A tool that tilts while it cuts has as many directions as blocks: beyond `MOST` there is no result.
+covers. A tool that tilts while it cuts has as many directions as blocks: beyond `MOST_DIRECTIONS` there is no result.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from vcmm.shop.cutting.stock import Removal, Stock, remove
 from vcmm.shop.cutting.sweeps import LINE, UP, Sweep, frames_of, pieces, position
 
 NODES = 300  # rays along the longer side of what one direction runs over
-MOST = 60  # directions one after another
-SAME = 1e-9  # of a unit vector
+MOST_DIRECTIONS = 60  # directions one after another
+SAME_DIRECTION = 1e-9  # of a unit vector
 CHORD = 0.1  # rad: its sagitta at 10 mm is 0.0125 mm
 FIELDS = ("volume", "axial", "radial", "enter", "leave")
 
 
 def directions(axis: Array) -> Ints:
     """Return the number of the stretch of one direction that each row with its axis (rows, 3) belongs to, (rows,)."""
-    turned = np.abs(np.diff(axis, axis=0)).max(axis=1, initial=0.0) > SAME
+    turned = np.abs(np.diff(axis, axis=0)).max(axis=1, initial=0.0) > SAME_DIRECTION
     return np.concatenate([[0], np.cumsum(turned)]).astype(np.intp)
 
 
@@ -37,7 +37,7 @@ def indexed_removal(
     low: Array, high: Array, whole: Sweep, rapid: Array, stretches: tuple[Sweep, Ints]
 ) -> Removal | None:
     """Return the engagement of each stretch of a sweep with the block between two corners (3,), workpiece axes; None where the tool cuts
-    in more than `MOST` directions.
+    in more than `MOST_DIRECTIONS` directions.
 
     whole, rapid (rows,): the sweep and its rows that cut nothing; stretches: its rows cut up, and the row of each. Of the answer only the
     columns count; its
@@ -48,7 +48,7 @@ def indexed_removal(
     straight, of = _chords(whole)
     feeds = np.flatnonzero(cuts[row])
     number = directions(sweep.axis[feeds]) if len(feeds) else np.zeros(0, dtype=np.intp)
-    if number.max(initial=0) >= MOST:
+    if number.max(initial=0) >= MOST_DIRECTIONS:
         return None
     columns = {name: np.zeros(len(sweep)) for name in FIELDS}
     last: Removal | None = None
@@ -129,7 +129,7 @@ def _first_met(rays: Array, way: Array, length: float, low: Array, high: Array, 
     """Return how far (k,) mm rays run along `way` until they meet the block after `before`; `length` where they meet nothing."""
     with np.errstate(divide="ignore", invalid="ignore"):
         slabs = np.stack([(low - rays) / way, (high - rays) / way])
-    flat = np.abs(way) < SAME
+    flat = np.abs(way) < SAME_DIRECTION
     inside = ((rays >= low) & (rays <= high)) | ~flat
     enters = np.where(flat, -np.inf, slabs.min(axis=0)).max(axis=1)
     leaves = np.where(flat, np.inf, slabs.max(axis=0)).min(axis=1)

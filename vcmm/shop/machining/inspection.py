@@ -19,7 +19,7 @@ from vcmm.shop.machining.preparation import other_unit
 from vcmm.shop.machining.probing import ProbedHere
 from vcmm.shop.machining.process import DEEPEST, GOUGE, HEIGHT, PreparedCut, Words, zeros
 from vcmm.shop.machining.result import expected_deviation
-from vcmm.task.measuring.cut_scenario import IDEAL, SAME
+from vcmm.task.measuring.cut_scenario import IDEAL, SAME_MACHINE
 from vcmm.task.measuring.plan import Plan, touches
 from vcmm.task.measuring.qualification import qualified_machine
 from vcmm.task.measuring.task import Task
@@ -81,7 +81,7 @@ def measuring_world(job: PreparedCut, plan: Plan, surface: CutSurface) -> Measur
         gauge = ideal_gauge()
         placed = touches(plan, job.pose, gauge)
         return Measuring(Task(gauge, scenario.part, plan, placed, (), np.zeros(placed.run.n)))
-    same = how.kind == SAME
+    same = how.kind == SAME_MACHINE
     if same and job.touched_zero is not None:
         raise ModelLimit(
             f'[inspection] machine = "same" reads from zeros that were set by hand, but line {job.touched_zero.touches[0].line} of the program probes them; '

@@ -19,6 +19,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.shop.cutting.envelope import UNCUT, CutSurface
 from vcmm.shop.machining.contact_path import surface_at, tool_side
+from vcmm.shop.machining.cut_world import Cutting
 from vcmm.shop.machining.gauge import gauge_plan
 from vcmm.shop.machining.grooves import grooves_of
 from vcmm.shop.machining.inspection import cut_points, measuring_world, unseen, with_uncut
@@ -28,8 +29,7 @@ from vcmm.shop.machining.process import GOUGE, PreparedCut
 from vcmm.shop.machining.recut import Recut, recut
 from vcmm.shop.machining.result import CutResult, Patch, batch, extremes, shares_by_group
 from vcmm.shop.machining.threads import threads_of
-from vcmm.shop.machining.world import Cutting
-from vcmm.task.measuring.cut_scenario import IDEAL, SAME, CutScenario
+from vcmm.task.measuring.cut_scenario import IDEAL, SAME_MACHINE, CutScenario
 from vcmm.task.measuring.task import Task
 
 MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
@@ -79,7 +79,7 @@ def cut(
     touches = task.touches
     again = recut(job, surface_at(job, touches.points, touches.normals, exact=False))
     reading = None
-    if scenario.inspection.kind == SAME:
+    if scenario.inspection.kind == SAME_MACHINE:
         reading = evaluate(task, settings, report, world)
         world = world.of_part()
     outcome = evaluate(task, settings, report, world, sharing)

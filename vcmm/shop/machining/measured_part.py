@@ -23,6 +23,7 @@ from vcmm.core.run import Array, Run
 from vcmm.part.gps import characteristics as gps
 from vcmm.shop.cutting.envelope import UNCUT
 from vcmm.shop.machining.contact_path import surface_at
+from vcmm.shop.machining.cut_world import Cutting
 from vcmm.shop.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.shop.machining.job import finished_part
 from vcmm.shop.machining.mismatch import LEAST_SCATTER, MismatchEntry, ObservedPoints, locate_mismatch
@@ -35,7 +36,6 @@ from vcmm.shop.machining.scatter_sizes import (
     with_scatter,
 )
 from vcmm.shop.machining.waves import Wave
-from vcmm.shop.machining.world import Cutting
 from vcmm.task.measuring.cut_scenario import IDEAL, OTHER, CutScenario
 from vcmm.task.measuring.plan import Plan, Step
 from vcmm.task.measuring.scenario import Scenario

@@ -26,13 +26,12 @@ from vcmm.shop.machining.waves import Wave, largest_wave, slow_courses
 Ints = npt.NDArray[np.intp]
 Words = npt.NDArray[np.str_]
 FALSE = 1e-3  # share of parts as predicted in which any entry is reported
-MOST = 6  # entries
-SAME_P_FACTOR = (
-    1e2  # times the least p: such covariates cannot be told apart, and the first of the list is named
-)
+MOST_ENTRIES = 6  # entries
+# times the least p: such covariates cannot be told apart, and the first of the list is named
+SAME_P_FACTOR = 1e2
 LEAST_SCATTER, MOST_SCATTER = 2e-5, 1.0  # mm: of a measured point
-ROOM = 8  # degrees of freedom that must be left beside all covariates
-SAME = 1e-9
+LEAST_FREEDOM = 8  # degrees of freedom that must be left beside all covariates
+SAME_VALUE_SHARE = 1e-9
 AXES = "XYZ"
 WAVE, NOTHING_ASKED = "wave in time", "nothing that was asked"
 
@@ -94,7 +93,7 @@ def locate_mismatch(points: ObservedPoints, *, rigid: bool = True, u_point: floa
     white, scatter, left = _whiten(points, every, u_point)
     out: list[MismatchEntry] = []
     taken, wave, tied = base, None, False
-    for _ in range(MOST):
+    for _ in range(MOST_ENTRIES):
         tested = [(_p(white, taken, c.columns, points.rest, left), c) for c in possible]
         waving = None if wave else _waving(points, white, taken, left)
         count = len(possible) + (waving is not None)
@@ -114,7 +113,7 @@ def locate_mismatch(points: ObservedPoints, *, rigid: bool = True, u_point: floa
         if not possible:
             break
     leads = bool(out) and out[0].covariate == WAVE and not tied
-    out += _left_over(points, white, taken) if left is None and len(out) < MOST else []
+    out += _left_over(points, white, taken) if left is None and len(out) < MOST_ENTRIES else []
     return Mismatch(tuple(out), scatter, wave if leads else None)
 
 
@@ -253,7 +252,7 @@ def _bends(points: ObservedPoints) -> Array:
 
 
 def _varies(values: Array) -> bool:
-    return bool(np.ptp(values) > SAME * max(1.0, float(np.abs(values).max())))
+    return bool(np.ptp(values) > SAME_VALUE_SHARE * max(1.0, float(np.abs(values).max())))
 
 
 def _centre(values: Array) -> Array:
@@ -281,14 +280,14 @@ def _fitting(possible: list[Covariate], points: ObservedPoints, rigid: bool) -> 
         beyond = _beyond(base, _scale_columns(covariate.columns))
         if beyond.shape[1]:
             kept.append(Covariate(covariate.name, covariate.words, _scale_columns(covariate.columns)))
-    while kept and len(points.rest) < _rank(base, kept) + ROOM:
+    while kept and len(points.rest) < _rank(base, kept) + LEAST_FREEDOM:
         single = [c for c in kept if c.name == "NC line"] or [
             c for c in kept if c.name == "place in the part"
         ]
         if not single:
             raise UsageError(
                 f"{len(points.rest)} measured points are too few to say where they depart from the prediction; measure at least "
-                f"{_rank(base, kept) + ROOM}"
+                f"{_rank(base, kept) + LEAST_FREEDOM}"
             )
         kept = [c for c in kept if c.name != single[0].name]
     return kept
@@ -300,7 +299,7 @@ def _rank(base: Array, kept: list[Covariate]) -> int:
 
 def _scale_columns(columns: Array) -> Array:
     size = np.sqrt((columns**2).mean(axis=0))
-    return np.asarray(columns[:, size > SAME] / size[size > SAME])
+    return np.asarray(columns[:, size > SAME_VALUE_SHARE] / size[size > SAME_VALUE_SHARE])
 
 
 def _beyond(base: Array, columns: Array) -> Array:

@@ -30,12 +30,12 @@ from vcmm.core.readable import Readable, Reading
 from vcmm.core.run import Array, Run
 from vcmm.part.gps import characteristics as gps
 from vcmm.part.part import Characteristic
+from vcmm.shop.machining.cut_world import Cutting
 from vcmm.shop.machining.job import cut, finished_part
 from vcmm.shop.machining.preparation import set_up
 from vcmm.shop.machining.process import PreparedCut
 from vcmm.shop.machining.result import CutResult
-from vcmm.shop.machining.world import Cutting
-from vcmm.task.measuring.cut_scenario import SAME, CutScenario
+from vcmm.task.measuring.cut_scenario import SAME_MACHINE, CutScenario
 from vcmm.task.measuring.fixture import Fixture, Freedom, pose_of, six_of
 
 BATCH = 64  # poses at once
@@ -187,7 +187,7 @@ def place_cut(
             "it at each place (vcmm cut)"
         )
     task, world, _ = finished_part(job)
-    if scenario.inspection.kind == SAME:
+    if scenario.inspection.kind == SAME_MACHINE:
         world = world.of_part()
     model = build(task, world)
     present = six_of(job.pose)

@@ -41,7 +41,7 @@ from vcmm.shop.motion.tool_centre import in_machine_axes
 from vcmm.shop.motion.toolpath import CUTS, Toolpath, toolpath
 from vcmm.task.measuring.cut_scenario import CutScenario
 
-FAR = 100.0  # times the travel
+FAR_TRAVELS = 100.0  # times the travel
 LOG_SLACK = 1.0  # s of the cycle time by which a log may be shorter: the way home
 
 
@@ -213,7 +213,7 @@ def _check_ends(scenario: CutScenario, program: Program) -> None:
         for i, letter in enumerate("XYZ"):
             axis = scenario.machine.axes.get(letter)
             q = move.end[i] + move.tool_offset[i]
-            if axis is not None and abs(q) > FAR * max(map(abs, axis.travel)):
+            if axis is not None and abs(q) > FAR_TRAVELS * max(map(abs, axis.travel)):
                 raise ModelLimit(
                     f"line {move.source.line} of the program is out of travel: axis {letter} = {q:.6g} mm, its travel is "
                     f"{axis.travel[0]:.6g} to {axis.travel[1]:.6g} mm; {_to_check(scenario, move)}"

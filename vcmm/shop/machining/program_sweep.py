@@ -16,11 +16,11 @@ from vcmm.program.setup import Tool
 from vcmm.shop.cutting import tools as shapes
 from vcmm.shop.cutting.sweeps import ARC, HELIX, LINE, UP, Sweep, check_sweep
 from vcmm.shop.machining.rotary import RotaryMotion
-from vcmm.shop.machining.rotary_sweep import STILL as STILL_TURNED
+from vcmm.shop.machining.rotary_sweep import NO_TURN_RAD as STILL_TURNED
 from vcmm.shop.machining.rotary_sweep import in_workpiece
 
 MOVING = ("rapid", "line", "arc", "thread")
-STILL = 1e-12  # mm
+NO_MOTION_MM = 1e-12  # mm
 
 
 def cutter(tool: Tool) -> shapes.Cutter:
@@ -96,7 +96,7 @@ def sweep_of_moves(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
 
 
 def _travels(move: Move) -> bool:
-    if move.centre is not None or math.dist(move.start, move.end) > STILL:
+    if move.centre is not None or math.dist(move.start, move.end) > NO_MOTION_MM:
         return True
     return max(abs(b - a) for a, b in zip(move.rotary_start, move.rotary_end)) > STILL_TURNED
 
@@ -132,5 +132,5 @@ def _arc(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, fl
         turn = 2 * math.pi
     turn += 2 * math.pi * (move.turns - 1)
     normal = tuple(1.0 if i == c else 0.0 for i in range(3))
-    kind = HELIX if abs(move.end[c] - move.start[c]) > STILL else ARC
+    kind = HELIX if abs(move.end[c] - move.start[c]) > NO_MOTION_MM else ARC
     return move.centre, normal, -turn if move.clockwise else turn, kind  # type: ignore[return-value]

@@ -40,10 +40,9 @@ from vcmm.shop.machining.states import moment, seconds_at
 from vcmm.shop.machining.tool_errors import ToolSide
 
 PIECES = 3.0  # rows to either side
-LOOKS, ROUNDS = (
-    9,
-    10,
-)  # 4^10: the share is found to 1e-6 of the window, the height, which is flat there, to rounding
+# 4^10: the share is found to 1e-6 of the window, the height, which is flat there, to rounding
+LOOKS = 9
+ROUNDS = 10
 ASTRAY = 0.02  # mm: an exact entry further off belongs to another side of the tool
 
 

@@ -19,15 +19,15 @@ SEARCH = 0.002  # mm: by which a row may miss the turning tool; what it finds is
 SEARCH_RAPID = 0.05  # mm: the same of rapids, which should touch nothing
 EVERY = 0.05  # rad of the rotary axes between two looks at the way
 LEAST_LOOKS = 16
-MOST = 2_000_000  # rows
-STILL = 1e-10  # rad
-SHORT = 1e-9  # mm: a row needs a length
+MOST_ROWS = 2_000_000  # rows
+NO_TURN_RAD = 1e-10  # rad
+LEAST_ROW_MM = 1e-9  # mm: a row needs a length
 SQUARE = 1e-9
 
 
 def turns(turned: Array) -> Bools:
     """Return the rows (m, 2, 3) whose rotary axes move."""
-    return np.asarray(np.abs(turned[:, 1] - turned[:, 0]).max(axis=1) > STILL)
+    return np.asarray(np.abs(turned[:, 1] - turned[:, 0]).max(axis=1) > NO_TURN_RAD)
 
 
 def in_workpiece(
@@ -115,9 +115,9 @@ def _counts(
 
 
 def _check_count(counts: Array, base: Sweep) -> None:
-    if counts.sum() > MOST:
+    if counts.sum() > MOST_ROWS:
         raise ModelLimit(
-            f"the turning moves of the program would need {counts.sum():.3g} pieces, more than {MOST:.0e}; most of them in its "
+            f"the turning moves of the program would need {counts.sum():.3g} pieces, more than {MOST_ROWS:.0e}; most of them in its "
             f"move {base.move[int(np.argmax(counts))] + 1}. Cut the program into parts and simulate them one by one"
         )
 
@@ -135,8 +135,8 @@ def _with_pieces(sweep: Sweep, motion: RotaryMotion, rows: Ints) -> Sweep:
         return tip + height * (direction - axis)
 
     start, end = tip_path(motion.first[rows]), tip_path(motion.last[rows])
-    short = np.linalg.norm(end - start, axis=1) < SHORT
-    end = end + np.where(short[:, None], SHORT * axis, 0.0)
+    short = np.linalg.norm(end - start, axis=1) < LEAST_ROW_MM
+    end = end + np.where(short[:, None], LEAST_ROW_MM * axis, 0.0)
     out = {
         name: getattr(sweep, name).copy()
         for name in ("start", "end", "centre", "normal", "turn", "kind", "axis")

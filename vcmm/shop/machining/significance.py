@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-TINY, LEAST_P = 1e-300, 1e-290
+LEAST_POSITIVE, LEAST_P = 1e-300, 1e-290
 
 
 def log_p(gain: float, m: int, left: tuple[float, int] | None) -> float:
@@ -18,14 +18,16 @@ def log_p(gain: float, m: int, left: tuple[float, int] | None) -> float:
 
     if left is None:
         p = float(stats.chi2.sf(gain, m))
-        tail = float((m / 2 - 1) * math.log(max(gain, TINY) / 2) - gain / 2 - special.gammaln(m / 2))
+        tail = float(
+            (m / 2 - 1) * math.log(max(gain, LEAST_POSITIVE) / 2) - gain / 2 - special.gammaln(m / 2)
+        )
     else:
         square, freedom = left
-        ratio = gain / m / max(square / freedom, TINY)
+        ratio = gain / m / max(square / freedom, LEAST_POSITIVE)
         p, a, b = float(stats.f.sf(ratio, m, freedom)), freedom / 2, m / 2
         y = freedom / (freedom + m * ratio)
         beta = float(special.betaln(a, b))
-        tail = a * math.log(max(y, TINY)) + b * math.log1p(-min(y, 0.5)) - math.log(a) - beta
+        tail = a * math.log(max(y, LEAST_POSITIVE)) + b * math.log1p(-min(y, 0.5)) - math.log(a) - beta
     return math.log(p) if p > LEAST_P else tail
 
 

@@ -31,12 +31,11 @@ from vcmm.shop.machining.states import later_in_batch, states_at
 from vcmm.shop.machining.tool_errors import ToolSide
 from vcmm.shop.machining.turning import turned_by
 
-PLACES, ANGLES = (
-    13,
-    12,
-)  # along the thread, and of the spindle at each: errors of the machine change over 10 mm and more
+# along the thread, and of the spindle at each: errors of the machine change over 10 mm and more
+PLACES = 13
+ANGLES = 12
 FLANKS = math.radians(60.0)
-SAME = 1e-6  # mm
+SAME_PLACE_MM = 1e-6  # mm
 
 
 @dataclass(frozen=True)
@@ -88,7 +87,7 @@ def last_passes(moves: tuple[Move, ...]) -> list[int]:
 def _is_same_pass(move: Move, other: Move) -> bool:
     lead = _lead(other)
     near = all(abs(a[2] - b[2]) < 2.0 * lead for a, b in ((move.start, other.start), (move.end, other.end)))
-    return near and move.tool == other.tool and abs(_lead(move) - lead) < SAME
+    return near and move.tool == other.tool and abs(_lead(move) - lead) < SAME_PLACE_MM
 
 
 def _lead(m: Move) -> float:

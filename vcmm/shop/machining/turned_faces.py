@@ -19,7 +19,11 @@ from vcmm.shop.machining.maps import net as usual_net
 from vcmm.shop.machining.turned_surface import Turning, turned_surface
 from vcmm.task.measuring.cut_scenario import IDEAL, CutScenario
 
-LOOKS, NEAR, FILLET = 400, 0.1, 0.01  # radii that are looked at; mm from nominal, and from the face itself
+LOOKS, NEAR_NOMINAL_MM, NEAR_FACE_MM = (
+    400,
+    0.1,
+    0.01,
+)  # radii that are looked at; mm from nominal, and from the face itself
 RINGS, AROUND, OFF = 4, 24, 0.05  # of the usual points of a face; rad, no point on an axis
 INSIDE = 0.1  # share of the width of the face that is kept from its edges
 
@@ -52,16 +56,16 @@ def radii(feature: Feature, pose: Pose, turning: Turning) -> tuple[float, float]
     normals = normal(feature, points)
     surface = turned_surface(turning, pose.apply(points), pose.turn(normals), 0.5, 0.5, 2.0)
     s = np.where(np.isfinite(surface.s), surface.s, np.inf)
-    there = np.abs(s) < NEAR
+    there = np.abs(s) < NEAR_NOMINAL_MM
     if there.any():
-        there &= np.abs(s - np.median(s[there])) < FILLET
+        there &= np.abs(s - np.median(s[there])) < NEAR_FACE_MM
     missing = np.flatnonzero(~there)
     if not there.any() or not there[-1]:
         return 0.0, outer
     if not len(missing):
         return 0.0, outer
     fillet = np.sqrt(
-        2.0 * max(tool.radius for tool in turning.sweep.tools) * FILLET
+        2.0 * max(tool.radius for tool in turning.sweep.tools) * NEAR_FACE_MM
     )  # the remainder from there
     edge = float(r[missing[-1]])
     return min(edge + float(fillet), 0.5 * (edge + outer)), outer

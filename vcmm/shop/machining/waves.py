@@ -17,13 +17,11 @@ import numpy as np
 from vcmm.core.run import Array
 
 STEPS = 3.0  # frequencies per 1 / duration: a wave between two of them loses a tenth of its gain at most
-LEAST_WAVES = (
-    3.0  # over the duration: a growth that levels off is half a wave, one that comes back a whole one
-)
+# over the duration: a growth that levels off is half a wave, one that comes back a whole one
+LEAST_WAVES = 3.0
 LEAST_POINTS = 30
-MOST_WORK = (
-    8e8  # points squared times frequencies: some seconds; more points are searched for long periods only
-)
+# points squared times frequencies: some seconds; more points are searched for long periods only
+MOST_WORK = 8e8
 CHUNK = 256
 RANK = 1e-9  # of the largest eigenvalue of the normal equations
 

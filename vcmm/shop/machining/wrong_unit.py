@@ -16,7 +16,7 @@ from vcmm.program.moves import Program
 from vcmm.program.reading import guess, read_bytes
 from vcmm.task.measuring.cut_scenario import CutScenario
 
-ENOUGH = 0.5  # share of the inspection points
+LEAST_POINT_SHARE = 0.5  # share of the inspection points
 CODES = {"G20": "G21", "G21": "G20", "G70": "G71", "G71": "G70", "G700": "G710", "G710": "G700"}
 NUMBERS = {"sinumerik": "70|71|700|710", "fanuc": "20|21|70|71"}  # others: 20|21; G70 of a lathe is a cycle
 _HEADER = re.compile(r"^(\s*\d*\s*(?:BEGIN|END) PGM .*?)\b(MM|INCH)\b", re.IGNORECASE | re.MULTILINE)
@@ -39,7 +39,7 @@ def unit_hint(scenario: CutScenario, hits: Hits) -> str:
         hit, count = hits(scenario, program)
     except VcmmError:
         return ""
-    if hit < ENOUGH * count:
+    if hit < LEAST_POINT_SHARE * count:
         return ""
     unit = UNITS.get(unit_code, "inches" if unit_code in ("G70", "G700") else "millimetres")
     wanted = "millimetres" if unit == "inches" else "inches"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vcmm.core._compile_kernels import njit
 
 Array = NDArray[Any]
-SAME = 1e-9
+SAME_SPEED_SHARE = 1e-9
 HALVINGS = 60
 
 
@@ -193,7 +193,7 @@ def plan_stretches(
             else:
                 slow, fastest = _ask(speed, low, high, most, size, e0, e1, need)
                 top = speed[slow]
-                if fastest <= top * (1 + SAME) or _both_lengths(v0, top, v1, need) >= s1 - s0:
+                if fastest <= top * (1 + SAME_SPEED_SHARE) or _both_lengths(v0, top, v1, need) >= s1 - s0:
                     count = _arch(out, count, s0, v0, s1, v1, top, need)
                 else:
                     m = _divide(kinds, spans, rows, m, edge, e0, e1, s0, v0, s1, v1, slow, top, need)

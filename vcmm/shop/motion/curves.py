@@ -19,7 +19,7 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.program.moves import PLANES, Move
 
-TINY = 1e-9  # mm: a move shorter than this is none
+LEAST_MOVE_MM = 1e-9  # mm: a move shorter than this is none
 MANY = 5_000  # places from which polynomials are compiled
 Ints = np.typing.NDArray[np.intp]
 FACTORS = np.array(
@@ -143,7 +143,7 @@ def curves_of(moves: Sequence[Move]) -> Curves:
     coefficients[:, 0], coefficients[:, 1] = start, end - start
     length = np.linalg.norm((end - start)[:, :3], axis=1)
     turning = np.linalg.norm(np.degrees((end - start)[:, 3:]), axis=1)
-    length = np.where(length > TINY, length, np.where(turning > TINY, turning, 0.0))
+    length = np.where(length > LEAST_MOVE_MM, length, np.where(turning > LEAST_MOVE_MM, turning, 0.0))
     arc = np.full(n, -1, dtype=np.intp)
     rows = np.array([i for i, m in enumerate(moves) if m.centre is not None], dtype=np.intp)
     arc[rows] = np.arange(len(rows))

@@ -24,12 +24,12 @@ from vcmm.core.run import Array
 from vcmm.program.limits import Limits
 from vcmm.program.moves import Move
 from vcmm.shop.motion.blend import blend_coefficients
-from vcmm.shop.motion.curves import TINY, Curves, Ints, largest_derivatives
+from vcmm.shop.motion.curves import LEAST_MOVE_MM, Curves, Ints, largest_derivatives
 from vcmm.shop.motion.joints import Joints
 
 Need = tuple[float, float, float, float, float]
 Phase = tuple[float, float, float, float, float]
-SAME = 1e-9  # relative difference of speeds that is none
+SAME_SPEED_SHARE = 1e-9  # relative difference of speeds that is none
 HALVINGS = 60
 
 
@@ -117,7 +117,7 @@ def plan_stretch(edge: Array, speed: Array, needs: Array, first: int, last: int)
         low = e0 + int(inside.argmin())
         top, most = float(speed[low]), needs[e0 : e1 + 1].max(axis=0).tolist()
         need: Need = (most[0], most[1], most[2], most[3], most[4])
-        whole = inside.max() <= top * (1 + SAME)
+        whole = inside.max() <= top * (1 + SAME_SPEED_SHARE)
         if whole or both_lengths(v0, top, v1, need) >= s1 - s0:
             out += arch(s0, v0, s1, v1, top, need)
             continue
@@ -177,7 +177,7 @@ def elements_of(
     lead = np.concatenate([np.zeros(min(n, 1)), joints.reach])
     begins = np.cumsum(curves_of_moves.length) - curves_of_moves.length
     straight = curves_of_moves.length - lead - np.concatenate([joints.reach, np.zeros(min(n, 1))])
-    kept = np.flatnonzero((straight > TINY) & ~smooth.whole)
+    kept = np.flatnonzero((straight > LEAST_MOVE_MM) & ~smooth.whole)
     corners, pieces = len(rounded), len(smooth.begin)
     kind = np.repeat([0, 0, 1], [len(kept), pieces, corners])  # a rounding comes after its move
     owner = np.concatenate([kept, smooth.move, rounded])

@@ -31,7 +31,7 @@ from vcmm.shop.motion.blend import (
     reach_of_blends,
     turns_back,
 )
-from vcmm.shop.motion.curves import TINY, Curves, Ints
+from vcmm.shop.motion.curves import LEAST_MOVE_MM, Curves, Ints
 from vcmm.shop.motion.smoothing import PathWishes, Pieces, crowded_joints, no_pieces, smooth_pieces
 
 HALVINGS = 60
@@ -178,7 +178,7 @@ def joints_of(
     feed = _feed(kept)
     reach = np.minimum(reach, needed_reach(turn, bend, np.minimum(feed[:-1], feed[1:]), limits))
     straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
-    stop |= ~straight & (reach < TINY)
+    stop |= ~straight & (reach < LEAST_MOVE_MM)
     reach = np.where(stop, 0.0, reach)
     chosen = crowded_joints(curves, reach, tolerance, stop)
     speed, alone = np.minimum(feed, _fastest(curves, limits)), np.where(chosen, 0.0, reach)

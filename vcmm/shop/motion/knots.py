@@ -14,7 +14,7 @@ from vcmm.shop.motion.curves import Curves, Ints, largest_derivatives
 from vcmm.shop.motion.timing import Timing
 
 Bools = np.typing.NDArray[np.bool_]
-NEAR = 1e-9  # s and mm: knots closer than this are one
+SAME_KNOT = 1e-9  # s and mm: knots closer than this are one
 MOST_KNOTS = 10_000_000  # rows of a path: about 4 GB with their columns
 HALVINGS = 50
 LOOKS = 8  # parts of a rounding that are searched for a change of sign, one in each
@@ -34,12 +34,12 @@ def knots_of(timing: Timing, step: float, chord: float) -> tuple[Array, Array, I
     special = np.concatenate([_turns(timing), timing.ends])
     s = np.concatenate([even, timing.phase[:, 0], special])
     owner = np.concatenate([of_element[element], timing.stretch, _stretch_of(timing, special, of_element)])
-    inside = (s > e.edge[timing.first][owner] + NEAR) & (s < e.edge[timing.last + 1][owner] - NEAR)
+    inside = (s > e.edge[timing.first][owner] + SAME_KNOT) & (s < e.edge[timing.last + 1][owner] - SAME_KNOT)
     s, owner = s[inside], owner[inside]
     order = np.lexsort((s, owner))
     s, owner = s[order], owner[order]
     time = times_at(timing, s)
-    near = (np.diff(time) <= NEAR) | ((np.diff(s) <= NEAR) & (np.diff(owner) == 0))
+    near = (np.diff(time) <= SAME_KNOT) | ((np.diff(s) <= SAME_KNOT) & (np.diff(owner) == 0))
     apart = np.ones(len(s), dtype=bool)
     apart[1:] = ~near
     return _with_ends(timing, s[apart], time[apart], owner[apart])

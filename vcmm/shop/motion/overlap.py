@@ -28,8 +28,8 @@ from vcmm.shop.motion.elements import Elements
 from vcmm.shop.motion.joints import Joints
 
 Bools = np.typing.NDArray[np.bool_]
-LEAST = 1e-5  # mm: an overlap over less of a move is none
-SAME = 1e-9  # share by which the jerk of an axis may be exceeded: rounding
+LEAST_OVERLAP_MM = 1e-5  # mm: an overlap over less of a move is none
+JERK_ROUNDING_SHARE = 1e-9  # share by which the jerk of an axis may be exceeded: rounding
 
 
 class StretchPlan(NamedTuple):
@@ -87,14 +87,14 @@ def _overlaps(plan: StretchPlan, curves: Curves, joints: Joints, limits: Limits)
     u1 = curves.at(joint, curves.length[joint], 1)
     u2, corner = curves.at(joint + 1, np.zeros(len(joint)), 1), curves.at(joint + 1, np.zeros(len(joint)))
     most = np.abs(u1 * j1[:, None] + u2 * j2[:, None])
-    able = lines & (j1 > 0) & (j2 > 0) & (most <= limits.jerk * (1 + SAME)).all(axis=1)
+    able = lines & (j1 > 0) & (j2 > 0) & (most <= limits.jerk * (1 + JERK_ROUNDING_SHARE)).all(axis=1)
     j1, j2 = np.where(able, j1, 1.0), np.where(able, j2, 1.0)
     ratio, size = np.cbrt(j1 / j2), np.linalg.norm((u2 - u1) * WEIGHT, axis=1)
     seconds = np.cbrt(6 * joints.tolerance[joint] / (np.maximum(size, 1e-300) * j2)) * (1 + ratio) / ratio
     for row, element, jerk in ((last, end, j1), (last + 1, begin, j2)):
         length = plan.elements.edge[element + 1] - plan.elements.edge[element]
         seconds = np.minimum(seconds, np.minimum(plan.phase[row, 4], np.cbrt(6 * length / jerk)))
-    kept = able & (np.minimum(j1, j2) * seconds**3 / 6 > LEAST)
+    kept = able & (np.minimum(j1, j2) * seconds**3 / 6 > LEAST_OVERLAP_MM)
     return _Overlaps(*(x[kept] for x in (stop, seconds, j1, j2, u1, u2, corner)))
 
 

@@ -31,7 +31,7 @@ from vcmm.program.moves import Posture
 from vcmm.shop.motion.tool_pose import by_letter, ends_of, rotary_of, tip_and_axis
 
 LEAST_TILT = 1e-12  # of the tool axis, rad
-STEPS, SMALL = 60, 1e-6
+STEPS, DIFFERENCE_STEP_RAD = 60, 1e-6
 STARTS = (0.0, 0.5 * np.pi, -0.5 * np.pi, np.pi)
 TURN = 2.0 * np.pi
 SLACK = 1e-9  # rad beyond a travel
@@ -195,9 +195,9 @@ def _is_free(machine: Machine, angle: Array, letters: list[int]) -> bool:
     """Return whether an axis may turn without turning the tool."""
     moved = np.tile(angle, (len(letters) + 1, 1))
     for row, letter in enumerate(letters, 1):
-        moved[row, letter] += SMALL
+        moved[row, letter] += DIFFERENCE_STEP_RAD
     directions = _direction(machine, moved)
-    return bool(np.linalg.norm(directions[1:] - directions[0], axis=1).min() < 1e-5 * SMALL)
+    return bool(np.linalg.norm(directions[1:] - directions[0], axis=1).min() < 1e-5 * DIFFERENCE_STEP_RAD)
 
 
 def _laid_along(machine: Machine, angle: Array, along: Array) -> Array | None:
@@ -232,12 +232,12 @@ def _newton(machine: Machine, axis: Array, start: Array, letters: list[int]) -> 
     for _ in range(STEPS):
         moved = np.tile(angle, (len(letters) + 1, 1))
         for row, letter in enumerate(letters, 1):
-            moved[row, letter] += SMALL
+            moved[row, letter] += DIFFERENCE_STEP_RAD
         directions = _direction(machine, moved)
         miss = axis - directions[0]
         if np.linalg.norm(miss) < LEAST_TILT * 10:
             return angle
-        slope = (directions[1:] - directions[0]).T / SMALL
+        slope = (directions[1:] - directions[0]).T / DIFFERENCE_STEP_RAD
         step = np.linalg.pinv(slope, rcond=1e-5) @ miss
         size = float(np.abs(step).max(initial=0.0))
         if size < 1e-14:

@@ -28,13 +28,12 @@ from vcmm.shop.motion.curves import Curves, Ints
 
 SHARP = 0.5  # rad: a turn above is a corner of its own
 CROWDED = 1.0 - 1e-9  # share of half a line from which its two roundings would meet
-ROUNDS, GROWTH, SHRINK = (
-    16,
-    1.4,
-    0.7,
-)  # of the search for h: it grows until the feed is carried, and shrinks into the tolerance
+# of the search for h: it grows until the feed is carried, and shrinks into the tolerance
+ROUNDS = 16
+GROWTH = 1.4
+SHRINK = 0.7
 LAST_ROUNDS = 60
-NEAR = 1e-9  # mm: breaks closer than this are one
+SAME_BREAK_MM = 1e-9  # mm: breaks closer than this are one
 LOOKS = (0.0, 0.25, 0.5, 0.75, 1.0)  # shares of a piece at which the deviation is looked at
 KEPT = 0.98  # share of the tolerance that may be used at the points that are compared
 ACCELERATION, JERK = 0.6, 0.5  # shares of the limits that bends may take (vcmm.shop.motion.timing)
@@ -209,8 +208,8 @@ def _path(rows: ShortLines, width: Array, kernel: bool = True, slopes: bool = Tr
     """Return the breaks of the sum of spread turns, and the path there; the search for widths needs no slopes, which are 0 then."""
     s, row, point = _breaks(rows, width)
     inside = np.flatnonzero((rows.joint >= 0) & (width > 0))
-    first = np.searchsorted(s, rows.s - width - NEAR, side="left")
-    last = np.searchsorted(s, rows.s + width + NEAR, side="right") - 1
+    first = np.searchsorted(s, rows.s - width - SAME_BREAK_MM, side="left")
+    last = np.searchsorted(s, rows.s + width + SAME_BREAK_MM, side="right") - 1
     spread = _Spread(s, rows.s[inside], width[inside], first[inside], last[inside], kernel)
     place = _moved_outwards(rows, width, spread.sum(_turns(rows, rows.place)[inside], 0), s)
     turn = _turns(rows, place)[inside]
@@ -222,14 +221,14 @@ def _path(rows: ShortLines, width: Array, kernel: bool = True, slopes: bool = Tr
 
 
 def _breaks(rows: ShortLines, width: Array) -> tuple[Array, Ints, Ints]:
-    """Return (s, row, point at or before) (b,) of the breaks: points, and where spread turns begin and end; those closer than NEAR are one."""
+    """Return (s, row, point at or before) (b,) of the breaks: points, and where spread turns begin and end; those closer than SAME_BREAK_MM are one."""
     inside = rows.joint >= 0
     s = np.concatenate([rows.s, (rows.s - width)[inside], (rows.s + width)[inside]])
     row = np.concatenate([rows.row, rows.row[inside], rows.row[inside]])
     between = np.repeat([False, True], [len(rows.s), 2 * int(inside.sum())])
     order = np.lexsort((between, s, row))
     s, row, between = s[order], row[order], between[order]
-    opens = np.append(True, (np.diff(s) >= NEAR) | (np.diff(row) != 0))
+    opens = np.append(True, (np.diff(s) >= SAME_BREAK_MM) | (np.diff(row) != 0))
     heap = np.cumsum(opens) - 1
     kept = ~between | (opens & (np.bincount(heap, weights=~between)[heap] == 0))
     s, row, between = s[kept], row[kept], between[kept]

@@ -20,7 +20,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.program.limits import AXES, Control, Limits, axis_limits
 from vcmm.program.moves import Move, Program
-from vcmm.shop.motion.curves import TINY, Curves, Ints, curves_of
+from vcmm.shop.motion.curves import LEAST_MOVE_MM, Curves, Ints, curves_of
 from vcmm.shop.motion.elements import Elements, elements_of, plan_stretches
 from vcmm.shop.motion.joints import Bools, Joints, Wish, joints_of
 from vcmm.shop.motion.overlap import StretchPlan, overlap_stops
@@ -110,7 +110,7 @@ class Timing:
     def move_at(self, s: Array, element: Ints) -> Ints:
         """Return the index in `moves` of the move at s (k,); a rounded corner belongs half to either."""
         owner = np.searchsorted(self.ends, s - 1e-12 * (1 + np.abs(s)), side="left")
-        before = np.searchsorted(self.ends, self.elements.edge[element] + TINY, side="right")
+        before = np.searchsorted(self.ends, self.elements.edge[element] + LEAST_MOVE_MM, side="right")
         out: Ints = self.moving[np.clip(np.maximum(owner, before), 0, len(self.moving) - 1)]
         return out
 
@@ -126,7 +126,7 @@ def plan_motion(
     control, limits = control or Control(), axis_limits(machine)
     curves = curves_of(moves)
     _check(moves, curves, limits)
-    moving = np.flatnonzero(curves.length > TINY)
+    moving = np.flatnonzero(curves.length > LEAST_MOVE_MM)
     moving_curves = _only(curves, moving)
     return _fastest(_Work(moves, moving, moving_curves, control, limits, kernel))
 
@@ -217,7 +217,7 @@ def _check(moves: Sequence[Move], curves: Curves, limits: Limits) -> None:
     amplitude = np.abs(curves.coefficients[:, 1])
     rows = np.flatnonzero(curves.arc >= 0)
     amplitude[rows] += np.hypot(curves.cosine, curves.sine)[curves.arc[rows]]
-    lost = np.argwhere(amplitude[:, absent] > TINY)
+    lost = np.argwhere(amplitude[:, absent] > LEAST_MOVE_MM)
     if len(lost):
         line, letter = moves[lost[0, 0]].source.line, AXES[absent[lost[0, 1]]]
         raise UsageError(

@@ -27,7 +27,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.program.moves import Move, Point, Posture, Remark
-from vcmm.program.sensible import lacking, without_axis
+from vcmm.program.sensible import missing_axis_fault, without_axis
 from vcmm.shop.motion.polar import led_path, polar_samples, swept_angle
 from vcmm.shop.motion.posture import rotary_position, swept_angles
 from vcmm.shop.motion.tool_pose import rotary_of, tip_and_axis, tip_as_at_zero
@@ -38,19 +38,18 @@ def check_axes(moves: Sequence[Move], machine: Machine, name: str) -> None:
     lacking_axis = without_axis(moves, machine.axes)
     if lacking_axis is not None:
         move, axis = lacking_axis
-        raise UsageError(f"{name}:{move.source.line}: {lacking(machine.axes, axis)}")
+        raise UsageError(f"{name}:{move.source.line}: {missing_axis_fault(machine.axes, axis)}")
 
 
 CHORD = 1e-5  # mm by which the axes may leave the led path between two points
 EVERY = 0.02  # rad of the rotary axes, or of an arc, between two looks at it
 LEAST_LOOKS = 4
-MOST = 2_000_000  # moves
-SWING, TILT = (
-    math.radians(10.0),
-    5.0,
-)  # an axis that turns by more, and that many times as far as the tool: near a singular position
-STILL = 1e-10  # rad
-SAME = 1e-9  # mm, or of a unit vector
+MOST_ROWS = 2_000_000  # moves
+# an axis that turns by more, and that many times as far as the tool: near a singular position
+SWING = math.radians(10.0)
+TILT = 5.0
+NO_TURN_RAD = 1e-10  # rad
+SAME_VECTOR = 1e-9  # mm, or of a unit vector
 
 
 @dataclass(eq=False)
@@ -92,9 +91,9 @@ def in_machine_axes(
     state = _beginning(moves, machine, name)
     for m in moves:
         _take_move(state, m)
-        if len(state.moves) > MOST:
+        if len(state.moves) > MOST_ROWS:
             raise ModelLimit(
-                f"{name}:{m.source.line}: more than {MOST:.0e} motions of the axes; simulate the program in parts"
+                f"{name}:{m.source.line}: more than {MOST_ROWS:.0e} motions of the axes; simulate the program in parts"
             )
     return tuple(state.moves), tuple(state.remarks)
 
@@ -114,7 +113,7 @@ def orient_moves(
         ends[i] = state.moves[before].rotary_start, state.moves[-1].rotary_end
     none = np.zeros((2 * len(moves), 3))
     axes = tip_and_axis(machine, none, ends.reshape(-1, 3), none)[1].reshape(-1, 2, 3)
-    turned = np.abs(ends).max(axis=(1, 2)) > STILL
+    turned = np.abs(ends).max(axis=(1, 2)) > NO_TURN_RAD
     out = [
         m._replace(
             rotary_start=_point(ends[i, 0]), rotary_end=_point(ends[i, 1]), tool_axis_start=_point(axes[i, 0]),
@@ -198,7 +197,7 @@ def _plain(state: Leading, m: Move) -> None:
         _bring_tool(state, m, _angle(state, m, np.array(m.tool_axis_end)))
         m = m._replace(rotary_end=_point(state.angle), tool_axis_start=None, tool_axis_end=None)
     start, angle = m.start if m.centre is not None else _point(state.tip), _programmed_angles(state, m)
-    if np.abs(angle - state.angle).max() > STILL:
+    if np.abs(angle - state.angle).max() > NO_TURN_RAD:
         state.last_posture = None
     end = np.array(m.end)
     stays = [i for i, a in enumerate("XYZ") if a in m.unmoved_axes and m.centre is None]
@@ -241,7 +240,7 @@ def _angle(state: Leading, m: Move, axis: Array) -> Array:
     now = tip_and_axis(state.machine, none[None], state.angle[None], none[None])[1][0]
     aim = _point(axis)
     is_chosen = m.posture is None or state.last_posture == (m.posture, aim)
-    if np.abs(now - axis).max() < SAME and is_chosen:
+    if np.abs(now - axis).max() < SAME_VECTOR and is_chosen:
         return state.angle
     angles = rotary_position(state.machine, axis, state.angle, m.posture)
     state.last_posture = None if m.posture is None else (m.posture, aim)
@@ -257,7 +256,7 @@ def _angle(state: Leading, m: Move, axis: Array) -> Array:
 
 def _bring_tool(state: Leading, m: Move, angle: Array) -> None:
     """Turn the rotary axes into a tilted plane while X, Y and Z rest, or keep the tip at its place on the workpiece (G53.6, MOVE)."""
-    if np.abs(angle - state.angle).max() <= STILL:
+    if np.abs(angle - state.angle).max() <= NO_TURN_RAD:
         return
     if m.posture is not None and m.posture.keeps_tip:
         offset = np.array(m.tool_offset)
@@ -306,7 +305,7 @@ def _samples(state: Leading, m: Move, target: Array, offset: Array) -> tuple[Arr
     angle, looks = _turning(state, m, target, share), count
     tip = tip_as_at_zero(state.machine, led_path(m, begin, share), angle, np.tile(offset, (count + 1, 1)))
     bend = np.linalg.norm(np.diff(tip, 2, axis=0), axis=1).max() * count**2  # of the whole move, mm
-    count = max(looks if m.sweeps and turned > STILL else 1, math.ceil(math.sqrt(bend / (8.0 * CHORD))))
+    count = max(looks if m.sweeps and turned > NO_TURN_RAD else 1, math.ceil(math.sqrt(bend / (8.0 * CHORD))))
     share = np.linspace(0.0, 1.0, count + 1)
     return share, led_path(m, begin, share), _turning(state, m, target, share)
 
@@ -314,7 +313,7 @@ def _samples(state: Leading, m: Move, target: Array, offset: Array) -> tuple[Arr
 def _turning(state: Leading, m: Move, target: Array, share: Array) -> Array:
     """Return the angles (k, 3) at shares (k,) of the path: in proportion to it, or so that the tool axis sweeps the plane of both directions."""
     angle = state.angle + share[:, None] * (target - state.angle)
-    if not m.sweeps or np.abs(target - state.angle).max() <= STILL:
+    if not m.sweeps or np.abs(target - state.angle).max() <= NO_TURN_RAD:
         return angle
     angles = swept_angles(state.machine, state.angle, target, share)
     if angles is None:
@@ -362,9 +361,9 @@ def _feed(feed: float | None, way: float, run: float, turn: float) -> float | No
     """Return the feed of the axes (mm/min; degrees per minute where X, Y, Z rest) that leads the tip along `way` mm at `feed`."""
     if feed is None:
         return None
-    if run < SAME:
-        return feed * turn / way if way > SAME else feed
-    return feed * run / way if way > SAME else feed * run / turn if turn > 0.0 else feed
+    if run < SAME_VECTOR:
+        return feed * turn / way if way > SAME_VECTOR else feed
+    return feed * run / way if way > SAME_VECTOR else feed * run / turn if turn > 0.0 else feed
 
 
 def _points(p: Array) -> list[Point]:

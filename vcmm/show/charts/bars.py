@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, plain, plain_label
+from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, canvas, carrying, plain_label, set_labels
 from vcmm.show.charts.inline import HINT
 from vcmm.show.report.palette import LIGHT
 from vcmm.show.report.text import DASH, align_decimals, number, shorten, text_width
@@ -112,7 +112,7 @@ def bars(
     drawn.set_xlim(low - before * reach, low + (1.0 - before) * reach)
     kind = {"square": ", share of u²", "linear": ", share", "none": ""}[share]
     drawn.axvline(0.0, color=LIGHT["rule"], linewidth=0.8)
-    plain(drawn, title, label or f"{unit}{kind}", "", grid="x")
+    set_labels(drawn, title, label or f"{unit}{kind}", "", grid="x")
     return carrying(drawn, chart="bars", unit=unit, names=names, values=values, total=total)
 
 
@@ -137,7 +137,7 @@ def waterfall(
     *,
     unit: str,
     title: str,
-    most: int = MOST,
+    most: int = MOST_BARS,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Plot standard contributions (name, u_i) added in quadrature (GUM 5.1.2), largest first; the last bar is `total`, the u of the table.
@@ -173,7 +173,7 @@ def waterfall(
     drawn.set_yticks(range(len(names)), [plain_label(n) for n in names])
     drawn.set_ylim(len(names) - 0.4, -0.6)
     drawn.set_xlim(0.0, 1.22 * max([total, *(h for _, _, h, _ in steps)], default=1.0) or 1.0)
-    plain(drawn, title, f"standard uncertainty, added in quadrature / {unit}", "", grid="x")
+    set_labels(drawn, title, f"standard uncertainty, added in quadrature / {unit}", "", grid="x")
     return carrying(
         drawn, chart="waterfall", unit=unit, names=[n for n, *_ in steps], values=[u for *_, u in steps],
         ends=[h for _, _, h, _ in steps], total=total,

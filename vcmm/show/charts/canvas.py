@@ -87,7 +87,7 @@ def add_title(ax: Any, title: str) -> Any:
     return ax
 
 
-def plain(ax: Any, title: str, x: str, y: str, grid: str = "both") -> Any:
+def set_labels(ax: Any, title: str, x: str, y: str, grid: str = "both") -> Any:
     """Set title, labels with units, and a quiet frame; return ax."""
     ax.set_xlabel(plain_label(x), fontsize=WORD, color=MUTED)
     ax.set_ylabel(plain_label(y), fontsize=WORD, color=MUTED)

@@ -20,8 +20,8 @@ from vcmm.show.charts.canvas import (
     as_data,
     canvas,
     carrying,
-    plain,
     plain_label,
+    set_labels,
 )
 from vcmm.show.report.palette import LIGHT, SERIES
 from vcmm.show.report.text import number, unit_word
@@ -96,7 +96,7 @@ def curve(
         for line in series
     ]
     drawn = carrying(drawn, chart="curve", x_label=x_label, y_label=y_label, series=numbers)
-    return plain(add_legend(drawn), title, x_label, y_label)
+    return set_labels(add_legend(drawn), title, x_label, y_label)
 
 
 def _draw(drawn: Axes, data: tuple[Array, ...], plot_series: PlotSeries, colour: str) -> None:
@@ -233,7 +233,9 @@ def positioning_band(
     drawn.set_xlim(place.min() - 0.03 * width, place.max() + 0.17 * width)
     drawn.ticklabel_format(useOffset=False)
     figures_text = ", ".join(f"{name} {number(v, 3)}" for name, v in figures.items())
-    plain(add_legend(drawn), f"{title}\n{figures_text} {unit} (ISO 230-2).", label, f"deviation / {unit}")
+    set_labels(
+        add_legend(drawn), f"{title}\n{figures_text} {unit} (ISO 230-2).", label, f"deviation / {unit}"
+    )
     return carrying(
         drawn, chart="positioning", unit=unit, figures=dict(figures), targets=place, mean_up=mean[0], mean_down=mean[1],
         band_up=spread[0], band_down=spread[1], spans=ends,

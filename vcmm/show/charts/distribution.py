@@ -11,7 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import DataError
-from vcmm.show.charts.canvas import MUTED, TICK, ChartSheet, add_legend, canvas, carrying, plain, plain_label
+from vcmm.show.charts.canvas import (
+    MUTED,
+    TICK,
+    ChartSheet,
+    add_legend,
+    canvas,
+    carrying,
+    plain_label,
+    set_labels,
+)
 from vcmm.show.report.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -66,7 +75,7 @@ def distribution(
                 label=plain_label(name),
             )
     drawn.ticklabel_format(axis="x", useOffset=False)
-    plain(add_legend(drawn), title, label or unit, f"density / (1/{unit})")
+    set_labels(add_legend(drawn), title, label or unit, f"density / (1/{unit})")
     return carrying(
         drawn, chart="distribution", unit=unit, interval=interval, limits=limits, marks=dict(marks or {})
     )
@@ -148,5 +157,5 @@ def boxes(
     drawn.axhline(0.0, color=LIGHT["rule"], linewidth=0.8, zorder=0.8)
     drawn.set_xticks(range(len(groups)), [f"{g:g}\n(n = {int((place == g).sum())})" for g in groups])
     drawn.set_xlim(-0.6, len(groups) - 0.4)
-    plain(add_legend(drawn), title, label, y_label, grid="y")
+    set_labels(add_legend(drawn), title, label, y_label, grid="y")
     return carrying(drawn, chart="boxes", groups=groups, quantiles=numbers)

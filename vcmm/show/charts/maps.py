@@ -19,8 +19,8 @@ from vcmm.show.charts.canvas import (
     as_data,
     canvas,
     carrying,
-    plain,
     plain_label,
+    set_labels,
 )
 from vcmm.show.report.colormap import Bands, bands
 from vcmm.show.report.palette import LIGHT
@@ -75,7 +75,7 @@ def heat_map(
         if np.isfinite([mx, my]).all():
             _mark(drawn, name, mx, my, mx > (xc[0] + xc[-1]) / 2)
     add_colour_bar(drawn, made, scale, unit)
-    plain(drawn, title, x_label, y_label, grid="")
+    set_labels(drawn, title, x_label, y_label, grid="")
     finite = data[np.isfinite(data)]
     least, most = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
     ends = {

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LONGEST = 0.12  # of the extent: the length of the largest arrow
 FLAT = 0.2  # of the longest edge: the shortest that is drawn
 TICKS = 6  # intervals of the longest edge
-ROOM = 0.76  # size of the box within the picture, so that labels are not cut
+BOX_SHARE = 0.76  # size of the box within the picture, so that labels are not cut
 NAME, NUMBER = 26.0, 9.0  # points from an edge to its name and its numbers, where the box is widest across
 TO_NAME, TO_NUMBER = 21.0, 8.0  # what matplotlib adds by itself
 LABELS = ("X / mm", "Y / mm", "Z / mm")
@@ -89,5 +89,5 @@ def _space(drawn: Any, title: str, places: Array) -> Any:
         getattr(drawn, f"set_{axis}label")(name, fontsize=8, labelpad=NAME / across - TO_NAME)
         getattr(drawn, f"{axis}axis").set_major_locator(MaxNLocator(max(1, round(TICKS * shown[i]))))
         drawn.tick_params(axis, labelsize=7, pad=NUMBER / across - TO_NUMBER)
-    drawn.set_box_aspect(shown, zoom=ROOM)
+    drawn.set_box_aspect(shown, zoom=BOX_SHARE)
     return add_title(drawn, title)

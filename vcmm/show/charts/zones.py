@@ -21,18 +21,18 @@ from vcmm.show.charts.canvas import (
     add_legend,
     canvas,
     carrying,
-    plain,
     plain_label,
+    set_labels,
 )
 from vcmm.show.report.palette import LIGHT
+from vcmm.show.report.text import as_written as as_given
 from vcmm.show.report.text import number, with_uncertainty
-from vcmm.show.report.text import plain as as_given
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 NAMES = {"good": "conformance zone", "warning": "uncertainty zone", "bad": "non-conformance zone"}
-ROOM = 0.14  # of what is shown, on both sides
+MARGIN_SHARE = 0.14  # of what is shown, on both sides
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def zones(
     is_finite = math.isfinite(value) and math.isfinite(expanded)
     reach = [e for v in limits for e in (v - guard, v + guard)]
     reach += [value, *bar] if is_finite else [value] if math.isfinite(value) else []
-    room = ROOM * (max(reach) - min(reach)) or max(abs(reach[0]), 1.0) * 0.1
+    room = MARGIN_SHARE * (max(reach) - min(reach)) or max(abs(reach[0]), 1.0) * 0.1
     ends = min(reach) - room, max(reach) + room
     drawn.set_xlim(*ends)
     drawn.set_ylim(0.0, 1.0)
@@ -111,7 +111,7 @@ def zones(
         verdict = f"{decision_text}{_where(span, limits, of) if span else _in_zone(value, parts)}"
     _ticks(drawn, limits, ends)
     drawn.set_yticks([])
-    plain(
+    set_labels(
         add_legend(drawn),
         f"{title}\n{verdict}",
         f"{'limits' if len(limits) == 2 else 'limit'} / {unit}",
@@ -201,7 +201,7 @@ def flatness_zone(
         drawn.axhline(level, color=LIGHT["c2"], linewidth=1.0, linestyle="--", label=name)
     drawn.plot(x, y, "o", color=LIGHT["c1"], markersize=4, label="points")
     drawn.margins(x=0.04, y=0.12)
-    plain(
+    set_labels(
         add_legend(drawn),
         f"{title}\nThe points take {number(high - low, 3)} µm.",
         "along the longer side / mm",
@@ -243,7 +243,7 @@ def position_zone(
     drawn.set_ylim(-reach, reach)
     drawn.set_aspect("equal")
     paid = f" less {number(paid_um, 3)} µm paid by the size" if paid_um > 0 else ""
-    plain(add_legend(drawn), f"{title}\n⌀ {number(whole, 3)} µm{paid}: {number(value, 3)} µm.", "off / µm", "off / µm")  # fmt: skip
+    set_labels(add_legend(drawn), f"{title}\n⌀ {number(whole, 3)} µm{paid}: {number(value, 3)} µm.", "off / µm", "off / µm")  # fmt: skip
     return carrying(
         drawn, chart="position", unit="µm", value=value, circle=whole, zone=zone_um, paid=paid_um, off=off
     )

@@ -9,9 +9,9 @@ from pathlib import Path
 from vcmm.core.errors import DataError, ModelLimit, OptionError, UsageError
 from vcmm.core.text import brief
 
-MOST = 20  # problems that are shown
+MOST_PROBLEMS = 20  # problems that are shown
 LONGEST = 800  # characters of one problem
-ROOM = 3800  # bytes of all of them, so that a message with its count stays under 4 kB
+MOST_BYTES = 3800  # bytes of all of them, so that a message with its count stays under 4 kB
 
 
 @contextmanager
@@ -40,8 +40,8 @@ def about(file: Path, table: str = "") -> Iterator[None]:
 def list_problems(problems: Sequence[str]) -> str:
     """Return the problems, one line each: at most 20 problems and 3.8 kB, then a count; control characters are spelled out."""
     lines: list[str] = []
-    left = ROOM
-    for problem in problems[:MOST]:
+    left = MOST_BYTES
+    for problem in problems[:MOST_PROBLEMS]:
         line = "vcmm: " + visible_text(brief(problem, LONGEST))
         left -= len(line.encode("utf-8", "replace")) + 1
         if left < 0 and lines:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "vcmm.evidence/1"
 EVIDENCE, DOCUMENT, FILES = "evidence.json", "document.json", "files"
-LARGEST, MOST = 1 << 30, 2000  # bytes unpacked, files: beyond that it is no evidence pack
+MOST_UNPACKED_BYTES, MOST_FILES = 1 << 30, 2000  # bytes unpacked, files: beyond that it is no evidence pack
 TOLERANCE = 1e-6  # relative: what other libraries on another computer may change
 ARCHIVE_ERRORS = (  # what zipfile and its decompressors raise of an archive that was spoilt
     zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError, NotImplementedError, ValueError, OverflowError,
@@ -169,9 +169,9 @@ def unpack_evidence(pack: Path, folder: Path) -> dict[str, Any]:
 
 def _check_members(pack: Path, archive: zipfile.ZipFile) -> None:
     infos = archive.infolist()
-    if len(infos) > MOST or sum(i.file_size for i in infos) > LARGEST:
+    if len(infos) > MOST_FILES or sum(i.file_size for i in infos) > MOST_UNPACKED_BYTES:
         raise DataError(
-            f"{pack}: more than {MOST} files or {LARGEST >> 30} GB unpacked; this is no evidence pack"
+            f"{pack}: more than {MOST_FILES} files or {MOST_UNPACKED_BYTES >> 30} GB unpacked; this is no evidence pack"
         )
     for i in infos:
         parts = PurePosixPath(i.filename.replace("\\", "/"))

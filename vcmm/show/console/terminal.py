@@ -128,15 +128,13 @@ def _plain(text: str) -> str:
     return text.replace("[", "\\[")
 
 
-BETWEEN, AROUND = (
-    3,
-    1,
-)  # characters that a column and the table take beside their text (rich, box SIMPLE_HEAD)
+# characters that a column and the table take beside their text (rich, box SIMPLE_HEAD)
+BETWEEN = 3
+AROUND = 1
 NAME, WORD = 16, 12  # a name is not shortened below this, a word is broken only beyond that
 HEADING = 3  # lines
-NUMBER = (
-    32  # longer than a number with its unit, or an interval of two: ready text that was not declared as words
-)
+# longer than a number with its unit, or an interval of two: ready text that was not declared as words
+NUMBER = 32
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from vcmm.task.response.joining import joined_record
 if TYPE_CHECKING:
     from vcmm.learn.calibration.acceptance import Figure
 
-MOST, DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots of one
+MOST_RECORDINGS, MOST_DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots of one
 
 
 def calibration_page(
@@ -40,7 +40,7 @@ def calibration_page(
     left = sorted(
         residuals(calibration).rows, key=lambda row: -rms(row.residual) / (rms(row.part.u) * row.noise.u)
     )
-    pictures = [scatter(row) for row in left[:MOST]]
+    pictures = [scatter(row) for row in left[:MOST_RECORDINGS]]
     blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)] + files_block(files)
     footer = (
         f"vcmm {__version__}. Over the travel rotations have the mean zero and straightness no least-squares line: the direction of travel is "
@@ -64,7 +64,7 @@ def calibration_page(
 
 def scatter(row: Residuals) -> str:
     """Return the residuals of one recording, reading by reading, over the band of its noise."""
-    step = 1 + (row.part.m - 1) // DOTS
+    step = 1 + (row.part.m - 1) // MOST_DOTS
     number = np.arange(row.part.m)[::step]
     unit = "µrad" if row.unit == "rad" else "µm"
     width = 1.96 * rms(row.part.u) * row.noise.u * row.scale

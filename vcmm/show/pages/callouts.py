@@ -11,7 +11,7 @@ import numpy as np
 from vcmm.show import charts as draw
 from vcmm.show.charts import Callout
 from vcmm.show.pages.view import feature_mesh
-from vcmm.show.report.answers import SMALL, STATE, is_about_value, places_of, signed_value
+from vcmm.show.report.answers import FINE_UNITS, STATE, is_about_value, places_of, signed_value
 from vcmm.show.report.meshes import creases
 from vcmm.show.report.scene_items import mesh_arrays
 
@@ -45,7 +45,7 @@ def callout_picture(
 
 
 def _callout(c: CharacteristicResult, spots: Sequence[Array]) -> Callout:
-    word, scale = SMALL[c.unit]
+    word, scale = FINE_UNITS[c.unit]
     verdict = "" if c.decision is None else c.decision.text
     deviation, expanded = (c.value - c.nominal) * scale, c.stated[0] * scale
     return Callout(

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vcmm.task.measuring.cut_scenario import CutScenario
 
 MOST_LISTED = 4000  # lines of a program beside its path
-MOST = 40_000  # pieces of a picture, about 2 MB
+MOST_PIECES = 40_000  # pieces of a picture, about 2 MB
 
 
 def compensation_page(result: CompensatedProgram, program: Path, proof: CutProof | None = None) -> str:
@@ -92,7 +92,7 @@ def _of_cut(scenario: CutScenario) -> FollowedPath:
 def _rest(paths: Sequence[FollowedPath]) -> str:
     """Return the sentence about moves that are not drawn."""
     most = max(len(p.move) for p in paths)
-    return f" The first {MOST} of {most} pieces." if most > MOST else ""
+    return f" The first {MOST_PIECES} of {most} pieces." if most > MOST_PIECES else ""
 
 
 def _lines(file: Path) -> list[str]:
@@ -105,13 +105,13 @@ def _lines_to_list(moving: Sequence[int], count: int) -> Sequence[int]:
 
 
 def _picture(path: FollowedPath, text: Sequence[str], name: str = "") -> PathPicture:
-    move, line = path.move[:MOST].tolist(), path.line[:MOST].tolist()
+    move, line = path.move[:MOST_PIECES].tolist(), path.line[:MOST_PIECES].tolist()
     moves = [path.moves[i] for i in move]
     at = path.points[: len(move) + 1]
     return PathPicture(
         points=[tuple(p) for p in at.tolist()], line=line, tool=[m.tool for m in moves],
         feed=[None if m.feed is None else round(m.feed, 3) for m in moves], rapid=[m.kind == "rapid" for m in moves],
-        error=[None if np.isnan(e) else 1e3 * e for e in path.error[:MOST].tolist()],
+        error=[None if np.isnan(e) else 1e3 * e for e in path.error[:MOST_PIECES].tolist()],
         text={n: text[n - 1].strip()[:100] for n in _lines_to_list(line, len(text))},
         view="lathe" if np.ptp(at[:, 1]) < 1e-9 else "space", name=name,
     )  # fmt: skip

@@ -16,7 +16,7 @@ from vcmm.show.report import blocks as r
 from vcmm.show.tables.answers import plan_answers
 from vcmm.show.tables.placement import curve
 from vcmm.show.tables.quantities import SMALL_SCALE
-from vcmm.show.tables.table import SMALL, html
+from vcmm.show.tables.table import FINE_UNITS, html
 
 if TYPE_CHECKING:
     from vcmm.answer.placing.planning import PlanPoint, PlanResult
@@ -47,7 +47,7 @@ def _curves(scenario: Scenario, result: PlanResult) -> list[str]:
     for name, unit in _units(scenario).items():
         if name not in result.choice.expanded:
             continue
-        word, scale = SMALL[unit], SMALL_SCALE[unit]
+        word, scale = FINE_UNITS[unit], SMALL_SCALE[unit]
 
         def dots(
             points: list[PlanPoint], title: str, line: bool, name: str = name, scale: float = scale

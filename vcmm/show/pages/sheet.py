@@ -21,7 +21,7 @@ from vcmm.show.pages.header import facts, hashes
 from vcmm.show.pages.uncertainty import MEASURED
 from vcmm.show.report import blocks as r
 from vcmm.show.tables.quantities import SMALL_SCALE
-from vcmm.show.tables.table import SMALL, ResultTable, html
+from vcmm.show.tables.table import FINE_UNITS, ResultTable, html
 from vcmm.show.tables.uncertainty import BUDGET, BudgetRow, budget_rows, not_added_up
 
 if TYPE_CHECKING:
@@ -66,9 +66,8 @@ def effective_dof(lines: Iterable[BudgetLine], u: float) -> float:
     return math.inf if rest == 0 or not math.isfinite(u) else u**4 / rest
 
 
-LEAST_SHIFT = (
-    0.05  # of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
-)
+# of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
+LEAST_SHIFT = 0.05
 
 
 def round_to_uncertainty(value: float, expanded: float) -> tuple[str, str]:
@@ -190,7 +189,7 @@ def _budget(c: CharacteristicResult) -> str:
     first, rest = shown_lines(sorted(budget_rows(c), key=lambda row: -row.line.u))
     columns = tuple(column for column in BUDGET if column.head != "varies per")
     table = ResultTable("", columns, first)
-    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    word, scale = FINE_UNITS[c.unit], SMALL_SCALE[c.unit]
     nu = effective_dof(c.budget, c.u)
     u_rest = r.number(math.hypot(*(row.line.u for row in rest)) * scale, 2)
     further = f"{len(rest)} further lines together {u_rest} {word} (all in budget.csv). " if rest else ""

@@ -41,7 +41,7 @@ from vcmm.show.report import blocks as r
 from vcmm.show.report.blocks import Lines, Points
 from vcmm.show.tables.quantities import SMALL_SCALE
 from vcmm.show.tables.stated import how_well_known
-from vcmm.show.tables.table import SMALL, ResultTable, html, on_page
+from vcmm.show.tables.table import FINE_UNITS, ResultTable, html, on_page
 from vcmm.show.tables.uncertainty import (
     BUDGET,
     budget_rows,
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from vcmm.task.measuring.task import Task
 
 SHARE = 12.0  # the longest needle is at most so small a part of the size of the part
-KINDS = (("bad", "material left over", 1.0), ("accent", "material missing", -1.0))
+MATERIAL_KINDS = (("bad", "material left over", 1.0), ("accent", "material missing", -1.0))
 
 
 def deviations_block(task: Task) -> list[str]:
@@ -89,7 +89,7 @@ def deviation_items(task: Task, factor: float) -> list[Item]:
     t, form = task.touches, task.form
     names = touch_names(t)
     items: list[Item] = [*part_items(list(task.part.features.values()), t.pose, task.part.mesh)]
-    for colour, name, sign in KINDS:
+    for colour, name, sign in MATERIAL_KINDS:
         rows = np.flatnonzero(sign * form > 0)
         if len(rows):
             labels = [f"{names[i]}\ndeviation {1e3 * form[i]:+.2f} µm" for i in rows]
@@ -270,7 +270,7 @@ def characteristic_blocks(c: CharacteristicResult, part: str = "the nominal part
 
 def _waterfall(c: CharacteristicResult) -> list[str]:
     """Return the waterfall of u from its contributions; nothing where one alone makes it, or u has no value."""
-    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    word, scale = FINE_UNITS[c.unit], SMALL_SCALE[c.unit]
     items = [(b.what or b.input, b.u * scale) for b in c.budget if b.u > 0 and math.isfinite(b.u)]
     if len(items) < 2 or not math.isfinite(c.u):
         return []
@@ -284,7 +284,7 @@ def _waterfall(c: CharacteristicResult) -> list[str]:
 
 def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part") -> list[str]:
     """Return the decision zones, distribution and budget bars side by side; nothing where there is none of them."""
-    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    word, scale = FINE_UNITS[c.unit], SMALL_SCALE[c.unit]
     charts = [decision_chart(c), _histogram(c, part)]
     bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
     if bars:
@@ -303,7 +303,7 @@ def characteristic_charts(c: CharacteristicResult, part: str = "the nominal part
 
 def decision_chart(c: CharacteristicResult) -> str:
     """Return the zones of ISO 14253-1 with the result; nothing where nothing is decided."""
-    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    word, scale = FINE_UNITS[c.unit], SMALL_SCALE[c.unit]
     if c.tolerance is None or c.decision is None or not math.isfinite(c.u):
         return ""
     low, high = ((t - c.nominal) * scale if math.isfinite(t) else None for t in c.tolerance)
@@ -342,7 +342,7 @@ def _about_its_middle(c: CharacteristicResult) -> bool:
 def _histogram(c: CharacteristicResult, part: str) -> str:
     if c.summary is None:
         return ""
-    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    word, scale = FINE_UNITS[c.unit], SMALL_SCALE[c.unit]
     edges, counts = c.summary.histogram
     edges, counts = coarsen((edges - c.nominal) * scale, counts)
     interval: tuple[float, float] | None = (
@@ -367,7 +367,7 @@ def _quantity_text(c: CharacteristicResult, part: str) -> str:
 
 def budget_table(c: CharacteristicResult) -> str:
     """Return EA-4/02 columns: quantity, estimate, u, law, degrees of freedom, redraw, sensitivity, contribution, share."""
-    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    word, scale = FINE_UNITS[c.unit], SMALL_SCALE[c.unit]
     rows = [row for row in budget_rows(c) if more_than_rounding(row)]
     table = ResultTable("", BUDGET, rows)
     blank = [""] * (len(on_page(table).heads) - 2)

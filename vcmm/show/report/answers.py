@@ -11,15 +11,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vcmm.show.report.text import DASH, MINUS, escape, plain
+from vcmm.show.report.text import DASH, MINUS, as_written, escape
 from vcmm.show.report.trade_words import contributor, what_to_change
 
 Kind = Literal["good", "warning", "bad", "muted"]
-SMALL = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
+FINE_UNITS = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 STATE: dict[str, Kind] = {"conforms": "good", "undecided": "warning", "does not conform": "bad"}
-ABOUT_ITS_MIDDLE = (
-    0.05  # of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
-)
+# of U: drawn ends scatter by about 1 %; a normal law shifted by 5 % of U loses 0.1 % of coverage
+ABOUT_ITS_MIDDLE = 0.05
 K = 2.0  # of what is stated by a standard error alone
 LEAST_U = 5e-4  # µm, µrad: half a nanometre, below which U is printed as zero and owns no contributors
 LEAST_SHOWN = 0.005  # of u²: what is less owns nothing worth a word
@@ -62,7 +61,7 @@ def value_and_U(value: float, expanded: float, unit: str, small: bool = False) -
 
     29.99998 mm, 0.756 µm -> "29.99998 mm", "0.76 µm"; small: the value too in µm (of a form, which is 0 on the drawing).
     """
-    word, scale = SMALL[unit]
+    word, scale = FINE_UNITS[unit]
     nothing = math.isfinite(expanded) and expanded * scale < LEAST_U
     if small and math.isfinite(expanded) and not nothing:
         places = places_of(expanded * scale)
@@ -96,10 +95,10 @@ def answer_of(c: Any) -> AnswerLine:
     if p is not None:
         verdict += f", {percent(p)}"
     owner: Any = max(c.budget, key=lambda line: line.u, default=None)
-    is_known = owner is not None and c.u * SMALL[c.unit][1] >= LEAST_U and owner.share > LEAST_SHOWN
+    is_known = owner is not None and c.u * FINE_UNITS[c.unit][1] >= LEAST_U and owner.share > LEAST_SHOWN
     return AnswerLine(
         c.name, result, coverage=coverage, limits=limits_text(c), verdict=verdict, kind=STATE.get(verdict.split(",")[0], "muted"),
-        because=f"{contributor(owner)}, {whole(owner.share)} of\u00a0u²" if is_known else "",
+        because=f"{contributor(owner)}, {whole_percent(owner.share)} of\u00a0u²" if is_known else "",
         change=_what_helps(c, owner) if is_known else "",
         link=f"{c.name} ({c.type})",
         numbers={
@@ -114,7 +113,7 @@ def _what_helps(c: Any, owner: Any) -> str:
     """Return what reduces U; where U is not bounded, why; where all of the interval lies outside the limits, that no smaller U helps."""
     outside = how_far_outside(c)
     if outside > 0:
-        word, scale = SMALL[c.unit]
+        word, scale = FINE_UNITS[c.unit]
         return f"the value itself, {outside * scale:.3g} {word} outside its limits; no smaller U helps"
     if math.isfinite(c.stated[0]) or not getattr(c, "why_not_shown", ""):
         return what_to_change(owner)
@@ -129,7 +128,7 @@ def how_far_outside(c: Any) -> float:
     return float(max(low - c.value, c.value - high, 0.0))
 
 
-def whole(share: float) -> str:
+def whole_percent(share: float) -> str:
     """Return 95 %, with a space that no line breaks at (ISO 80000-1)."""
     return f"{100 * share:.0f}\u00a0%"
 
@@ -146,21 +145,24 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
     expanded, k = c.stated
     value, interval_text = value_and_U(c.value, expanded, c.unit, small=c.nominal == 0)
     if not math.isfinite(expanded):
-        return f"{value}, U unbounded", f"p = {whole(c.p)}"
+        return f"{value}, U unbounded", f"p = {whole_percent(c.p)}"
     if is_about_value(c):
         factor = (
             "known bias in U, "
             if c.bias_in_U
             else f"k = {k:.2f}, "
-            if math.isfinite(k) and expanded * SMALL[c.unit][1] >= LEAST_U
+            if math.isfinite(k) and expanded * FINE_UNITS[c.unit][1] >= LEAST_U
             else ""
         )
-        return f"{value} ± {interval_text}", f"{factor}p = {whole(c.p)}"
-    word, scale = SMALL[c.unit]
+        return f"{value} ± {interval_text}", f"{factor}p = {whole_percent(c.p)}"
+    word, scale = FINE_UNITS[c.unit]
     digits = places_of(expanded * scale)
     ends = [f"{(x - c.nominal) * scale + 0.0:.{digits}f}".replace("-", MINUS) for x in c.interval]
     from_nominal = "" if c.nominal == 0 else " from nominal"
-    return f"{value}, U = {interval_text}", f"p = {whole(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}"
+    return (
+        f"{value}, U = {interval_text}",
+        f"p = {whole_percent(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}",
+    )
 
 
 def is_about_value(c: Any) -> bool:
@@ -174,14 +176,14 @@ def limits_text(c: Any) -> str:
     if c.tolerance is None:
         return ""
     low, high = c.tolerance
-    word, scale = SMALL[c.unit]
+    word, scale = FINE_UNITS[c.unit]
     if c.nominal == 0 and not (math.isfinite(low) and low != 0):
-        return f"at most {plain(high * scale)} {word}"
+        return f"at most {as_written(high * scale)} {word}"
     turn, name = (1.0, " mm") if c.unit == "mm" else (180.0 / math.pi, "°")
     if not math.isfinite(low):
-        return f"at most {plain(high * turn)}{name}"
+        return f"at most {as_written(high * turn)}{name}"
     if not math.isfinite(high):
-        return f"at least {plain(low * turn)}{name}"
+        return f"at least {as_written(low * turn)}{name}"
     both = [f"{round(x * turn, 6) + 0.0:.10g}" for x in (low, high)]
     places = max(len(x.partition(".")[2]) for x in both)
     return f"{low * turn + 0.0:.{places}f} … {high * turn + 0.0:.{places}f}{name}".replace("-", MINUS)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.show.report.text import escape, plain
+from vcmm.show.report.text import as_written, escape
 
 if TYPE_CHECKING:
     from vcmm.core.run import Array
@@ -93,7 +93,7 @@ def legend(scale: Bands, unit: str, tall: float, missing: bool = False) -> str:
 
 
 def _label(value: float) -> str:
-    return f"<span>{plain(value)}</span>"
+    return f"<span>{as_written(value)}</span>"
 
 
 def nice_step(span: float, count: int) -> float:

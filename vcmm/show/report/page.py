@@ -37,7 +37,7 @@ from vcmm.show.report.text import escape, micro
 
 _HEADING = re.compile(r"<h2>(.*?)</h2>", re.S)
 _LINK = re.compile(r'<a data-to="([^"]*)">(.*?)</a>', re.S)
-LEAST = 3  # sections from which on a page has a list of contents
+LEAST_SECTIONS = 3  # sections from which on a page has a list of contents
 
 
 def with_anchors(body: str) -> tuple[str, dict[str, str]]:
@@ -72,7 +72,7 @@ def link_headings(block: str, anchors: Mapping[str, str]) -> str:
 
 def contents(anchors: Mapping[str, str]) -> str:
     """Return the contents, links to all sections; empty where there are few."""
-    if len(anchors) < LEAST:
+    if len(anchors) < LEAST_SECTIONS:
         return ""
     items = "".join(f'<li><a href="#{name}">{escape(title)}</a></li>' for title, name in anchors.items())
     return f'<nav class="contents" aria-label="Contents"><ol>{items}</ol></nav>'

@@ -87,7 +87,7 @@ def _in_column(value: float, decimals: int) -> str:
     return f"{value + 0.0:.{decimals}f}".replace("-", MINUS)
 
 
-def plain(value: float | None) -> str:
+def as_written(value: float | None) -> str:
     """Return a given number (a limit, a nominal value) as it was written: up to 10 significant digits, no padding."""
     if value is None or not math.isfinite(value):
         return DASH

@@ -20,7 +20,10 @@ BY_REDRAW = {  # what helps where an effect says nothing of its own
     "pose": "measure in more than one pose and take the mean",
     "part": "measure more than one part",
 }
-ROOM = ("temperature of the room", "a steadier room, longer soaking, or thermometers on part and scales")
+ROOM_TEMPERATURE = (
+    "temperature of the room",
+    "a steadier room, longer soaking, or thermometers on part and scales",
+)
 CALIBRATE = "calibrate the machine for it, or move the part where it shows less (vcmm place)"
 
 
@@ -29,7 +32,7 @@ def contributor(line: Any) -> str:
     if line.redraw == "pass":
         return "repeatability of the machine from pass to pass"
     if line.input.startswith("environment.room"):
-        return ROOM[0]
+        return ROOM_TEMPERATURE[0]
     trade = _trade(line)
     if trade is not None and trade.name:
         return _fill_in_place(trade.name, line) + _cause(line)
@@ -46,7 +49,7 @@ def what_to_change(line: Any) -> str:
     if line.redraw == "pass":
         return BY_REDRAW["pass"]
     if line.input.startswith("environment.room"):
-        return ROOM[1]
+        return ROOM_TEMPERATURE[1]
     trade = _trade(line)
     if trade is not None and trade.change:
         return _fill_in_place(trade.change, line)

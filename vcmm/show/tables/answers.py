@@ -71,9 +71,8 @@ def goal_words(placed: PlacementResult) -> str:
     return f"{kinds} of {', '.join(n for n, w in goal.weights.items() if w)}, equal weights"
 
 
-SMALL_GAIN = (
-    0.05  # U is stated with two digits: less than half of their smallest step (10 to 9.5) is not seen in it
-)
+# U is stated with two digits: less than half of their smallest step (10 to 9.5) is not seen in it
+SMALL_GAIN = 0.05
 
 
 def worth_moving(placed: PlacementResult) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.core.error_names import words_of
 from vcmm.shop.motion.toolpath import Toolpath, clock
-from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed_value, whole
+from vcmm.show.report.answers import AnswerLine, K, percent, places_of, signed_value, whole_percent
 
 if TYPE_CHECKING:
     from vcmm.compensation.result import CompensatedProgram
@@ -285,7 +285,7 @@ def _fault_line(rank: int, a: Answer) -> AnswerLine:
     return AnswerLine(
         f"{rank}. {f'{a.family} {where}'.strip() + f', written as {name}' if opened else name}",
         ", ".join(sizes) or "size not stated",
-        coverage=f"k = {K:.0f}; its own variance is {whole(a.share)} of the excess",
+        coverage=f"k = {K:.0f}; its own variance is {whole_percent(a.share)} of the excess",
         limits=rivals,
         verdict=f"probability {percent(sure)}" + (f"; open is its shape: {shapes}" if opened else ""),
         kind="good" if sure >= 0.95 else "warning",

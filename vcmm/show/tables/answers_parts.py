@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vcmm.show.report.answers import (
-    SMALL,
+    FINE_UNITS,
     STATE,
     AnswerLine,
     K,
@@ -76,7 +76,7 @@ def measured_answers(m: Measurement) -> list[AnswerLine]:
 
 def _measured_line(v: MeasuredValue) -> AnswerLine:
     unit = "mm" if v.unit == "mm" else "rad"
-    word, scale = SMALL[unit]
+    word, scale = FINE_UNITS[unit]
     value, _ = value_and_U(v.value, float("inf"), unit, small=v.nominal == 0)
     return AnswerLine(
         v.name,
@@ -109,7 +109,7 @@ def cut_answers(cut: MeasuredCut) -> list[AnswerLine]:
 
 
 def _beside(r: BesidePrediction) -> AnswerLine:
-    word, scale = SMALL[r.unit]
+    word, scale = FINE_UNITS[r.unit]
     far = abs(r.e_n) > MOST_E_N
     return AnswerLine(
         r.name,
@@ -129,7 +129,7 @@ def certificate_answers(w: CertificateWorth, least: float) -> list[AnswerLine]:
         of_characteristic = [u for u in w.by_fact if u.characteristic == name]
         counted = [c for c in w.coverage if c.characteristic == name]
         share = min((c.share for c in counted), default=None)
-        word, scale = SMALL[of_characteristic[0].unit]
+        word, scale = FINE_UNITS[of_characteristic[0].unit]
         best = min(of_characteristic, key=lambda u: u.expanded)
         out.append(
             AnswerLine(

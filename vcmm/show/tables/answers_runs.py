@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vcmm.learn.tracking.dates import date_of
-from vcmm.show.report.answers import SMALL, AnswerLine, K, Kind, percent, signed_value
+from vcmm.show.report.answers import FINE_UNITS, AnswerLine, K, Kind, percent, signed_value
 from vcmm.show.report.text import micro, unit_word
 from vcmm.show.tables.audit import verdict as audit_verdict
 from vcmm.show.tables.calibration import LEAST_U_UM
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from vcmm.learn.calibration.thermal import ThermalModel
     from vcmm.show.tables.track import Planned
 
-MOST = 5  # lines of figures without a limit, numbers that moved
+MOST_LINES = 5  # lines of figures without a limit, numbers that moved
 NO_U = "u of the readings not in it"
-NOTHING = "nothing missing"  # verdict of a diagnosis
+NOTHING_MISSING = "nothing missing"  # verdict of a diagnosis
 
 
 def folder_answers(records: Sequence[Mapping[str, Any]], changes: Sequence[Change]) -> list[AnswerLine]:
@@ -53,7 +53,7 @@ def _machine_line(
     from vcmm.show.tables.fleet import trend_text  # with all that diagnoses a folder
 
     of_machine = [r for r in records if r["machine"] == machine]
-    lacking = sum(r["verdict"] != NOTHING for r in of_machine)
+    lacking = sum(r["verdict"] != NOTHING_MISSING for r in of_machine)
     moved = sorted(
         (c for c in changes if c.machine == machine and not c.steady), key=lambda c: -abs(c.deviations or 0.0)
     )
@@ -85,8 +85,12 @@ def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLi
     last = track.checks[-1]
     suspect = next(iter(last.suspects), None) if last.alarm else None
     earlier = [c for c in track.checks[:-1] if c.alarm]
-    past = f"; alarm before: {', '.join(f'{c.name} ({c.date})' for c in earlier[:MOST])}" if earlier else ""
-    past += f" and {len(earlier) - MOST} more" if len(earlier) > MOST else ""
+    past = (
+        f"; alarm before: {', '.join(f'{c.name} ({c.date})' for c in earlier[:MOST_LINES])}"
+        if earlier
+        else ""
+    )
+    past += f" and {len(earlier) - MOST_LINES} more" if len(earlier) > MOST_LINES else ""
     state = AnswerLine(
         track.followed.tracked.machine.name,
         f"{len(track.checks)} recordings",
@@ -104,7 +108,7 @@ def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLi
         },
         labels=("", "changed:", "diagnosis:"),
     )
-    ranked = sorted(track.courses, key=lambda c: -c.change_over_u)[:MOST]
+    ranked = sorted(track.courses, key=lambda c: -c.change_over_u)[:MOST_LINES]
     day = track.at if track.dated.when > last.when else ""
     return [
         state,
@@ -162,7 +166,7 @@ def acceptance_answers(figures: Sequence[Figure], recorded: bool = False) -> lis
     limited = sorted((f for f in figures if f.p_pass is not None), key=lambda f: f.p_pass or 0.0)
     evaluated = [f for f in figures if f.value_um is not None]
     whole = [f for f in evaluated if not set("+-") & set(f.name)]  # of both directions, before those of one
-    rest = (whole or evaluated)[:MOST]
+    rest = (whole or evaluated)[:MOST_LINES]
     return [_figure_line(f, recorded) for f in limited or rest]
 
 
@@ -198,7 +202,7 @@ def _audit_line(a: AuditResult) -> AnswerLine:
     low, high = a.interval95
     verdict = audit_verdict(a)
     kinds: Mapping[str, Kind] = {"outside": "bad", "not claimed": "muted"}
-    word, scale = SMALL[a.unit]
+    word, scale = FINE_UNITS[a.unit]
     return AnswerLine(
         a.name,
         f"true value held in {percent(a.attained)} of {a.parts} parts",

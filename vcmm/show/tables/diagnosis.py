@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vcmm.core.units import plain
+from vcmm.core.units import significant_text
 from vcmm.learn.diagnosis.constants import LEAST_PRINTED
 from vcmm.learn.diagnosis.verdict import describe_probability
 from vcmm.show.tables.quantities import percent
@@ -43,7 +43,7 @@ def with_interval(e: Estimate) -> str:
     """Return 1.50 µm (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
     low, high = e.interval95
     if not (np.isfinite([e.value, e.u, low, high]).all() and e.u > 0):
-        return f"{plain(e.value)} {e.unit if e.unit != '1' else ''}".strip()
+        return f"{significant_text(e.value)} {e.unit if e.unit != '1' else ''}".strip()
     digits = max(0, 1 - int(np.floor(np.log10(e.u))))
     value, low_text, high_text = (f"{round(x, digits) + 0.0:.{digits}f}" for x in (e.value, low, high))
     unit = "" if e.unit == "1" else f" {e.unit}".replace(" um", " µm").replace(" urad", " µrad")

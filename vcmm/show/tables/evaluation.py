@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def _of_result(column: Column[Any]) -> Column[EvaluatedCharacteristic]:
-    """Return a column of the uncertainty document, of the result within."""
+    """Return the same column, read from `.result`."""
 
     def cell(e: EvaluatedCharacteristic) -> Any:
         return column.cell(e.result)
@@ -34,7 +34,7 @@ def _of_result(column: Column[Any]) -> Column[EvaluatedCharacteristic]:
 
 
 def _true_value(e: EvaluatedCharacteristic) -> dict[str, Any] | None:
-    """Return the true value; of points every characteristic has one: their residuals say more than a value alone."""
+    """Return the cell `true_value`: by the residuals of the points where every characteristic has some, else as stated."""
     return true_value_by_points(e.result) if e.by_points else TRUE_VALUE.cell(e.result)
 
 

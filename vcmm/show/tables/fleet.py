@@ -116,7 +116,7 @@ CHANGES: tuple[Column[Change], ...] = (
     Column("machine", lambda c: c.machine, key="machine", csv="machine"),
     Column("name", lambda c: c.name, key="name", csv="name"),
     Column("", lambda c: c.parameter, key="parameter", csv="parameter"),
-    Column("found in", lambda c: f"{c.occurrences} of {c.of}", key="found_in", csv="found_in"),
+    Column("found in", lambda c: f"{c.occurrences} of {c.recordings_total}", key="found_in", csv="found_in"),
     Column("first", lambda c: value_text(c.before, c.unit)),
     Column("in", lambda c: c.first[1] or c.first[0]),
     Column(None, lambda c: _when(c.first), key="first", csv="first"),
@@ -133,25 +133,25 @@ CHANGES: tuple[Column[Change], ...] = (
     Column(None, lambda c: c.unit, key="unit", csv="unit"),
     Column(None, lambda c: c.change, key="change", csv="change"),
     Column(None, lambda c: c.deviations, key="deviations", csv="deviations"),
-    Column(None, lambda c: c.went.kind or None, key="trend", csv="trend"),
-    Column(None, lambda c: c.went.amount, key="trend_amount", csv="trend_amount"),
-    Column(None, lambda c: c.went.u, key="trend_u", csv="trend_u"),
-    Column(None, lambda c: c.at(c.went.first), key="trend_from", csv="trend_from"),
-    Column(None, lambda c: c.at(c.went.last), key="trend_to", csv="trend_to"),
-    Column(None, lambda c: c.there[0], key="presence", csv="presence"),
-    Column(None, lambda c: c.at(c.there[1]), key="presence_from", csv="presence_from"),
-    Column(None, lambda c: c.at(c.there[2]), key="presence_to", csv="presence_to"),
+    Column(None, lambda c: c.trend.kind or None, key="trend", csv="trend"),
+    Column(None, lambda c: c.trend.amount, key="trend_amount", csv="trend_amount"),
+    Column(None, lambda c: c.trend.u, key="trend_u", csv="trend_u"),
+    Column(None, lambda c: c.at(c.trend.first), key="trend_from", csv="trend_from"),
+    Column(None, lambda c: c.at(c.trend.last), key="trend_to", csv="trend_to"),
+    Column(None, lambda c: c.presence[0], key="presence", csv="presence"),
+    Column(None, lambda c: c.at(c.presence[1]), key="presence_from", csv="presence_from"),
+    Column(None, lambda c: c.at(c.presence[2]), key="presence_to", csv="presence_to"),
 )
 
 
 def trend_text(c: Change) -> str:
     """Return a trend as 'drifts by +1.62 ± 0.05 um', 'appears between 2026-07-15 and 2026-08-15; steady'."""
-    phrases = [c.there[0] + _between(c, *c.there[1:])] if c.there[0] != ALWAYS else []
-    went = WORDS[c.went.kind]
-    if c.went.amount is not None and c.went.u is not None:
-        size = value_text((c.went.amount, c.went.u), c.unit)
+    phrases = [c.presence[0] + _between(c, *c.presence[1:])] if c.presence[0] != ALWAYS else []
+    went = WORDS[c.trend.kind]
+    if c.trend.amount is not None and c.trend.u is not None:
+        size = value_text((c.trend.amount, c.trend.u), c.unit)
         went += f" by {'' if size.startswith('-') else '+'}{size}"
-        went += _between(c, c.went.first, c.went.last) if c.went.kind == STEP else ""
+        went += _between(c, c.trend.first, c.trend.last) if c.trend.kind == STEP else ""
     return "; ".join(part for part in (*phrases, went) if part)
 
 
@@ -163,5 +163,5 @@ def _when(end: tuple[str, str]) -> str:
     return f"{end[1]} ({end[0]})" if end[1] else end[0]
 
 
-def changes(changed: Sequence[Change]) -> ResultTable[Change]:
+def changes_table(changed: Sequence[Change]) -> ResultTable[Change]:
     return ResultTable("what changed", CHANGES, changed, CHANGE_COLUMNS)

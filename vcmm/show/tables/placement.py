@@ -13,10 +13,10 @@ from vcmm.show.tables.quantities import (
     DEVIATION,
     LEAST_SMALL,
     SHARE,
+    departure_on_page,
     deviation_text,
     fixed,
     percent,
-    small,
 )
 from vcmm.show.tables.table import Column, ResultTable, Writing, entry, listing
 from vcmm.show.tables.uncertainty import p_conform
@@ -270,5 +270,6 @@ def _plan_uncertainty(name: str, row: CurvePoint) -> float:
 def _of_unit(unit: str) -> Writing:
     """Return a column of its own unit: its characteristic is a length or an angle in every row."""
     return Writing(
-        lambda value, _: deviation_text(value, unit, signed=False), lambda value, _: small(value, unit)
+        lambda value, _: deviation_text(value, unit, signed=False),
+        lambda value, _: departure_on_page(value, unit),
     )

@@ -9,8 +9,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from vcmm.core.units import plain
-from vcmm.show.tables.table import SMALL, Unit, Writing, written_out
+from vcmm.core.units import significant_text
+from vcmm.show.tables.table import FINE_UNITS, Unit, Writing, written_out
 
 DASH = "–"
 LEAST_SMALL = 5e-4  # µm, µrad
@@ -28,7 +28,7 @@ def length_text(value: float, unit: Unit) -> str:
     return f"{value:.5f} mm" if unit == "mm" else f"{math.degrees(value):.6f} deg"
 
 
-def large(value: float, unit: Unit) -> str:
+def value_on_page(value: float, unit: Unit) -> str:
     """Return a length in mm with 5 decimals, an angle in deg with 6."""
     return f"{value:.5f}" if unit == "mm" else f"{math.degrees(value):.6f}°"
 
@@ -42,13 +42,13 @@ def deviation_text(value: float, unit: Unit, signed: bool = True) -> str:
     return f"{number} {'µm' if unit == 'mm' else 'µrad'}"
 
 
-def small(value: float, unit: Unit) -> str:
+def departure_on_page(value: float, unit: Unit) -> str:
     """Return a small difference in µm (a plain number) or µrad, three significant digits."""
     from vcmm.show.report.text import number
 
     if _missing(value):
         return DASH
-    return number(_clean(value * SMALL_SCALE[unit]), 3) + ("" if unit == "mm" else f" {SMALL[unit]}")
+    return number(_clean(value * SMALL_SCALE[unit]), 3) + ("" if unit == "mm" else f" {FINE_UNITS[unit]}")
 
 
 def _clean(value: float) -> float:
@@ -95,9 +95,9 @@ def whole_percent(share: float) -> str:
     return f"{share:.0%}"
 
 
-LENGTH = Writing(length_text, large)
-DEVIATION = Writing(deviation_text, small)
-SIZE = Writing(lambda value, unit: deviation_text(value, unit, signed=False), small)
+LENGTH = Writing(length_text, value_on_page)
+DEVIATION = Writing(deviation_text, departure_on_page)
+SIZE = Writing(lambda value, unit: deviation_text(value, unit, signed=False), departure_on_page)
 FINE = Writing(fine_text, _fine_on_page)
 SPAN = Writing(span_text, span)
 SHARE = Writing(
@@ -138,7 +138,7 @@ def value_text(value: tuple[float, float] | None, unit: str) -> str:
     if value is None:
         return "not found"
     if value[1] is None or not value[1] > 0:
-        return f"{plain(value[0])} {unit}".rstrip()
+        return f"{significant_text(value[0])} {unit}".rstrip()
     u = float(f"{value[1]:.2g}")
     digits = max(0, 1 - int(f"{u:e}".split("e")[1]))
     return f"{value[0]:.{digits}f} ± {u:.{digits}f} {'' if unit == '1' else unit}".rstrip()

@@ -16,7 +16,7 @@ from vcmm.core.text import csv_of
 
 R = TypeVar("R")
 Unit = str  # "mm" or "rad": the unit of a row
-LARGE, SMALL = {"mm": "mm", "rad": "deg"}, {"mm": "µm", "rad": "µrad"}
+VALUE_UNITS, FINE_UNITS = {"mm": "mm", "rad": "deg"}, {"mm": "µm", "rad": "µrad"}
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def unit_of(row: object) -> Unit:
 
 def _fill_units(text: str, row: object) -> str:
     unit = unit_of(row)
-    return text.format(unit=unit, large=LARGE[unit], small=SMALL[unit]) if "{" in text else text
+    return text.format(unit=unit, large=VALUE_UNITS[unit], small=FINE_UNITS[unit]) if "{" in text else text
 
 
 def in_terminal(table: ResultTable[R]) -> Cells:

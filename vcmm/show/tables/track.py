@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Planned = tuple[tuple[TaskLimit, ...], tuple[NextCheck, ...], CheckPlan]
 
-MOST = 12  # numbers that people see; all stand in the document
+MOST_NUMBERS = 12  # numbers that people see; all stand in the document
 
 
 def _change_in_words(c: FollowedCheck) -> str:
@@ -104,7 +104,7 @@ NUMBERS: tuple[Column[NumberOverTime], ...] = (
 )
 
 
-def numbers(track: Track, most: int = MOST) -> ResultTable[NumberOverTime]:
+def numbers(track: Track, most: int = MOST_NUMBERS) -> ResultTable[NumberOverTime]:
     every = sorted(track.courses, key=lambda c: -c.change_over_u)
     more = f"; {len(every) - most} more stand in numbers.csv" if len(every) > most else ""
     return ResultTable(

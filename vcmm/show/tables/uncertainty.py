@@ -329,7 +329,7 @@ def more_than_rounding(row: BudgetRow) -> bool:
     return row.first or row.line.share >= ROUNDING
 
 
-def largest(characteristics: Iterable[CharacteristicResult], most: int = 5) -> ResultTable[BudgetRow]:
+def budget_table(characteristics: Iterable[CharacteristicResult], most: int = 5) -> ResultTable[BudgetRow]:
     """Return the largest lines of every characteristic that are more than rounding."""
     rows = [b for c in characteristics for b in budget_rows(c)[:most] if more_than_rounding(b)]
     words = {5: "five"}.get(most, str(most))

@@ -52,7 +52,7 @@ from vcmm.task.certification.machines import (
     tip_forms,
     tip_reading,
 )
-from vcmm.task.certification.positioning import axis_run, axis_scale
+from vcmm.task.certification.positioning import axis_run, fit_to_limits
 
 GEOMETRY, TIP, SIZE, SCATTER, AXES, FINDING = range(
     6
@@ -169,7 +169,7 @@ def _kept_by_axes(machine: Machine, c: MachineCertificate, modes: Array, seed: i
         along = along_axis(machine, axis_run(machine, axis), i)
         is_of_axis = np.abs(along).max(axis=0) > 0
         rng, share = np.random.default_rng([seed, AXES, i]), _shares(c, seed, AXES, len(modes))
-        _, most = axis_scale(
+        _, most = fit_to_limits(
             c, axis, modes[:, is_of_axis] @ along[:, is_of_axis].T, rng, (share, share), alone=True
         )
         out[:, is_of_axis] *= np.minimum(most, 1.0)[:, None]
@@ -247,7 +247,7 @@ def _by_positioning(machine: Machine, c: MachineCertificate, modes: Array, seed:
         number = "XYZ".index(axis)
         shape = modes[:, block] @ along_axis(machine, axis_run(machine, axis), number)[:, block].T
         rng, share = np.random.default_rng([seed, AXES, number]), _shares(c, seed, AXES, len(modes))
-        s, scale = axis_scale(c, axis, shape, rng, (share, share), alone=True)
+        s, scale = fit_to_limits(c, axis, shape, rng, (share, share), alone=True)
         scaled[:, block] *= scale[:, None]
         scatter = np.maximum(scatter, s)
     last = each * len(letters)

@@ -27,7 +27,7 @@ from vcmm.physics.structure.component import CalibrationModes
 from vcmm.physics.structure.tip_form import TipForm
 from vcmm.task.certification.certificate import MachineCertificate, smallest_limit
 from vcmm.task.certification.lines import RAM, REPEATS, length_run, ram_lines, seven_lines
-from vcmm.task.certification.positioning import axis_run, axis_scale
+from vcmm.task.certification.positioning import axis_run, fit_to_limits
 from vcmm.task.response.influence import influences
 
 DRAWN, NODES = 6000, 5  # machines; nodes of every table over the travel
@@ -184,7 +184,7 @@ def _kept_by_positioning(
         along = along_axis(machine, run, i)
         is_of_axis = np.abs(along).max(axis=0) > 0
         shape = modes[:, is_of_axis] @ along[:, is_of_axis].T
-        _, most = axis_scale(
+        _, most = fit_to_limits(
             c, axis, shape, rng, (shares_of(rng, c.prior, 1.0), shares_of(rng, c.prior, 0.8))
         )
         kept[:, is_of_axis] = modes[:, is_of_axis] * np.minimum(most, 1.0)[:, None]
@@ -281,7 +281,7 @@ def _by_positioning(
         block = slice(i * 6 * NODES, (i + 1) * 6 * NODES)
         run = axis_run(machine, axis)
         shape = modes[:, block] @ along_axis(machine, run, "XYZ".index(axis))[:, block].T
-        s, scale = axis_scale(
+        s, scale = fit_to_limits(
             c, axis, shape, rng, (shares_of(rng, c.prior, 1.0), shares_of(rng, c.prior, 0.8))
         )
         scaled[:, block] *= scale[:, None]

@@ -25,7 +25,7 @@ def axis_run(machine: Machine, axis: str) -> Run:
     return Run(at, np.zeros((TARGETS, 3)), columns)
 
 
-def axis_scale(
+def fit_to_limits(
     c: MachineCertificate,
     axis: str,
     shape: Array,
@@ -39,27 +39,27 @@ def axis_scale(
     by themselves, without scatter. UsageError: no limit of the axis.
     """
     accuracy = c.positioning_limit("A", axis)
-    plain = c.positioning_limit("E", axis) or c.positioning_limit("M", axis)
-    if accuracy is None and plain is None:
+    fallback_limit = c.positioning_limit("E", axis) or c.positioning_limit("M", axis)
+    if accuracy is None and fallback_limit is None:
         raise UsageError(f'iso230_2 states no A, E or M of axis {axis}; write A for all axes, or "A {axis}"')
-    whole = accuracy if accuracy is not None else plain
-    assert whole is not None
+    limit = accuracy if accuracy is not None else fallback_limit
+    assert limit is not None
     stated = c.positioning_limit("R", axis)
     noise = rng.normal(size=(len(shape), TARGETS, RUNS, 2))
     unit = 4.0 * noise.std(axis=2, ddof=1).max(axis=(1, 2))  # R per standard deviation
-    scatter = shares[1] * (stated if stated is not None else 0.5 * whole) / float(unit.mean())
+    scatter = shares[1] * (stated if stated is not None else 0.5 * limit) / float(unit.mean())
     if alone:
-        scatter = np.minimum(scatter, whole / float(unit.mean()))
+        scatter = np.minimum(scatter, limit / float(unit.mean()))
     noise = noise * (0.0 if alone else scatter[:, None, None, None])
     spread = 2.0 * noise.std(axis=2, ddof=1) if accuracy is not None else np.zeros(noise.mean(axis=2).shape)
     mean = noise.mean(axis=2)
-    low, high = (
+    factor, high = (
         np.zeros(len(shape)),
-        np.full(len(shape), 20.0 * whole) / np.maximum(np.ptp(shape, axis=1), 1e-12),
+        np.full(len(shape), 20.0 * limit) / np.maximum(np.ptp(shape, axis=1), 1e-12),
     )
     for _ in range(HALVINGS):
-        middle = (low + high) / 2
+        middle = (factor + high) / 2
         error = (middle[:, None] * shape)[..., None] + mean
-        over = (error + spread).max(axis=(1, 2)) - (error - spread).min(axis=(1, 2)) > shares[0] * whole
-        low, high = np.where(over, low, middle), np.where(over, middle, high)
-    return scatter, low
+        over = (error + spread).max(axis=(1, 2)) - (error - spread).min(axis=(1, 2)) > shares[0] * limit
+        factor, high = np.where(over, factor, middle), np.where(over, middle, high)
+    return scatter, factor

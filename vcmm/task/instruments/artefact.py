@@ -28,7 +28,7 @@ from vcmm.task.instruments.laying import layout, rows
 from vcmm.task.response.recording import Recording
 
 BALLS = OwnError(
-    "balls", "um", of_features, "u of the calibrated place of one ball, each direction", lasts=False
+    "balls", "um", of_features, "u of the calibrated place of one ball, each direction", is_permanent=False
 )
 BALL_PLATE = Instrument(
     "ball plate", "probe", (SCALE, BALLS), ("rigid",), "ISO 10360-2:2009, annex B; VDI/VDE 2617-5"

@@ -26,33 +26,33 @@ Column = Callable[[Recording, Run], Array]
 class OwnError:
     """unit: of the error, for example "um/m". column: (m, k) observation in mm or rad per unit in mm and rad.
 
-    lasts: it is the same in every recording of one instrument.
+    is_permanent: it is the same in every recording of one instrument.
     """
 
     name: str
     unit: str
     column: Column
     doc: str
-    lasts: bool = True
+    is_permanent: bool = True
 
 
 @dataclass(frozen=True)
 class Instrument:
-    """kind: of its recordings. errors: its own. usual: nuisance words that its recordings usually need.
+    """kind: of its recordings. errors: its own. usual_nuisances: nuisance words that its recordings usually need.
 
-    also: further kinds that its recordings may have.
+    other_kinds: further kinds that its recordings may have.
     """
 
     name: str
     kind: str
     errors: tuple[OwnError, ...]
-    usual: tuple[str, ...]
+    usual_nuisances: tuple[str, ...]
     cites: str
-    also: tuple[str, ...] = ()
+    other_kinds: tuple[str, ...] = ()
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        return (self.kind, *self.also)
+        return (self.kind, *self.other_kinds)
 
     def error(self, name: str) -> OwnError:
         """Return one of its errors. Raises UsageError with the closest name."""
@@ -89,7 +89,9 @@ class InstrumentCertificate:
         """Return `columns` under names such as "EXX: laser linear scale", without the recording where all recordings of one serial number
         share it."""
         lasting = [
-            f"{self.instrument.name} {e.name}" for e in self.instrument.errors if e.lasts and self.serial
+            f"{self.instrument.name} {e.name}"
+            for e in self.instrument.errors
+            if e.is_permanent and self.serial
         ]
         return [
             (f"{name} of {self.serial}" if name in lasting else f"{recording.name}: {name}", part)
@@ -123,7 +125,7 @@ def _copies(recording: Recording, redraw: str) -> tuple[tuple[str, ...], Ints]:
     return recording.groups(redraw)
 
 
-def along(recording: Recording, run: Run) -> Array:
+def measured_length(recording: Recording, run: Run) -> Array:
     """Return the length of an observation (m, 1) mm: of a length itself, else how far the tip lies along the direction; 0 for an angle."""
     if recording.kind == "angle":
         return np.zeros((recording.m, 1))
@@ -136,7 +138,7 @@ def along(recording: Recording, run: Run) -> Array:
     return np.asarray((recording.direction * run.tip[recording.row]).sum(axis=1))[:, None]
 
 
-def reading(recording: Recording, run: Run) -> Array:
+def reading_column(recording: Recording, run: Run) -> Array:
     """Return the reading itself, for an error in proportion to it, as (m, 1)."""
     return recording.value[:, None]
 
@@ -179,6 +181,6 @@ def of_features(recording: Recording, run: Run) -> Array:
     return out.reshape(recording.m, -1)
 
 
-SCALE = OwnError("scale", "um/m", along, "u of its unit of length: wavelength, air, expansion")
-GAIN = OwnError("gain", "%", reading, "u of its gain, in proportion to the reading")
+SCALE = OwnError("scale", "um/m", measured_length, "u of its unit of length: wavelength, air, expansion")
+GAIN = OwnError("gain", "%", reading_column, "u of its gain, in proportion to the reading")
 assert parse_unit("%").factor == 0.01

@@ -34,7 +34,7 @@ SIX_D = Instrument(
     (SCALE, SIX_STRAIGHTNESS, SIX_ANGLE),
     ("zero", "slope"),
     "Echerfaoui et al., J. Manuf. Mater. Process. 1 (2017) 8",
-    also=("angle",),
+    other_kinds=("angle",),
 )
 LASER_ANGLE = Instrument("laser angle", "angle", (GAIN,), ("zero",), "ISO 230-1:2012, 8.4.2")
 

@@ -30,8 +30,8 @@ NORMAL, REVERSED = "normal", "reversed"
 TESTS = ("direct", "donaldson", "face", "multi-step")
 ARTEFACT = "artefact"
 RANK = 1e-9
-LEAST = 1e-6  # of the largest coefficient: readings that repeat better are made up or rounded, and still need a weight
-TINY, MANY = 1e-15, 1e9  # mm or rad; degrees of freedom of a stated noise
+LEAST_SCATTER_SHARE = 1e-6  # of the largest coefficient: readings that repeat better are made up or rounded, and still need a weight
+LEAST_SCATTER, STATED_NOISE_DOF = 1e-15, 1e9  # mm or rad; degrees of freedom of a stated noise
 ON_AXIS = 1e-3  # of the longest arm: a probe nearer than this sees no artefact
 
 
@@ -190,7 +190,10 @@ def variances(groups: Sequence[TurnGroup]) -> tuple[Array, float]:
     A stated noise (TurnGroup.noise_variance) is taken where there is only one turn.
     """
     out = np.zeros((len(groups), groups[0].coefficients.shape[1]))
-    least = max(LEAST * max(float(np.abs(g.coefficients).max()) for g in groups), TINY) ** 2
+    least = (
+        max(LEAST_SCATTER_SHARE * max(float(np.abs(g.coefficients).max()) for g in groups), LEAST_SCATTER)
+        ** 2
+    )
     dof = np.inf
     for probe in dict.fromkeys(g.probe for g in groups):
         mine = [g for g in groups if g.probe == probe]
@@ -203,7 +206,7 @@ def variances(groups: Sequence[TurnGroup]) -> tuple[Array, float]:
         for i, g in enumerate(groups):
             if g.probe == probe:
                 out[i] = squares / free / len(g.coefficients) if free > 0 else g.noise_variance
-    return np.maximum(out, least), (MANY if np.isinf(dof) else dof)
+    return np.maximum(out, least), (STATED_NOISE_DOF if np.isinf(dof) else dof)
 
 
 def check_setups(test: ReversalTest, groups: Sequence[TurnGroup]) -> None:

@@ -28,7 +28,7 @@ FACES = OwnError(
     "urad",
     of_features,
     "u of the calibrated angle of one face or division (label feature)",
-    lasts=False,
+    is_permanent=False,
 )
 R_TEST = Instrument(
     "R-test", "displacement", (GAIN,), ("rigid",), "ISO 10791-6:2014, BK4; Weikert, CIRP Annals 53 (2004) 429"

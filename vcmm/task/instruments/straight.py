@@ -52,10 +52,10 @@ def _way(tips: Array) -> Array:
 
 
 FORM = OwnError(
-    "form", "um", of_features, "u of the calibrated form at one place (label feature)", lasts=False
+    "form", "um", of_features, "u of the calibrated form at one place (label feature)", is_permanent=False
 )
 ANGLE = OwnError("angle", "urad", arm_angle, "u of the calibrated angle between its arms")
-DRIFT = OwnError("drift", "um/h", since_start, "u of its drift", lasts=False)
+DRIFT = OwnError("drift", "um/h", since_start, "u of its drift", is_permanent=False)
 STRAIGHTEDGE = Instrument(
     "straightedge", "displacement", (FORM, GAIN), ("zero", "slope"), "ISO 230-1:2012, 8.2.2"
 )

@@ -27,7 +27,7 @@ from vcmm.task.response.recording import Ints, Recording
 
 PLANE, RING = "plane", "ring"
 ROUNDS = 8  # of Gauss-Newton; from 1 mm beside a ball of 25 mm four reach a nanometre
-FAR = 5.0  # mm: a touch further from its surface belongs to another feature, or to another zero
+OFF_SURFACE_MM = 5.0  # mm: a touch further from its surface belongs to another feature, or to another zero
 ANGLE_DIGITS = 6  # of rotary positions, rad, that are one pose
 
 
@@ -70,12 +70,12 @@ def recording_of_touches(
             )
         mine = np.flatnonzero(features == name)
         normal[mine], gap[mine] = _beside(surfaces[name], tip[mine], poses[mine], ball)
-    far = np.flatnonzero(np.abs(gap) > FAR)
+    far = np.flatnonzero(np.abs(gap) > OFF_SURFACE_MM)
     if len(far):
         row = int(far[0])
         raise UsageError(
             f"line {lines[row]}: this touch lies {gap[row]:.1f} mm from the surface of feature {features[row]}: check its place, its diameter, tip_diameter, zero and "
-            f"offset in [touch], and the centre of the rotary axes of the machine ({len(far)} touches are further than {FAR:g} mm)"
+            f"offset in [touch], and the centre of the rotary axes of the machine ({len(far)} touches are further than {OFF_SURFACE_MM:g} mm)"
         )
     columns = {f"n{c}": normal[:, i] for i, c in enumerate("xyz")}
     parts = [surfaces[str(f)].part or str(f) for f in features]

@@ -3,7 +3,7 @@
     tracker       absolute lengths, stations anywhere                     nuisance station
     LaserTracer   changes of length: stations and dead paths anywhere     nuisance station and zero
 
-Stations need only be known roughly: `settle_stations` finds them from the lengths themselves (multilateration), and the remaining problem
+Stations need only be known roughly: `locate_stations` finds them from the lengths themselves (multilateration), and the remaining problem
 is linear. Own error: scale.
 """
 
@@ -33,7 +33,7 @@ LASER_TRACER = Instrument(
     "LaserTracer", "length", (SCALE,), ("station", "zero"), "Schwenke et al., CIRP Annals 54 (2005) 475"
 )
 FROM = ("from_x_mm", "from_y_mm", "from_z_mm")
-STEPS, CLOSE = 50, 1e-7  # mm
+STEPS, CONVERGED_MM = 50, 1e-7  # mm
 
 
 def lengths_to(
@@ -61,10 +61,12 @@ def lengths_to(
 def at_station(recording: Recording, machine: Machine, station: Array) -> Recording:
     """Return the same rows with stations (n, 3) in from_x_mm ..., the directions and lengths that follow."""
     run, station = recording.run, np.asarray(station, dtype=float)
-    way = _tip(machine, run) - station
-    length = np.linalg.norm(way, axis=1)
+    line = _tip(machine, run) - station
+    length = np.linalg.norm(line, axis=1)
     columns = {c: station[:, i] for i, c in enumerate(FROM)} | {"length_mm": length}
-    return replace(recording, run=run.with_columns(columns), direction=(way / length[:, None])[recording.row])
+    return replace(
+        recording, run=run.with_columns(columns), direction=(line / length[:, None])[recording.row]
+    )
 
 
 def _tip(machine: Machine, run: Run) -> Array:
@@ -78,7 +80,7 @@ def move_stations(recording: Recording, machine: Machine, station: Array) -> Rec
     return replace(new, value=recording.value - recording.sign * change)
 
 
-def settle_stations(recording: Recording, machine: Machine) -> tuple[Recording, dict[str, float]]:
+def locate_stations(recording: Recording, machine: Machine) -> tuple[Recording, dict[str, float]]:
     """Return the recording with every station where the lengths put it; label -> how far it was moved, mm.
 
     Only lengths with a nuisance `station` or `centre` and columns from_x_mm ... are changed. Least squares over station
@@ -92,7 +94,7 @@ def settle_stations(recording: Recording, machine: Machine) -> tuple[Recording, 
     station = recording.run.vector(*FROM)
     tip = _tip(machine, recording.run)
     free = any(w in recording.nuisance for w in ("zero", "radius", "dead_path"))
-    way: dict[str, float] = {}
+    moved_by: dict[str, float] = {}
     for code, value in enumerate(values):
         mine = np.flatnonzero(codes == code)
         at = recording.row[mine]
@@ -102,10 +104,10 @@ def settle_stations(recording: Recording, machine: Machine) -> tuple[Recording, 
                 f'{recording.name}: {word} "{value}" has different places in from_x_mm ...; give one place per value'
             )
         length = np.linalg.norm(tip[at] - start, axis=1) + recording.sign * recording.value[mine]
-        settled = _resect(tip[at], length, start, free, f'{recording.name}: {word} "{value}"')
-        way[value] = float(np.linalg.norm(settled - start))
-        station[at] = settled
-    return move_stations(recording, machine, station), way
+        located = _resect(tip[at], length, start, free, f'{recording.name}: {word} "{value}"')
+        moved_by[value] = float(np.linalg.norm(located - start))
+        station[at] = located
+    return move_stations(recording, machine, station), moved_by
 
 
 def _resect(tip: Array, length: Array, start: Array, free: bool, what: str) -> Array:
@@ -118,14 +120,14 @@ def _resect(tip: Array, length: Array, start: Array, free: bool, what: str) -> A
         raise ModelLimit(f"{what} has {len(tip)} lengths; expected {need} or more to find its place")
     place, constant = start.astype(float), 0.0
     for _ in range(STEPS):
-        way = place - tip
-        now = np.linalg.norm(way, axis=1)
-        slope = way / now[:, None]
+        line = place - tip
+        now = np.linalg.norm(line, axis=1)
+        slope = line / now[:, None]
         columns = np.concatenate([slope, np.ones((len(tip), 1))], axis=1) if free else slope
         step = np.linalg.lstsq(columns, length - now - constant, rcond=1e-6)[0]
         step *= min(1.0, 0.5 * float(now.min()) / max(float(np.linalg.norm(step[:3])), 1e-300))
         place, constant = place + step[:3], constant + (float(step[3]) if free else 0.0)
-        if np.linalg.norm(step[:3]) < CLOSE:
+        if np.linalg.norm(step[:3]) < CONVERGED_MM:
             return place
     raise ModelLimit(
         f"{what}: no place fits its lengths (still {np.linalg.norm(step[:3]):.2g} mm off after {STEPS} steps); check from_x_mm ..., "

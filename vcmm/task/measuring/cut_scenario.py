@@ -17,7 +17,7 @@ from vcmm.task.measuring.plan import Plan
 from vcmm.task.measuring.qualification import Qualification
 from vcmm.task.measuring.settings import Settings
 
-IDEAL, SAME, OTHER = "ideal", "same", "machine"
+IDEAL, SAME_MACHINE, OTHER = "ideal", "same", "machine"
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,9 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.pose import Array, Pose, unit
 
 TILT = 1e-6  # rad: how well a face must lie on the table, a list of turns be met
-NEAR = 1e-6  # mm
+SAME_PLACE_MM = 1e-6  # mm
 DOFS = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
-KINDS = ("U", "U/T", "risk", "cost")
+OBJECTIVE_KINDS = ("U", "U/T", "risk", "cost")
 COSTS = ("accept_bad", "reject_good", "undecided")
 DOWN: Mapping[str, tuple[float, float, float]] = {
     "-z": (0, 0, -1), "+z": (0, 0, 1), "-x": (-1, 0, 0), "+x": (1, 0, 0), "-y": (0, -1, 0), "+y": (0, 1, 0),
@@ -155,7 +155,7 @@ def off_fixture(fixture: Fixture, poses: Array) -> tuple[Array, Array]:
             turn = np.maximum(turn, off)
     if fixture.slots:
         apart = np.linalg.norm(poses[:, None, :3] - np.array(fixture.slots, dtype=float), axis=2).min(axis=1)
-        shift = np.maximum(shift, np.where(apart > NEAR, apart, 0.0))
+        shift = np.maximum(shift, np.where(apart > SAME_PLACE_MM, apart, 0.0))
     if fixture.faces:
         down = unit(np.array(list(fixture.faces.values()), dtype=float))
         turned = pose_of(poses).turn(down)
@@ -170,9 +170,9 @@ def _off(freedom: Freedom, value: Array, turns: bool) -> Array:
         if turns:
             apart = (apart + np.pi) % (2.0 * np.pi) - np.pi
         off = np.abs(apart).min(axis=1)
-        return np.where(off > (TILT if turns else NEAR), off, 0.0)
+        return np.where(off > (TILT if turns else SAME_PLACE_MM), off, 0.0)
     off = np.maximum(freedom.low - value, value - freedom.high)
-    return np.where(off > (TILT if turns else NEAR), off, 0.0)
+    return np.where(off > (TILT if turns else SAME_PLACE_MM), off, 0.0)
 
 
 @dataclass(frozen=True)
@@ -191,8 +191,8 @@ class Goal:
 
     def __post_init__(self) -> None:
         for name in self.mixture:
-            if name not in KINDS:
-                raise UsageError(f'objective = "{name}" is not known.{choose_from(name, KINDS)}')
+            if name not in OBJECTIVE_KINDS:
+                raise UsageError(f'objective = "{name}" is not known.{choose_from(name, OBJECTIVE_KINDS)}')
         for name in self.costs:
             if name not in COSTS:
                 raise UsageError(f'costs: "{name}" is not known.{choose_from(name, COSTS)}')

@@ -16,8 +16,8 @@ from vcmm.task.measuring.plan import Plan, Step
 from vcmm.task.measuring.scenario import Scenario
 
 REPEATS = 5  # touches at one place
-LEAST, MOST = 0.5, 3.0  # factors of the scatter and of the length of styli
-ROOM = 10.0  # K about the temperatures of the scenario
+LEAST_FACTOR, MOST_FACTOR = 0.5, 3.0  # factors of the scatter and of the length of styli
+ROOM_RANGE_K = 10.0  # K about the temperatures of the scenario
 RISING = ("temp_", "reading_")  # columns of a temperature, and what its sensor reads, which rises with it
 DIFFERENCE = "gradient_C"  # stays where all temperatures rise
 POSE = ("x", "y", "z", "turn")  # what a file says in [pose]; the rest it says in [knobs]
@@ -51,10 +51,10 @@ def knobs_of(scenario: Scenario) -> tuple[Knob, ...]:
             )
     out += [
         Knob("turn", "part about the vertical", "deg", (turn - 180.0, turn + 180.0), 1.0, turn),
-        Knob("room", "all temperatures", "K", (-ROOM, ROOM), 0.1, 0.0),
-        Knob("styli", "length of the styli", "x", (LEAST, MOST), 0.05, 1.0),
+        Knob("room", "all temperatures", "K", (-ROOM_RANGE_K, ROOM_RANGE_K), 0.1, 0.0),
+        Knob("styli", "length of the styli", "x", (LEAST_FACTOR, MOST_FACTOR), 0.05, 1.0),
         Knob("touches", "touches at every place", "", (1.0, REPEATS), 1.0, 1.0),
-        Knob("spread", "scatter of one touch", "x", (LEAST, MOST), 0.05, 1.0),
+        Knob("spread", "scatter of one touch", "x", (LEAST_FACTOR, MOST_FACTOR), 0.05, 1.0),
     ]
     return tuple(out)
 

@@ -70,7 +70,7 @@ class Carrier:
 
     def __post_init__(self) -> None:
         self._ways: dict[tuple[str, str], Array] = {}
-        self._beside: dict[str, tuple[Run, Run, float]] = {}
+        self._runs_apart: dict[str, tuple[Run, Run, float]] = {}
 
     @cached_property
     def _where(self) -> tuple[Run, LinkFrames]:
@@ -133,14 +133,14 @@ class Carrier:
         """Return the error motion (n, 6, k) of an effect per unit of an Input; of a column by central difference."""
         if not quantity.is_channel:
             return basis(effect, quantity.parameter, self.run)
-        high, low, step = self.beside(quantity.parameter)
+        high, low, step = self.runs_one_step_apart(quantity.parameter)
         return ((effect.error_motion(high) - effect.error_motion(low)) / (2 * step))[:, :, None]
 
-    def beside(self, column: str) -> tuple[Run, Run, float]:
-        """Return `beside` of the run, cached: many effects read one temperature."""
-        if column not in self._beside:
-            self._beside[column] = beside(self.run, column)
-        return self._beside[column]
+    def runs_one_step_apart(self, column: str) -> tuple[Run, Run, float]:
+        """Return `runs_one_step_apart` of the run, cached: many effects read one temperature."""
+        if column not in self._runs_apart:
+            self._runs_apart[column] = runs_one_step_apart(self.run, column)
+        return self._runs_apart[column]
 
     def product(self, quantity: Input, other: Input) -> Array:
         """Return the observed value (m,) per product of the departures of two scalar Inputs; zero where they do not meet."""
@@ -162,7 +162,7 @@ class Carrier:
         total = np.zeros((len(self.sight.direction), 1))
         for effect in effects:
             if other.is_channel:
-                high, low, step = self.beside(other.parameter)
+                high, low, step = self.runs_one_step_apart(other.parameter)
                 pair = [self.parameter(effect, quantity.parameter, run) for run in (high, low)]
             else:
                 spec = parameter(effect, other.parameter)
@@ -218,12 +218,12 @@ def responses(carriers: Sequence[Carrier], quantity: Input, effects: Sequence[Ef
 def _of_member(carriers: Sequence[Carrier], joint: Input, quantity: Input, width: int) -> list[Array]:
     effects = acted_on(carriers[0].machine, quantity)
     if joint.widths:
-        effects = tuple(e for e in effects if not lacking(e, carriers[0].run))
+        effects = tuple(e for e in effects if not missing_columns(e, carriers[0].run))
     answers = responses(carriers, quantity, effects)
     return answers or [np.zeros((len(c.sight.direction), width)) for c in carriers]
 
 
-def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
+def missing_columns(effect: Effect, run: Run) -> tuple[str, ...]:
     """Return the columns that an effect needs and the run has neither as a column nor as a log."""
     return tuple(
         c
@@ -232,7 +232,7 @@ def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
     )
 
 
-def beside(run: Run, column: str) -> tuple[Run, Run, float]:
+def runs_one_step_apart(run: Run, column: str) -> tuple[Run, Run, float]:
     """Return the run with a column a step higher and a step lower, and the step, for central differences."""
     step = next((s for ending, s in STEP.items() if column.endswith(ending)), 1e-3)
     return (

@@ -23,8 +23,8 @@ from vcmm.task.response.pointing import POINTING_COLUMNS, pointing_observations
 from vcmm.task.response.recording import Recording
 
 ROUNDS = 100
-STILL = 1e-9  # mm or rad
-SMALL = 1e-3  # rad or mm up to which first order will do, where nothing better can be had
+NO_AXIS_MOTION = 1e-9  # mm or rad
+MOST_FIRST_ORDER = 1e-3  # rad or mm up to which first order will do, where nothing better can be had
 
 
 def settle_index(recording: Recording, machine: Machine) -> Recording:
@@ -40,7 +40,7 @@ def settle_index(recording: Recording, machine: Machine) -> Recording:
     total: dict[str, float] = {}
     for _ in range(ROUNDS):
         step = _step(recording, machine)
-        if max(map(abs, step.values()), default=0.0) < STILL:
+        if max(map(abs, step.values()), default=0.0) < NO_AXIS_MOTION:
             return replace(recording, index=total)
         total = {name: total.get(name, 0.0) + d for name, d in step.items()}
         _check_exact(recording, total)
@@ -99,7 +99,7 @@ def _first_order(recording: Recording, machine: Machine, step: dict[str, float])
 def _check_exact(recording: Recording, total: dict[str, float]) -> None:
     if POINTING_COLUMNS[0] in recording.run.columns or recording.kind not in ("angle", "length"):
         return
-    if max(map(abs, total.values()), default=0.0) > SMALL:
+    if max(map(abs, total.values()), default=0.0) > MOST_FIRST_ORDER:
         raise ModelLimit(
             f"index {_text(total)}: a {recording.kind} seen along one direction cannot be moved that far exactly; give the "
             "observed direction pointed_x pointed_y pointed_z (kind angle), or the tip itself (kind path)"

@@ -20,7 +20,7 @@ from vcmm.core.knowledge import acted_on, targets
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.task.response.carrier import Carrier, Sight, beside, meet, responses
+from vcmm.task.response.carrier import Carrier, Sight, meet, responses, runs_one_step_apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ def _carriers(machine: Machine, run: Run) -> tuple[Carrier, ...]:
 
 def _of_column(machine: Machine, run: Run, column: str) -> Array:
     """Return the response to a column (n, 3, 1): the whole machine with the column a little to either side."""
-    high, low, step = beside(run, column)
+    high, low, step = runs_one_step_apart(run, column)
     return ((machine.indication_error(high) - machine.indication_error(low)) / (2 * step))[:, :, None]
 
 

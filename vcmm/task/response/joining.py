@@ -26,9 +26,8 @@ from vcmm.task.response.observe import noise_u
 from vcmm.task.response.recording import SOURCE_LABEL, Ints, Recording
 
 OWN_LABELS = ("pose", "setup", "run", "event", "clamp", "repeat")
-SETTLING_TIME = (
-    1e5  # s: after a day the slowest structure that is looked for (a lag of 6 h) has settled to 1 %
-)
+# s: after a day the slowest structure that is looked for (a lag of 6 h) has settled to 1 %
+SETTLING_TIME = 1e5
 
 
 @dataclass(frozen=True, eq=False)

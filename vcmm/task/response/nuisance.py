@@ -38,11 +38,10 @@ from vcmm.task.response.recording import Ints, Recording
 INDEX_PER = {"temp_air_C": -0.93e-6, "pressure_hPa": 0.27e-6, "humidity_pct": -0.0085e-6}
 NO_COPY = "-"  # value of a label in whose rows there is no such nuisance
 SAME_PLACE = 1e-2  # mm: targets are repeated to a few um
-TABLE, ROWS = (
-    250_000_000,
-    100_000,
-)  # numbers that the columns of one nuisance may be; rows that a diagnosis takes
-NOTHING = 1e-10  # a column below this, in units of its arm, changes nothing
+# numbers that the columns of one nuisance may be; rows that a diagnosis takes
+TABLE = 250_000_000
+ROWS = 100_000
+LEAST_COLUMN = 1e-10  # a column below this, in units of its arm, changes nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +135,9 @@ def _shift(group: _LabelGroup) -> Columns:
         return []
     columns = group.across_ends(np.broadcast_to(np.eye(3), (group.run.n, 3, 3)))
     return [
-        (f".shift_{c}", columns[:, i]) for i, c in enumerate("xyz") if np.abs(columns[:, i]).max() > NOTHING
+        (f".shift_{c}", columns[:, i])
+        for i, c in enumerate("xyz")
+        if np.abs(columns[:, i]).max() > LEAST_COLUMN
     ]
 
 
@@ -150,7 +151,7 @@ def _link_columns(group: _LabelGroup, links: Mapping[str, tuple[str, int]]) -> C
         motion = tip_motion(chain, axes, group.run, [Motion(link, "motion", six)])
         moved = motion[:, 3:] if group.recording.kind == "angle" else motion[:, :3]
         columns = sign * group.across_ends(moved[:, :, None])[:, 0]
-        if np.abs(columns).max(initial=0.0) > NOTHING:
+        if np.abs(columns).max(initial=0.0) > LEAST_COLUMN:
             out.append((name, columns))
     return out
 
@@ -164,7 +165,7 @@ def _rigid(group: _LabelGroup) -> Columns:
     else:
         turned = np.stack([np.cross(axis, arm) for axis in np.eye(3)], axis=2)
         columns, reach = group.across_ends(turned), float(np.abs(arm[group.row]).max())
-    kept = [i for i in range(3) if np.abs(columns[:, i]).max() > NOTHING * max(reach, 1.0)]
+    kept = [i for i in range(3) if np.abs(columns[:, i]).max() > LEAST_COLUMN * max(reach, 1.0)]
     return _shift(group) + [(f".turn_{'xyz'[i]}", columns[:, i]) for i in kept]
 
 

@@ -29,13 +29,13 @@ from vcmm.core.laws import MultivariateNormal, MultivariateSamples, row_factor
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.physics.structure.scatter import Scatter
-from vcmm.task.response.carrier import Carrier, Sight, lacking, responses
+from vcmm.task.response.carrier import Carrier, Sight, missing_columns, responses
 from vcmm.task.response.logs import with_logs
 from vcmm.task.response.nuisance import nuisance_columns
 from vcmm.task.response.recording import Recording
 
 __all__ = [
-    "Observer", "baseline", "calibration_columns", "known_here", "lacking", "left_out", "noise_u", "nuisance_columns", "observe",
+    "Observer", "baseline", "calibration_columns", "known_here", "left_out", "missing_columns", "noise_u", "nuisance_columns", "observe",
 ]  # fmt: skip
 INSTRUMENT_KINDS = ("displacement", "length")  # an instrument is the reference
 
@@ -88,7 +88,7 @@ class Observer:
     @cached_property
     def usable(self) -> Machine:
         """The machine with those of its effects whose columns the recording has."""
-        kept = tuple(e for e in self.machine.effects if not lacking(e, self.run))
+        kept = tuple(e for e in self.machine.effects if not missing_columns(e, self.run))
         return replace(self.machine, effects=kept)
 
     def baseline(self) -> Array:
@@ -149,7 +149,7 @@ class Observer:
             return tuple(e for effects in members for e in effects) if some else ()
         if quantity.is_channel:
             return self.usable.effects if quantity.parameter in self.run.columns else ()
-        return tuple(e for e in targets(self.machine, quantity) if not lacking(e, self.run))
+        return tuple(e for e in targets(self.machine, quantity) if not missing_columns(e, self.run))
 
     def _code(self, quantity: Input, ends: Sequence[Array]) -> Array:
         """Return columns (m, r): the response (m, k) of each end times the factor of the law, one block per independent copy."""
@@ -216,7 +216,7 @@ def _unit_factor(quantity: Input, k: int) -> Array:
 def left_out(recording: Recording, machine: Machine) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Return (effect id, missing columns) of the machine's own effects that the recording cannot show; `baseline` is without them."""
     run = machine.prepare(recording.run)
-    needs = ((e.id, lacking(e, run)) for e in machine.effects if not e.about.is_random)
+    needs = ((e.id, missing_columns(e, run)) for e in machine.effects if not e.about.is_random)
     return tuple((name, columns) for name, columns in needs if columns)
 
 

@@ -21,7 +21,7 @@ from vcmm.core.run import Array, Run
 from vcmm.task.response.recording import Ints, Recording
 
 LEVER = 1000.0  # mm: tips that far out tell the turn of a frame
-STEPS, STILL = 60, 1e-10  # of Gauss-Newton; step, mm and rad, below which it has come to rest
+STEPS, CONVERGED_STEP = 60, 1e-10  # of Gauss-Newton; step, mm and rad, below which it has come to rest
 FIRST_U = (0.1, 1e-4)  # mm, rad: weights of position and orientation before their scatter is known
 STARTS = (0.0, 150.0, -150.0)  # mm along every axis of the tool: places of the target that are tried
 FAR_STARTS = (1.0, -1.0, 2.0, -2.0)  # in rms radii of the positions, where near starts lead nowhere
@@ -209,7 +209,7 @@ def _refine(poses: PoseReadings, frames: Frame, place: TrackerPlacement) -> tupl
         step[used] = np.linalg.lstsq(columns[:, used] / size[used], rest, rcond=1e-10)[0] / size[used]
         cost = float(rest @ rest)
         place = _shorter(poses, frames, place, step, cost, u)
-        if np.abs(step).max() < STILL:
+        if np.abs(step).max() < CONVERGED_STEP:
             break
     return place, cost
 

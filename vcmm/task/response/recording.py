@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 Ints = npt.NDArray[np.intp]
-KINDS = ("probe", "displacement", "length", "angle", "path")
+RECORDING_KINDS = ("probe", "displacement", "length", "angle", "path")
 NUISANCES = (
     "rigid", "offset", "radius", "zero", "slope", "centre", "station", "dead_path", "alignment", "index",
     "profile", "tool",
@@ -81,8 +81,10 @@ class Recording:
     record: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise UsageError(f'unknown kind of recording "{self.kind}".{choose_from(self.kind, KINDS)}')
+        if self.kind not in RECORDING_KINDS:
+            raise UsageError(
+                f'unknown kind of recording "{self.kind}".{choose_from(self.kind, RECORDING_KINDS)}'
+            )
         for word in self.nuisance:
             if word not in NUISANCES:
                 raise UsageError(f'unknown nuisance "{word}".{choose_from(word, NUISANCES)}')

@@ -24,9 +24,9 @@ from vcmm.physics.structure.expansion import PartExpansion
 from vcmm.physics.structure.scatter import Scatter
 from vcmm.physics.structure.setting import ToolLength, ToolRadius, WorkOffset
 from vcmm.shop.cutting.contactmap import Contacts
+from vcmm.shop.machining.cut_world import Cutting
 from vcmm.shop.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.shop.machining.tool_errors import ToolSide
-from vcmm.shop.machining.world import Cutting
 from vcmm.shop.machining.zero_setting import SETTING
 from vcmm.task.measuring.plan import touches
 from vcmm.task.measuring.settings import Settings
