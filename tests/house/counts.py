@@ -117,7 +117,10 @@ KEPT = {  # module -> names that stay though they are bare participles, and why
         ("added", "changed", "foretold", "kept", "passed", "said"),
         "keys of the JSON document vcmm.track/1",
     ),
-    "learn.calibration.result": (("identified",), "field of what `vcmm.calibrate` returns, in docs/calibrate.md"),
+    "learn.calibration.result": (
+        ("identified",),
+        "field of what `vcmm.calibrate` returns, in docs/calibrate.md",
+    ),
     "learn.tracking.next_check": (("kept",), "field of what `vcmm.track` returns, in a notebook"),
     "files.learned.track_result": (
         ("dated", "followed"),
