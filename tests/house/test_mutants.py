@@ -13,6 +13,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from mutant_map import Coverage  # noqa: E402
 from mutant_sites import shown, sites  # noqa: E402
+from mutant_worker import code_of, functions_in_memory  # noqa: E402
 from mutants import Nearest, interval, sample  # noqa: E402
 
 SOURCE = '''"""Half of 3 + 4 is no formula here."""
@@ -122,8 +123,9 @@ def test_without_a_map_the_sources_say_which_tests_are_nearest(tmp_path):
 
 
 def test_a_sample_has_so_many_of_either_class():
+    """Three and two take turns: at 1/6, 3/6, 5/6 and at 1/4, 3/4 of the way."""
     chosen = sample(1, 3, 2, "core")
-    assert [site.formula for site in chosen] == [True, True, True, False, False]
+    assert [site.formula for site in chosen] == [True, False, True, False, True]
     assert all(site.file.startswith("vcmm/core/") for site in chosen)
 
 
@@ -131,3 +133,18 @@ def test_the_interval_of_a_share_by_hand():
     """All of n seen: low = 0.025^(1/n), 0.025^(1/10) = 10^(-1.602 / 10) = 0.6915; none seen: high = 1 - that."""
     assert interval(10, 10) == (pytest.approx(0.6915, abs=5e-5), 1.0)
     assert interval(0, 10) == (0.0, pytest.approx(0.3085, abs=5e-5))
+
+
+def test_a_function_in_memory_gets_the_code_of_the_broken_file(tmp_path):
+    """area(2) is 2 * 2.5 + 2 - 1 = 6, so -6 / 4 = -1.5; with the last sign dropped 1.5. What is imported elsewhere changes with it."""
+    file = tmp_path / "part.py"
+    file.write_text(SOURCE.replace("values[1 + 2]", "4"), encoding="utf-8")
+    names: dict = {}
+    exec(compile(file.read_bytes(), str(file), "exec"), names)
+    area = names["area"]
+    assert area(2.0) == -1.5
+    file.write_text(file.read_text(encoding="utf-8").replace("-total", "total"), encoding="utf-8")
+    (function,) = functions_in_memory(tmp_path)[str(file), "area"]
+    function.__code__ = code_of(file, "area")
+    assert area(2.0) == 1.5
+    assert code_of(file, "volume") is None

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from contextlib import redirect_stdout
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pytest
@@ -29,7 +31,7 @@ def another_line(rng: np.random.Generator, machine: Machine):
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """Six errors of X calibrated, the residual file beside it, and the line as a file."""
+    """Six errors of X calibrated, the residual file beside it, the line as a file, and the document that was printed."""
     folder = tmp_path_factory.mktemp("tested")
     rng = np.random.default_rng(7)
     machine = draw(rng)
@@ -40,14 +42,15 @@ def done(tmp_path_factory):
     save_recording(another_line(rng, machine), folder / "another.toml", "unused.toml")
     words = ["calibrate", *files, "--structure", STRUCTURE, "--out", str(folder / "machine.toml")]
     words += ["--residual", str(folder / "left.toml"), "--test", str(folder / "another.toml"), "--json"]
-    return folder, files, words, machine
+    with redirect_stdout(StringIO()) as out:
+        assert run(words) == 0
+    return folder, files, words, machine, json.loads(out.getvalue())
 
 
-def test_a_gain_is_told_on_another_line(done, capsys):
+def test_a_gain_is_told_on_another_line(done):
     """The line with another tip shows EXX and the pitch and yaw of X; the file predicts it to the noise."""
-    folder, _, words, _ = done
-    assert run(words) == 0
-    (told,) = json.loads(capsys.readouterr().out)["tests"]
+    folder, _, _, _, document = done
+    (told,) = document["tests"]
     assert told["rms_after"] < 0.5 < 1.0 < told["rms_before"]
     assert told["inside"] >= 0.8
     one, _ = load_recording(folder / "another.toml", load_machine(folder / "machine.toml"))
@@ -75,7 +78,7 @@ def test_the_compensated_machine_has_no_table_and_the_same_covariance(done):
 
 def test_compensated_with_its_table_the_drawn_machine_stays_within_the_residual_band(done):
     """The drawn machine less the table, seen by the laser line: nothing is left but the band that the residual file states."""
-    folder, _, _, truth = done
+    folder, _, _, truth, _ = done
     rng = np.random.default_rng(1)
     table = load_machine(folder / "machine.toml")
     seen = another_line(rng, truth)
@@ -97,7 +100,7 @@ def test_the_covariance_of_what_is_left_by_hand():
 
 
 def test_the_training_readings_are_no_test(done, capsys):
-    folder, files, _, _ = done
+    folder, files, *_ = done
     words = ["calibrate", *files, "--structure", STRUCTURE, "--out", str(folder / "m.toml")]
     assert run([*words, "--test", files[0]]) == 2
     assert "holds the same readings as" in capsys.readouterr().err
