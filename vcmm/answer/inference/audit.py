@@ -60,7 +60,7 @@ from vcmm.task.measuring.settings import Settings
 from vcmm.task.measuring.task import Task
 
 ALIKE, SHARE = 300, 0.1  # parts that indicated as much: so many, and at most this share of all
-TINY = 1e-12  # mm or rad
+LEAST_LENGTH = 1e-12  # mm or rad
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def lengths(
         ]
         widths.append(
             [(high - low).mean() for low, high in kinds]
-            + [((low <= true + TINY) & (true <= high + TINY)).mean() for low, high in kinds]
+            + [((low <= true + LEAST_LENGTH) & (true <= high + LEAST_LENGTH)).mean() for low, high in kinds]
         )
     return IntervalLengths(*(float(x) for x in np.mean(widths, axis=0)))
 
@@ -110,7 +110,9 @@ def oracle(
 
     true, indicated, rest = family
     rough = sorted_by_roughness(c)
-    unit, own_unit = (np.maximum(r, TINY) if rough else np.ones(len(r)) for r in (rest, asked_part[1]))
+    unit, own_unit = (
+        np.maximum(r, LEAST_LENGTH) if rough else np.ones(len(r)) for r in (rest, asked_part[1])
+    )
     count = int(min(ALIKE, max(SHARE * len(true), 1)))
     alike = (
         KDTree(_place(c, indicated, rest)).query(_place(c, *asked_part), count)[1].reshape(len(own_unit), -1)
@@ -129,7 +131,7 @@ def _place(c: Characteristic, indicated: Array, rest: Array) -> Array:
     where they are used."""
     columns = [indicated] if gps.is_one_sided(c) else []
     columns += [rest] if sorted_by_roughness(c) else []
-    return np.log(np.maximum(np.stack(columns, axis=1), TINY))
+    return np.log(np.maximum(np.stack(columns, axis=1), LEAST_LENGTH))
 
 
 PARTS = 2000

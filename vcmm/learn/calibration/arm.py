@@ -21,7 +21,7 @@ import numpy as np
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.learn.calibration.arm_redundancy import SAME, Redundant, beside, orthonormal, same_as
+from vcmm.learn.calibration.arm_redundancy import SAME_COLUMN_SHARE, Redundant, beside, orthonormal, same_as
 from vcmm.learn.calibration.arm_terms import SHIFT, TURN, Term, further_terms, geometry_terms
 from vcmm.task.response.poses import (
     PoseReadings,
@@ -152,7 +152,7 @@ def _screen(fit: ArmFit, terms: Sequence[Term]) -> tuple[dict[str, float], list[
         block = of_terms[:, k : k + term.size]
         k += term.size
         left = block - q @ (q.T @ block)
-        if np.linalg.norm(left) < SAME * np.linalg.norm(block):
+        if np.linalg.norm(left) < SAME_COLUMN_SHARE * np.linalg.norm(block):
             same.append(Redundant(term.name, same_as(block[:, 0], fitted_columns, labels)))
         part = orthonormal(left) if np.any(left) else left
         won = min(float(np.sum((part.T @ rest) ** 2)) / float(rest @ rest), 1.0 - 1e-12)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 
-SAME = 1e-6  # of a column that those before it leave: then they do the same
+SAME_COLUMN_SHARE = 1e-6  # of a column that those before it leave: then they do the same
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def beside(column: Array, basis: Sequence[Array]) -> Array | None:
             q = np.column_stack(basis)
             left = left - q @ (q.T @ left)
     rest = float(np.linalg.norm(left))
-    return None if rest < SAME else left / rest
+    return None if rest < SAME_COLUMN_SHARE else left / rest
 
 
 def same_as(column: Array, columns: Array, labels: Sequence[str]) -> tuple[tuple[str, float], ...]:

@@ -20,7 +20,7 @@ from vcmm.core.blocks import Progress
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.calibration.interpolation import INTERPOLATIONS, SAME, moving
+from vcmm.learn.calibration.interpolation import INTERPOLATIONS, SAME_POSITION_MM, moving
 from vcmm.learn.calibration.job import calibrate
 from vcmm.learn.calibration.net import folds
 from vcmm.learn.calibration.readings import Readings, readings
@@ -30,7 +30,7 @@ from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.response.recording import Recording
 
 Mask = npt.NDArray[np.bool_]
-LEAST = 6  # positions of a line of which some are held out
+LEAST_POSITIONS = 6  # positions of a line of which some are held out
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,14 @@ def held_rows(recording: Recording) -> Mask:
     axes = moving(recording)
     if recording.kind == "length":
         where = np.stack([recording.run.q(a)[recording.row] for a in axes], axis=1)
-        places, number = np.unique(np.round(where / SAME), axis=0, return_inverse=True)
+        places, number = np.unique(np.round(where / SAME_POSITION_MM), axis=0, return_inverse=True)
         mixed = np.random.default_rng(0).permutation(len(places))  # in order, whole planes of a grid would go
-        return np.isin(number.ravel(), mixed[: len(places) // 3]) if len(places) >= LEAST else none
+        return np.isin(number.ravel(), mixed[: len(places) // 3]) if len(places) >= LEAST_POSITIONS else none
     if recording.kind not in ("displacement", "angle") or len(axes) != 1:
         return none
-    q = np.round(recording.run.q(axes[0])[recording.row] / SAME)
+    q = np.round(recording.run.q(axes[0])[recording.row] / SAME_POSITION_MM)
     places, number = np.unique(q, return_inverse=True)
-    if len(places) < LEAST:
+    if len(places) < LEAST_POSITIONS:
         return none
     return np.isin(number, folds(len(places))[1])
 
@@ -85,7 +85,7 @@ def compare_interpolations(
     masks = [held_rows(r) for r in recordings]
     if not any(h.any() for h in masks):
         raise UsageError(
-            f"no recording is a line of {LEAST} positions or more along one axis, or lengths to as many places; nothing can be held out to "
+            f"no recording is a line of {LEAST_POSITIONS} positions or more along one axis, or lengths to as many places; nothing can be held out to "
             "compare interpolations"
         )
     kept = [r.take(~h) for r, h in zip(recordings, masks)]

@@ -7,8 +7,8 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.task.instruments.face_scan import FaceScan
 
-FAR = 12.0  # times the usual scatter: a reading of a normal law never lies so far
-LEAST = 1e-6  # mm: usual scatter below which a scan is taken as computed
+OUTLIER_SIGMAS = 12.0  # times the usual scatter: a reading of a normal law never lies so far
+LEAST_SCATTER_MM = 1e-6  # mm: usual scatter below which a scan is taken as computed
 SHARE = 0.005  # of the readings: more of them are a feature of the face
 NORMAL = 1.4826  # standard deviation over median of absolute values, normal law
 
@@ -21,8 +21,8 @@ def outlier_remarks(scan: FaceScan, a: Array, height: Array, rest: Array) -> tup
     kept = np.ones(len(rest), dtype=bool)
     first = rest
     for _ in range(int(max(SHARE * len(rest), 1.0)) + 1):
-        usual = max(NORMAL * float(np.median(np.abs(rest[kept]))), LEAST)
-        far = kept & (np.abs(rest) > FAR * usual)
+        usual = max(NORMAL * float(np.median(np.abs(rest[kept]))), LEAST_SCATTER_MM)
+        far = kept & (np.abs(rest) > OUTLIER_SIGMAS * usual)
         if not far.any():
             break
         kept[int(np.where(kept, np.abs(rest), 0.0).argmax())] = False

@@ -16,7 +16,7 @@ from vcmm.core.run import Array
 from vcmm.learn.calibration.nodes import NodeScatter
 
 COARSE, FINER, AMPLITUDES = 5, 7, 16  # points of a grid along x, y, z; of the sizes
-MOST = 240  # nodes of a field with those filled in
+MOST_NODES = 240  # nodes of a field with those filled in
 FINE = 0.8  # lengths between nodes that are filled in: half way between them nine tenths of the variance is theirs
 
 
@@ -114,19 +114,19 @@ def _correlation(scatter: NodeScatter) -> tuple[Array, Array]:
 
 
 def support(place: Array, lengths: Array) -> Array:
-    """Return the nodes and those that are filled in between them, FINE lengths apart, or as many as MOST allows, within the hull, (m, 3) mm."""
+    """Return the nodes and those that are filled in between them, FINE lengths apart, or as many as MOST_NODES allows, within the hull, (m, 3) mm."""
     from scipy.spatial import Delaunay
 
     mesh, low, high = Delaunay(place), place.min(axis=0), place.max(axis=0)
     share = FINE
     while True:
         count = np.maximum(np.ceil((high - low) / (share * lengths)).astype(int) + 1, 2)
-        if int(np.prod(count)) <= 20 * MOST:
+        if int(np.prod(count)) <= 20 * MOST_NODES:
             axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, count)]
             grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(3, -1).T
             grid = grid[mesh.find_simplex(grid, tol=1e-9) >= 0]
             far = (((grid[:, None] - place) / lengths) ** 2).sum(axis=2).min(axis=1) > (share / 2) ** 2
-            if len(place) + int(far.sum()) <= max(MOST, len(place)):
+            if len(place) + int(far.sum()) <= max(MOST_NODES, len(place)):
                 return np.vstack([place, grid[far]])
         if (count == 2).all() and share > 1e6:
             return place

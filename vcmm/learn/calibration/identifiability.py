@@ -18,7 +18,7 @@ from vcmm.core.axes import axis_of, is_location, is_rotary, unit_vector
 from vcmm.core.run import Array
 from vcmm.learn.calibration.evidence import NormalEquations, append_identity
 from vcmm.learn.calibration.model import Curve, ErrorModel
-from vcmm.learn.calibration.prior import BROAD, FAR, prior, scale_factor, usual
+from vcmm.learn.calibration.prior import BROAD, FAR_TIMES_USUAL, prior, scale_factor, usual
 from vcmm.learn.calibration.solve import condition_on_prior, conditioned_factor
 
 WORSE = 0.2  # u after over u before: below, an error is identified
@@ -30,7 +30,7 @@ HARMONICS, LEFT = (
     0.1,
 )  # rms of a wave that the convention nearly takes away
 LEAST_SHARE = 0.12  # share of a member of a combination, of its largest
-MOST, BRIEF = 12, 3
+MOST_DIRECTIONS, BRIEF = 12, 3
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def broad_factor(model: ErrorModel, share: float = 0.35) -> Array:
     lengths = {c.component: share * float(c.nodes[-1] - c.nodes[0]) for c in model.curves}
     out = scale_factor(prior(model, lengths), BROAD * usual(model))
     for pair in model.pairs:
-        out[model.slices[pair]] *= BROAD / FAR
+        out[model.slices[pair]] *= BROAD / FAR_TIMES_USUAL
     return out
 
 
@@ -278,7 +278,7 @@ def _combinations(
         )
         for n in silent
     ]
-    return out + several[:MOST]
+    return out + several[:MOST_DIRECTIONS]
 
 
 def _alone(name: str, members: Sequence[tuple[str, str, float]]) -> str:

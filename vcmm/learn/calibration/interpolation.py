@@ -44,10 +44,10 @@ SHORT = {
     "splines": "spline", "gp": "gaussian process", "gaussian-process": "gaussian process", "net": "i-(2i+1)-o",
 }  # fmt: skip
 LINEAR_AXES = ("X", "Y", "Z")
-SAME = 1e-3  # mm: positions nearer than this are one
+SAME_POSITION_MM = 1e-3  # mm: positions nearer than this are one
 LARGEST_GAP = 3.0  # u of both together, of curves from the same readings; of 216 that did not swing none was further apart
 MEMBERS = 24  # nets of an ensemble
-MOST = 33  # nodes of a table
+MOST_TABLE_NODES = 33  # nodes of a table
 
 
 def interpolation_of(word: str) -> str:
@@ -75,10 +75,12 @@ def read_positions(recordings: Sequence[Recording], curve: Curve) -> Array:
     """Return the positions (k,) mm at which lines along the axis of a curve were read, with its ends; its own nodes where there are none
     or too many."""
     moved = [r.run.q(curve.axis)[r.row] for r in recordings if moving(r) == [curve.axis]]
-    every = np.unique(np.round(np.concatenate([curve.nodes[[0, -1]], *moved]) / SAME) * SAME)
+    every = np.unique(
+        np.round(np.concatenate([curve.nodes[[0, -1]], *moved]) / SAME_POSITION_MM) * SAME_POSITION_MM
+    )
     every = np.clip(every, curve.nodes[0], curve.nodes[-1])
-    apart = every[np.concatenate([[True], np.diff(every) > 2 * SAME])]
-    if len(apart) < 3 or len(apart) > MOST:
+    apart = every[np.concatenate([[True], np.diff(every) > 2 * SAME_POSITION_MM])]
+    if len(apart) < 3 or len(apart) > MOST_TABLE_NODES:
         return curve.nodes
     apart[-1] = curve.nodes[-1]
     return np.asarray(apart)
@@ -86,7 +88,9 @@ def read_positions(recordings: Sequence[Recording], curve: Curve) -> Array:
 
 def moving(recording: Recording) -> list[str]:
     """Return the axes that move in a recording."""
-    return [a for a, q in recording.run.position.items() if float(np.ptp(q[recording.row])) > SAME]
+    return [
+        a for a, q in recording.run.position.items() if float(np.ptp(q[recording.row])) > SAME_POSITION_MM
+    ]
 
 
 def swings(post: ErrorPosterior, beside: ErrorPosterior) -> list[str]:

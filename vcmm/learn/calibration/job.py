@@ -46,9 +46,12 @@ from vcmm.learn.calibration.touching import as_line, is_touched, touched_errors
 from vcmm.task.instruments.instrument import InstrumentCertificate
 from vcmm.task.response.recording import Recording
 
-FAR, TURNS = 1e6, 1e3  # mm, rad: assumed travel of an axis without a stated one
+UNLIMITED_TRAVEL_MM, UNLIMITED_TRAVEL_RAD = (
+    1e6,
+    1e3,
+)  # mm, rad: assumed travel of an axis without a stated one
 FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried too
-LEAST = 9  # nodes of a recalibration
+LEAST_RECALIBRATION_NODES = 9  # nodes of a recalibration
 SPLINE, POLYNOMIAL = "spline", "polynomial"
 BETTER = 1.0  # nats that more nodes must win
 BETWEEN = (
@@ -65,7 +68,15 @@ NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
 def bare_machine(structure: str) -> Machine:
     """Return a machine of that structure without errors, travels without end. Raises UsageError for a wrong structure."""
     chain = parse_structure(structure)
-    axes = {a: Axis(a, (-TURNS, TURNS) if is_rotary(a) else (-FAR, FAR)) for a in chain.letters}
+    axes = {
+        a: Axis(
+            a,
+            (-UNLIMITED_TRAVEL_RAD, UNLIMITED_TRAVEL_RAD)
+            if is_rotary(a)
+            else (-UNLIMITED_TRAVEL_MM, UNLIMITED_TRAVEL_MM),
+        )
+        for a in chain.letters
+    }
     return Machine("calibrated machine", "cmm", chain, axes)
 
 
@@ -292,9 +303,12 @@ class _Job:
         fewer than it has (9 at least).
         """
         if prior.names:
-            due = max(known_nodes(self.machine), LEAST)
+            due = max(known_nodes(self.machine), LEAST_RECALIBRATION_NODES)
             turns = {axis: len(nodes) for axis, nodes in known_turns(self.machine).items()}
-            return all(len(c.nodes) >= (turns.get(c.axis, LEAST) if c.rotary else due) for c in coarse.curves)
+            return all(
+                len(c.nodes) >= (turns.get(c.axis, LEAST_RECALIBRATION_NODES) if c.rotary else due)
+                for c in coarse.curves
+            )
         if coarse.size == best.model.size or left_between(best, coarse) > BETWEEN:
             return False
         fewer = smoothness(best.information.project_onto(coarse, lift))
@@ -374,7 +388,10 @@ def _with_travels(machine: Machine, spans: Mapping[str, tuple[float, float]]) ->
     """Return the machine with the measured travels, where none are stated; an axis that did not move has 1 mm about it."""
     axes = dict(machine.axes)
     for letter, axis in machine.axes.items():
-        if axis.travel in ((-FAR, FAR), (-TURNS, TURNS)):
+        if axis.travel in (
+            (-UNLIMITED_TRAVEL_MM, UNLIMITED_TRAVEL_MM),
+            (-UNLIMITED_TRAVEL_RAD, UNLIMITED_TRAVEL_RAD),
+        ):
             low, high = spans.get(letter, (0.0, 0.0))
             still = STILL if high - low <= REST else 0.0
             axes[letter] = replace(axis, travel=(low - still, high + still))

@@ -25,7 +25,7 @@ from vcmm.task.instruments.tracker import FROM
 from vcmm.task.response.recording import Recording
 
 SENSES = ("sense_X", "sense_Y", "sense_Z")
-LEAST = 3  # approaches of a node: fewer have no standard deviation worth the name
+LEAST_APPROACHES = 3  # approaches of a node: fewer have no standard deviation worth the name
 NULL_DRAWS, NULL_SEED = 20_000, 52
 
 
@@ -72,11 +72,11 @@ def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:
     length_u = _length_uncertainties(recording)
     share = _propagate(data, result, length_u**2)  # (I, 3) variance of a point by the lengths' own u
     groups = [np.flatnonzero(node == k) for k in range(len(place))]
-    few = [k for k, g in enumerate(groups) if len(g) < LEAST]
+    few = [k for k, g in enumerate(groups) if len(g) < LEAST_APPROACHES]
     if few:
         where = " ".join(f"{v:g}" for v in place[few[0]])
         raise UsageError(
-            f"the node at ({where}) mm has {len(groups[few[0]])} approaches; expected {LEAST} or more for a standard deviation"
+            f"the node at ({where}) mm has {len(groups[few[0]])} approaches; expected {LEAST_APPROACHES} or more for a standard deviation"
         )
     count = np.array([len(g) for g in groups])
     at = np.full((len(place), count.max(), 3), np.nan)

@@ -35,7 +35,9 @@ from vcmm.task.instruments.touch_probe import TOUCH_PROBE
 from vcmm.task.response.recording import Ints
 
 FREE = 1.0  # mm: standard uncertainty of what is free, large beside every reading
-ENOUGH = 1.05  # of the volume of all poses: the fewest poses that come so near, where no budget is stated
+ENOUGH_VOLUME_RATIO = (
+    1.05  # of the volume of all poses: the fewest poses that come so near, where no budget is stated
+)
 TOLD = 1e-3  # information of all poses over that of the prior, from which a combination of errors counts as determined
 PAYS = 1e-3  # of the volume: a swap that gains less ends the search
 
@@ -201,7 +203,7 @@ def best_poses(plan: PosePlan, budget: float | None) -> list[int]:
     Raises UsageError where the budget is too short for a single pose.
     """
     everything = range(len(plan.candidates))
-    aim = 0.0 if budget is not None else ENOUGH * plan.volume(everything)
+    aim = 0.0 if budget is not None else ENOUGH_VOLUME_RATIO * plan.volume(everything)
     chosen: list[int] = []
     while len(chosen) < len(plan.candidates):
         left = np.inf if budget is None else budget + 1e-9 - plan.minutes(chosen)

@@ -21,7 +21,7 @@ from vcmm.learn.calibration.model import Curve, ErrorModel, usual_pairs
 
 SPREAD = 2.5  # of ln size: machines from 20 nm to 0.5 mm
 SLOPE = 2e-4  # prior u of a scale error: far beyond any machine
-FAR = 100.0  # times the usual squareness or location error: far beyond any machine
+FAR_TIMES_USUAL = 100.0  # times the usual squareness or location error: far beyond any machine
 BROAD = 5.0  # times the usual size: nothing is known
 GRAIN = 1e-6  # share of the variance without correlation from node to node
 
@@ -117,7 +117,7 @@ def _embed(model: ErrorModel, name: str, block: Array) -> Array:
 
 def widest_pairs(model: ErrorModel) -> Array:
     """Return (pairs,): prior u of squareness and location errors, rad or mm."""
-    return FAR * usual_pairs(model)
+    return FAR_TIMES_USUAL * usual_pairs(model)
 
 
 def usual(model: ErrorModel) -> Array:

@@ -18,7 +18,7 @@ from vcmm.task.response.recording import Ints, Recording
 PLANES = {"XY": (0, 1), "YZ": (1, 2), "ZX": (2, 0)}
 ROUND = 0.02  # of the radius: points that lie further off are on no circle about that centre
 FULL = TURN - np.radians(10.0)
-LEAST = 8
+LEAST_READINGS = 8
 RADIAL = 0.99  # square of the cosine between what is read and the radius
 
 
@@ -98,7 +98,7 @@ def _figures(test: RecordedTest, circle: Circle, limits: Limits) -> tuple[list[F
     recording = test.recording
     ahead, back = (np.flatnonzero(circle.way == w) for w in (1.0, -1.0))
     for which, word in ((ahead, "counter-clockwise"), (back, "clockwise")):
-        if len(which) < LEAST:
+        if len(which) < LEAST_READINGS:
             raise UsageError(
                 f"{recording.name}: {len(which)} readings were taken {word} (seen from + onto {circle.plane}); ISO 230-4 takes both "
                 "senses of rotation, in one file, in the order made"

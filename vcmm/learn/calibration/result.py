@@ -123,7 +123,7 @@ def rms(values: Array) -> float:
     return float(np.sqrt((values**2).mean())) if len(values) else 0.0
 
 
-NOTHING = 1e-9  # of the largest eigenvalue: what is below is not found
+NOTHING_FOUND_SHARE = 1e-9  # of the largest eigenvalue: what is below is not found
 
 
 def probe_radii(
@@ -185,7 +185,7 @@ def _solve(gram: Array, right: Array) -> tuple[Array, Array, Array]:
     """Solve least squares with columns scaled to unit length: return values, covariance, and of each number the share that is determined."""
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     values, ways = np.linalg.eigh(gram / np.outer(size, size))
-    kept = values > NOTHING * values[-1]
+    kept = values > NOTHING_FOUND_SHARE * values[-1]
     half = ways[:, kept] / np.sqrt(values[kept])
     covariance = (half @ half.T) / np.outer(size, size)
     share = (ways[:, kept] ** 2).sum(axis=1)

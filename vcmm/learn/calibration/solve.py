@@ -30,7 +30,7 @@ ROUNDS, STILL = 12, 1e-3
 CHUNK = 4096  # readings
 REFINE_ROUNDS = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
 FINEST = 1e-3  # of the readings: an unstated noise is never assumed smaller, even with few readings
-SMALL = 0.45  # of the stated noise: half way (in ratio) to 1 / 4.848, arcsec taken for urad
+SMALL_NOISE_RATIO = 0.45  # of the stated noise: half way (in ratio) to 1 / 4.848, arcsec taken for urad
 EXCESS, CHANCE = (
     1.15,
     1e-3,
@@ -41,7 +41,7 @@ EXCESS, CHANCE = (
 class ReadingNoise:
     """Noise of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool.
 
-    quiet: the residuals over the stated u, where they are smaller than SMALL of it and not by chance; else 1.
+    quiet: the residuals over the stated u, where they are smaller than SMALL_NOISE_RATIO of it and not by chance; else 1.
     """
 
     scale: float
@@ -258,7 +258,7 @@ def _quiet(e: Array, part: Readings, left: float) -> float:
     from scipy.special import chdtr
 
     rms = float(np.sqrt((e**2).mean()))
-    if not part.stated or rms > SMALL or chdtr(left, rms**2 * left) > CHANCE:
+    if not part.stated or rms > SMALL_NOISE_RATIO or chdtr(left, rms**2 * left) > CHANCE:
         return 1.0
     return rms
 

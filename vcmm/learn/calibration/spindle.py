@@ -32,7 +32,7 @@ TRIALS = 1000
 TURNS, PER_TURN = 10, 72
 REACH = 100.0  # mm between the two heights where a tilt is read
 ANGLE = " (urad)"  # at the end of the name of a figure in urad
-NOTHING = 1e-13  # mm, rad
+ZERO_ERROR = 1e-13  # mm, rad
 COORDINATE_NAMES = {
     "X": "radial X",
     "Y": "radial Y",
@@ -160,7 +160,7 @@ def predicted_spindle(
     for axis in turning:
         for name, drawn in _motions(machine, axis, rng, trials).items():
             label = COORDINATE_NAMES[name] if len(turning) == 1 else f"{COORDINATE_NAMES[name]} of {axis}"
-            if float(np.abs(drawn).max()) < NOTHING:
+            if float(np.abs(drawn).max()) < ZERO_ERROR:
                 continue  # the machine file knows no such error
             for value, values in _drawn_values(drawn, name in "XY").items():
                 out.append(_predicted_figure(f"{value} {label}", values, name in "AB", limits or {}))

@@ -13,7 +13,7 @@ from vcmm.learn.calibration.thermal_terms import BLOCKS, SHORTEST, Term, WarmRea
 
 LAGS = (0.0, 60.0, 300.0, 1200.0, 4800.0, 19_200.0)  # s: where a search begins
 SURE = 2.0  # amounts below so many u are not known
-MOST = 5  # terms
+MOST_TERMS = 5  # terms
 TWO = 1.5  # ratio from which on two lags of one sensor are two; nearer, their difference is a rate of change
 STEP = 1e-3  # of ln tau, for slopes
 
@@ -163,7 +163,7 @@ def select_terms(fit: ThermalFit, every: Sequence[Term]) -> ThermalFit:
 def _path(fit: ThermalFit, every: Sequence[Term]) -> list[ThermalFit]:
     """Add term after term, each time the one with the smallest residual, and exchange terms while that pays."""
     path = [fit]
-    while len(fit.terms) < MOST:
+    while len(fit.terms) < MOST_TERMS:
         tried = [
             ThermalFit(fit.parts, (*fit.terms, t), np.append(fit.lags, tau))
             for t, tau in _candidate_terms(every, fit)

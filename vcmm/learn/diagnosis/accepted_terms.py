@@ -29,7 +29,7 @@ from vcmm.learn.diagnosis.constants import (
     CHANCE,
     EVEN_ODDS,
     FALSE_ALARM,
-    FAR,
+    FAR_SIGMAS,
     FEW,
     LEAST_SPREAD,
     MISMATCH,
@@ -277,10 +277,10 @@ def _gains_of_draws(fold: Fold, columns: Array, width: Array, sigma: float, raw:
     x, r = fold.fit_whitener.apply(columns[~fold.test]), fold.fit_whitener.apply(raw[~fold.test])
     posterior = condition(x.T @ x, x.T @ r, width)
     signal = x @ posterior.mean
-    limited = signal + np.clip(r - signal, -FAR * sigma, FAR * sigma)
+    limited = signal + np.clip(r - signal, -FAR_SIGMAS * sigma, FAR_SIGMAS * sigma)
     mean = posterior.covariance @ (x.T @ limited)
     x, r = fold.test_whitener.apply(columns[fold.test]), fold.test_whitener.apply(raw[fold.test])
-    before, rest = (np.clip(v, -FAR * sigma, FAR * sigma) / sigma for v in (r, r - x @ mean))
+    before, rest = (np.clip(v, -FAR_SIGMAS * sigma, FAR_SIGMAS * sigma) / sigma for v in (r, r - x @ mean))
     return np.asarray(
         0.5 * (before**2).sum(axis=0) + log_density(rest, x, posterior.half)
     )  # in units of sigma

@@ -29,7 +29,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.learn.diagnosis.candidates import Family, Option, rebuild_option
-from vcmm.learn.diagnosis.constants import EVEN_ODDS, LOWEST, MOSTLY, NOTHING, STRONG
+from vcmm.learn.diagnosis.constants import EVEN_ODDS, LEAST_FRACTION, LOWEST, MOSTLY, STRONG
 from vcmm.learn.diagnosis.copied_readings import STRETCH, CopiedStretch
 from vcmm.learn.diagnosis.delivery import DeliveredTerms, noise_for_fit, setting_for, shares_of_rows
 from vcmm.learn.diagnosis.estimates import Estimate, estimate_parameters
@@ -109,7 +109,7 @@ def simple_part(
             if option is None or x is None:
                 continue
             size = float(x[:, 0] @ signal / (x[:, 0] @ x[:, 0]))
-            share = size**2 * float(x[:, 0] @ x[:, 0]) / max(float(signal @ signal), NOTHING)
+            share = size**2 * float(x[:, 0] @ x[:, 0]) / max(float(signal @ signal), LEAST_FRACTION)
             if share > (best[0] if best else MOSTLY):
                 best = share, family, option, size
     return _simple_part_text(*best) if best else ""
@@ -184,7 +184,7 @@ def _is_of_instrument(candidates: Dictionary, family: int) -> bool:
 
 def _excess_energy(selection: Selection, stage: Stage) -> float:
     variance = selection.fit.sigma**2 if selection.fit else 1.0
-    return max(float(selection.y @ selection.y) - stage.white.dof * variance, NOTHING)
+    return max(float(selection.y @ selection.y) - stage.white.dof * variance, LEAST_FRACTION)
 
 
 def make_answers(

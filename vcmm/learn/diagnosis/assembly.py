@@ -24,7 +24,7 @@ from vcmm.core.declaration import reported_name
 from vcmm.learn.diagnosis.accepted_terms import AcceptedTerms, scatter_excess
 from vcmm.learn.diagnosis.answers import NamedTerms, make_answers
 from vcmm.learn.diagnosis.candidates import Catalogue, Family, Option, applies, make_option, rebuild_option
-from vcmm.learn.diagnosis.constants import MISMATCH, NOTHING, RESOLUTION_DELTA
+from vcmm.learn.diagnosis.constants import LEAST_FRACTION, MISMATCH, RESOLUTION_DELTA
 from vcmm.learn.diagnosis.contradictions import (
     add_contradictions,
     named_contradictions,
@@ -101,7 +101,7 @@ def add_unresolved_names(standing: Standing, selection: Selection, i: int, hidde
     gap = separability(given, selection.signal(i))
     mine = rank_of(selection.terms[i].white, given.basis)
     nearest = np.minimum.reduceat(np.where(ranks(given) <= mine, gap, np.inf), hidden.first)
-    near = nearest < max(RESOLUTION_DELTA / max(selection.delta(i), NOTHING), MISMATCH)
+    near = nearest < max(RESOLUTION_DELTA / max(selection.delta(i), LEAST_FRACTION), MISMATCH)
     names_of_term = {selection.terms[i].family.name, *standing.names}
     names = dict.fromkeys(f.name for f, close in zip(hidden.families, near) if close)
     return replace(standing, names=(*standing.names, *(n for n in names if n not in names_of_term)))

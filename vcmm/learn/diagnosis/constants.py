@@ -22,7 +22,7 @@ OUTSIDE_OPEN = 1.42  # the same where something is left: 26 of 44 were wrong; ea
 RARER = 0.1  # prior of an effect where it is rare (vcmm.core.declaration.Prior): chosen, one recording in ten
 
 # what chance does
-FAR = 3.0  # standard deviations, 1 of 370 of the normal law: rows beyond are pulled in, statements beyond are contradicted
+FAR_SIGMAS = 3.0  # standard deviations, 1 of 370 of the normal law: rows beyond are pulled in, statements beyond are contradicted
 OUTLYING = 4.5  # standard deviations, 1 of 150 000: in a recording of 1000 rows chance makes none
 CHANCE = 0.999  # the same of the scatter itself, tested in every recording, named or not
 HEAVY = 4.0  # degrees of freedom of a t law with heavy tails: the most at which a fourth moment is infinite
@@ -45,7 +45,7 @@ MOST_SHAPES = 10  # lines of a spectrum, kinds of mistakes that are looked at on
 FEWEST = 20  # observations of a fold: their scatter is known to 16 %
 BLOCKS = 10  # along an axis, every second one held out: each is a third of the far zone, so that they lie between rows
 VANISHING_SHARE = 1e-3  # of a signal that must survive nuisance and calibration: of 1 mm that is 1 um
-NOTHING = 1e-300  # in place of a zero below a fraction
+LEAST_FRACTION = 1e-300  # in place of a zero below a fraction
 
 # consequences
 UNSEEN = VANISHING_SHARE**2  # of an energy, what VANISHING_SHARE is of a length; far above rounding
@@ -55,9 +55,13 @@ RESOLUTION_DELTA = sqrt(2.0 * STRONG)  # delta s from which STRONG nats separate
 DEVIATIONS = NormalDist().inv_cdf(1.0 - FALSE_ALARM)  # of the mean square of noise in a null recording
 MAD = 1.0 / NormalDist().inv_cdf(0.75)  # standard deviations per median of the absolute value, normal law
 LEAST_PRINTED = 1.0 - CHANCE  # probability below which no digits are printed: templates are not better known
-QUANTILE = 1.0 - 2.0 * NormalDist().cdf(-FAR)  # of a statistic of null recordings: the chance of FAR
+QUANTILE = 1.0 - 2.0 * NormalDist().cdf(
+    -FAR_SIGMAS
+)  # of a statistic of null recordings: the chance of FAR_SIGMAS
 RELEVANT = sqrt(1.0 / MOSTLY)  # times the stated noise, from where most of the variance has another cause
-ALIAS = FAR * MISMATCH  # of a signal: a larger name that leaves no more holds the simpler one
-SAME = 1.0 - (2.0 * MISMATCH) ** 2  # of the energy of a signal, twice MISMATCH left: then a span holds it
+ALIAS = FAR_SIGMAS * MISMATCH  # of a signal: a larger name that leaves no more holds the simpler one
+SAME_ENERGY_SHARE = (
+    1.0 - (2.0 * MISMATCH) ** 2
+)  # of the energy of a signal, twice MISMATCH left: then a span holds it
 FORGIVEN = 2.0 * MISMATCH  # of what a term wins in the other folds: fit and prediction both err by MISMATCH
 EXCITATION_DELTA = sqrt(2.0 * SIMPLER)  # delta in the rows of a fold worth SIMPLER nats: less says nothing

@@ -34,9 +34,9 @@ from vcmm.learn.diagnosis.candidates import Family
 from vcmm.learn.diagnosis.constants import (
     EVEN_ODDS,
     FEWEST,
+    LEAST_FRACTION,
     MOST_TERMS,
-    NOTHING,
-    SAME,
+    SAME_ENERGY_SHARE,
     SECURE_DELTA,
     STRONG,
     SUREST,
@@ -211,7 +211,9 @@ def _refuses(part: _PartOfRows, selection: Selection, standings: Sequence[Standi
     ours = refit(terms, setting)
     assert selection.fit is not None
     left = y - np.concatenate([t.white for t in terms], axis=1) @ selection.fit.mean
-    at_sizes = 0.5 * part.setting.candidates.dof * float(np.log((y @ y) / max(float(left @ left), NOTHING)))
+    at_sizes = (
+        0.5 * part.setting.candidates.dof * float(np.log((y @ y) / max(float(left @ left), LEAST_FRACTION)))
+    )
     free = net_evidence(replace(ours, y=y), setting)
     return net_evidence(part.selection, setting) - min(free, at_sizes) >= STRONG
 
@@ -253,7 +255,7 @@ def second_opinion(
     lead = _ebic(mean_terms, candidates, y, dof) - _ebic(theirs, candidates, y, dof)
     theirs, alike = (mean_terms, ()) if lead <= 0.0 else (theirs, alike)
     span = terms_basis(theirs, len(y))
-    is_same = [_energy_share(span, selection.signal(i)) >= SAME for i in range(len(of_mean))]
+    is_same = [_energy_share(span, selection.signal(i)) >= SAME_ENERGY_SHARE for i in range(len(of_mean))]
     lacks = tuple(
         yes
         and not (
@@ -273,7 +275,7 @@ def _is_covariance(term: SelectedTerm) -> bool:
 
 def _energy_share(basis: Array, signal: Array) -> float:
     """Return the share of the energy of a signal in the span of a basis."""
-    return float(np.sum((basis.T @ signal) ** 2)) / max(float(signal @ signal), NOTHING)
+    return float(np.sum((basis.T @ signal) ** 2)) / max(float(signal @ signal), LEAST_FRACTION)
 
 
 def lower_claim(probability: float, for_ours: float) -> float:
@@ -294,9 +296,9 @@ def _forward_selection(
     while len(chosen) < MOST_TERMS:
         given = scorer(candidates, white_columns(chosen))
         rest = y - given.basis @ (given.basis.T @ y)
-        left = max(float(rest @ rest), NOTHING)
+        left = max(float(rest @ rest), LEAST_FRACTION)
         gain = given.explained_energy(rest)
-        change = dof * np.log(np.maximum(1.0 - gain / left, NOTHING)) + price * ranks(given)
+        change = dof * np.log(np.maximum(1.0 - gain / left, LEAST_FRACTION)) + price * ranks(given)
         taken = {t.family.id for t in chosen}
         taken |= {f.id for f in candidates.families if is_stale(f.name, f.where.get("component"))}
         change = np.where([candidates.families[k].id in taken for k in number], np.inf, change)
@@ -317,4 +319,7 @@ def _price(candidates: Dictionary, dof: int) -> float:
 def _ebic(terms: Sequence[SelectedTerm], candidates: Dictionary, y: Array, dof: int) -> float:
     basis = orthonormal(np.concatenate([y[:, None][:, :0], *(t.white for t in terms)], axis=1))
     rest = y - basis @ (basis.T @ y)
-    return dof * float(np.log(max(float(rest @ rest), NOTHING))) + _price(candidates, dof) * basis.shape[1]
+    return (
+        dof * float(np.log(max(float(rest @ rest), LEAST_FRACTION)))
+        + _price(candidates, dof) * basis.shape[1]
+    )

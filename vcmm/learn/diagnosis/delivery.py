@@ -17,7 +17,7 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import best_width, without_span
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.comparison import remove_nuisance
-from vcmm.learn.diagnosis.constants import NOTHING, STRUCTURE_CORRELATION
+from vcmm.learn.diagnosis.constants import LEAST_FRACTION, STRUCTURE_CORRELATION
 from vcmm.learn.diagnosis.holdout import Fold, folds, worsened_folds
 from vcmm.learn.diagnosis.problem import FIELD, Problem
 from vcmm.learn.diagnosis.search import Stage, setting_under
@@ -191,5 +191,5 @@ def shares_of_rows(problem: Problem, selection: Selection) -> tuple[float, ...]:
     ]
     before = weight * _beside_nuisance(problem, problem.residual)
     noise = (problem.m - problem.nuisance.shape[1]) * selection.fit.sigma**2
-    excess = max(float(before @ before) - noise, NOTHING)
+    excess = max(float(before @ before) - noise, LEAST_FRACTION)
     return tuple(float(np.clip(s @ s / excess, 0.0, 1.0)) for s in alone)

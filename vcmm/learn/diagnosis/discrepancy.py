@@ -16,13 +16,13 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import SCALES, Posterior, Whitener, posterior, without_span
 from vcmm.core.axes import is_rotary
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import NOTHING
+from vcmm.learn.diagnosis.constants import LEAST_FRACTION
 from vcmm.learn.diagnosis.locate import direction_factors, path_speed, without_unit
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.select import Selection
 
 LENGTHS = (0.1, 0.25, 0.6)  # of the range of a covariate, tried
-MOST = 14  # principal functions of one part
+MOST_FUNCTIONS = 14  # principal functions of one part
 GRID = 41
 PAIR_GRID = 21
 LEAST_VARIANCE = 1e-4  # of the variance of a kernel
@@ -107,7 +107,7 @@ def fit_shape(
 
 
 def _scale_to(v: Array, over: Array) -> Array:
-    return np.asarray((v - over.min()) / max(float(np.ptp(over)), NOTHING))
+    return np.asarray((v - over.min()) / max(float(np.ptp(over)), LEAST_FRACTION))
 
 
 def _parts(z: Array, cyclic: tuple[bool, ...], length: float, pair: bool) -> list[KernelPart]:
@@ -124,7 +124,7 @@ def _part(
     mesh = np.meshgrid(*(np.linspace(a, b, count) for a, b in ends), indexing="ij")
     places = np.stack([m.ravel() for m in mesh], axis=1)
     value, vector = np.linalg.eigh(_kernel(places, places, length, cyclic))
-    kept = np.argsort(-value)[: MOST * len(which)]
+    kept = np.argsort(-value)[: MOST_FUNCTIONS * len(which)]
     kept = kept[value[kept] > LEAST_VARIANCE * value.max()]
     return KernelPart(which, places, vector[:, kept] / np.sqrt(value[kept]), length, cyclic)
 

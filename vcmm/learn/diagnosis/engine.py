@@ -38,9 +38,9 @@ from vcmm.learn.diagnosis.candidates import Catalogue, Family, build_catalogue
 from vcmm.learn.diagnosis.constants import (
     CHANCE,
     EVEN_ODDS,
-    FAR,
+    FAR_SIGMAS,
+    LEAST_FRACTION,
     MISMATCH,
-    NOTHING,
     OUTSIDE,
     OUTSIDE_OPEN,
     UNSEEN,
@@ -155,7 +155,7 @@ def _lower_standing(standing: Standing, most: float, for_ours: float | None) -> 
     claim = max(best, standing.kin.probability if standing.kin else 0.0)
     share = 1.0
     if for_ours is not None and claim > 0.0:
-        share = max(lower_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(best, NOTHING), 1.0))
+        share = max(lower_claim(claim, for_ours) / claim, min(EVEN_ODDS / max(best, LEAST_FRACTION), 1.0))
     share = min(share, most / max(claim, most))
     return standing if share >= 1.0 else scale_standing(standing, share * (1.0 + UNSEEN))
 
@@ -170,7 +170,7 @@ def far_row_remarks(problem: Problem, rest: Array) -> tuple[str, ...]:
     rows = f"{problem.recording.places(out)} lie{'s' if count == 1 else ''}"
     far = f"{size[out].max():.1f}" if count == 1 else f"{size[out].min():.1f} to {size[out].max():.1f}"
     return (
-        f"{rows} {far} standard deviations from what is predicted, and count as {FAR:g}: bad readings, or something that happened there"
+        f"{rows} {far} standard deviations from what is predicted, and count as {FAR_SIGMAS:g}: bad readings, or something that happened there"
         " alone and that no verdict is about; look at them",
     )
 

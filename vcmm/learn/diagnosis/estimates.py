@@ -28,7 +28,7 @@ from vcmm.core.effect import OF_AN_ANGLE, Effect, basis, parameter
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.learn.diagnosis.candidates import Option, linear_parameters
-from vcmm.learn.diagnosis.constants import NOTHING, SECURE, VANISHING_SHARE, VERY_STRONG
+from vcmm.learn.diagnosis.constants import LEAST_FRACTION, SECURE, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.problem import Problem, generator
 from vcmm.learn.diagnosis.refine import (
     MOMENTS,
@@ -178,7 +178,7 @@ def _middle(low: float, high: float, name: str) -> float:
 
 
 def _width(low: float, high: float, name: str) -> float:
-    return max(high - low if name in MOMENTS else float(np.log(high / low)), NOTHING)
+    return max(high - low if name in MOMENTS else float(np.log(high / low)), LEAST_FRACTION)
 
 
 def _uniform_in(cell: tuple[float, float], name: str, rng: np.random.Generator) -> float:

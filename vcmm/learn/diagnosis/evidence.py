@@ -28,7 +28,7 @@ from vcmm.answer.evaluation.gaussian import (
 )
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Family, Option, unseen_places
-from vcmm.learn.diagnosis.constants import NOTHING, SECURE_DELTA, UNSEEN, VANISHING_SHARE
+from vcmm.learn.diagnosis.constants import LEAST_FRACTION, SECURE_DELTA, UNSEEN, VANISHING_SHARE
 
 BATCH = 256
 MOST_SCORERS = 2  # scorers of one dictionary, each as large as the dictionary: the last ones used
@@ -140,7 +140,7 @@ def _visible(parts: Sequence[Array], white: Whitener) -> Iterator[Array | None]:
     start = _starts(parts)
     long = (np.sqrt(np.add.reduceat((x**2).sum(axis=0), start)) for x in (before, after))
     for i, part, size, left in zip(start, parts, *long):
-        is_visible = left > VANISHING_SHARE * max(size, NOTHING) and size > UNSEEN**2
+        is_visible = left > VANISHING_SHARE * max(size, LEAST_FRACTION) and size > UNSEEN**2
         yield after[:, i : i + part.shape[1]] if is_visible else None
 
 
@@ -275,9 +275,9 @@ def detectable_effects(
     large: list[Family] = []
     for i, family in enumerate(candidates.families):
         sizes = np.array([_largest(candidates.columns(o)) for o in candidates.of_family(i)])
-        order = np.argsort(np.round(sizes / max(UNSEEN * sizes.max(), NOTHING)), kind="stable")
+        order = np.argsort(np.round(sizes / max(UNSEEN * sizes.max(), LEAST_FRACTION)), kind="stable")
         middle = int(candidates.first[i]) + int(order[len(sizes) // 2])
-        typical = SECURE_DELTA * sigma / max(_largest(candidates.columns(middle)), NOTHING)
+        typical = SECURE_DELTA * sigma / max(_largest(candidates.columns(middle)), LEAST_FRACTION)
         rms = typical * float(np.sqrt(np.mean(candidates.options[middle].columns ** 2, axis=0)).max())
         (small if typical > LARGEST else large).append(family)
         if family.name not in best or rms < best[family.name].amplitude:

@@ -19,10 +19,10 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import (
     BLOCKS,
     EXCITATION_DELTA,
-    FAR,
+    FAR_SIGMAS,
     FEWEST,
     FORGIVEN,
-    NOTHING,
+    LEAST_FRACTION,
     STRONG,
     VERY_STRONG,
 )
@@ -101,7 +101,7 @@ def predict_fold(
     after = float(rest @ rest)
     noise = fold.test_whitener.dof * sigma**2
     unit = float(np.sqrt(np.mean(fold.test_whitener.weight**-2.0) / fold.test_whitener.dof))
-    left = max(after - noise, 0.0) / max(before - noise, NOTHING) if before > noise else float("nan")
+    left = max(after - noise, 0.0) / max(before - noise, LEAST_FRACTION) if before > noise else float("nan")
     gain = _log_score(rest, x_test, fit.covariance, sigma) - _log_score(r_test, x_test[:, :0], None, sigma)
     worse = (after - before) / (sigma**2 * float(np.sqrt(2.0 * fold.test_whitener.dof)))
     return HeldOut(fold.name, unit * before**0.5, unit * after**0.5, left, gain, worse)
@@ -117,7 +117,7 @@ def worsened_folds(
     out = []
     for part in parts:
         terms = [t for t in selection.terms if not is_own_zone(t, part)]
-        if terms and predict_fold(problem, part, selection, terms).worse > FAR:
+        if terms and predict_fold(problem, part, selection, terms).worse > FAR_SIGMAS:
             axis = part.name.removeprefix(FAR_ZONE) if part.name.startswith(FAR_ZONE) else ""
             if axis and noise is not None and predicts_blocks(problem, noise, selection, axis):
                 continue
@@ -149,12 +149,12 @@ def predicts_blocks(problem: Problem, noise: tuple[Array, float], selection: Sel
 def _limit_outliers(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:
     """Return the residuals with outliers pulled to 3 sigma of a first fit."""
     signal = x @ posterior(x, r, dof, width).mean
-    return np.asarray(signal + np.clip(r - signal, -FAR * sigma, FAR * sigma))
+    return np.asarray(signal + np.clip(r - signal, -FAR_SIGMAS * sigma, FAR_SIGMAS * sigma))
 
 
 def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) -> float:
     """Return ln predictive density of white residuals, parameters' covariance included; outliers count as 3 sigma."""
-    rest = np.clip(rest, -FAR * sigma, FAR * sigma)
+    rest = np.clip(rest, -FAR_SIGMAS * sigma, FAR_SIGMAS * sigma)
     if covariance is None or x.shape[1] == 0:
         return -0.5 * float(rest @ rest) / sigma**2
     return float(log_density(rest / sigma, x / sigma, np.asarray(np.linalg.cholesky(covariance))))

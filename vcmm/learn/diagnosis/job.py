@@ -27,7 +27,7 @@ from vcmm.core.blocks import Progress
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
-from vcmm.learn.diagnosis.constants import FAR, OUTLYING, VANISHING_SHARE
+from vcmm.learn.diagnosis.constants import FAR_SIGMAS, OUTLYING, VANISHING_SHARE
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.problem import make_problem
 from vcmm.learn.diagnosis.result import Diagnosis, NextStep, Unknown
@@ -46,7 +46,7 @@ def opposite_sign_remarks(recording: Recording, machine: Machine, d: Diagnosis) 
     if d.mistake is not None and d.mistake.what == "sign":
         return ()
     c, u = multiple_of_prediction(recording, machine)
-    if abs(c) > OUTLYING * u and abs(c + 2.0) < FAR * u:
+    if abs(c) > OUTLYING * u and abs(c + 2.0) < FAR_SIGMAS * u:
         return (
             f"the residual holds {c:.1f} times what the machine file predicts (standard uncertainty {u:.1f}; -2 where all"
             f" readings have the opposite sign): `observed` may be the wrong way round; {LOOK}",

@@ -43,7 +43,7 @@ from vcmm.answer.evaluation.gaussian import Whitener, best_width, without_span
 from vcmm.core.axes import is_rotary
 from vcmm.core.effect import Effect, motion
 from vcmm.core.run import Array, Run
-from vcmm.learn.diagnosis.constants import FALSE_ALARM, NOTHING, UNSEEN, VANISHING_SHARE
+from vcmm.learn.diagnosis.constants import FALSE_ALARM, LEAST_FRACTION, UNSEEN, VANISHING_SHARE
 from vcmm.learn.diagnosis.evidence import orthonormal
 from vcmm.learn.diagnosis.locate import direction_factors, direction_text
 from vcmm.learn.diagnosis.neighbourhoods import component_shapes, neighbourhoods, observe_component
@@ -189,7 +189,7 @@ class PulledResiduals:
 def pull_back(white: Whitener, basis: Array, rows: Array) -> PulledResiduals:
     """Pull back rows (m, 1 + M): white residual and nulls."""
     rows = without_span(rows, basis)
-    rows = rows / np.maximum(np.linalg.norm(rows, axis=0), NOTHING)
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=0), LEAST_FRACTION)
     back = white.adjoint(rows)
     return PulledResiduals(white, basis, rows[:, 0], (back / np.abs(back).max()).astype(np.float32))
 
@@ -240,7 +240,7 @@ def _of_group(group: list[Kernel], rows: PulledResiduals) -> Iterator[KernelTest
 def normal_scores(t: Array, forgiven: float = 0.0) -> Array:
     """Return z (1 + M,) of t; a share `forgiven` of the residual's own t, the first, may come from errors of templates."""
     of_data = t[0] * max(1.0 - np.sqrt(forgiven), UNSEEN) ** 2
-    logs = np.log(np.maximum(np.r_[of_data, t[1:]], NOTHING))
+    logs = np.log(np.maximum(np.r_[of_data, t[1:]], LEAST_FRACTION))
     return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), UNSEEN**2))
 
 
@@ -313,7 +313,7 @@ def find_departure(problem: Problem, selection: Selection, white: Whitener, null
         2.0
         * mismatch(selection)
         * _variance(selection)
-        / max(float(selection.rest @ selection.rest), NOTHING)
+        / max(float(selection.rest @ selection.rest), LEAST_FRACTION)
     )
     question = _clearest(component_kernels(problem, components_of(selection.terms)), rows, forgiven, alarm)
     question = question or _clearest(all_kernels(problem), rows, forgiven, alarm)
@@ -354,7 +354,7 @@ def _track_largest(trials: Iterable[KernelTest], largest: Array) -> Iterator[Ker
 
 def _template_share(x: Array, rows: PulledResiduals, forgiven: float) -> float:
     """Return the share of t that errors of templates of energy `forgiven` (over that of the residual) may bring, at their worst."""
-    return largest_gain(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), NOTHING)
+    return largest_gain(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), LEAST_FRACTION)
 
 
 def _measure_departure(

@@ -15,7 +15,7 @@ import numpy as np
 
 from vcmm.core.run import Array, Run
 from vcmm.learn.diagnosis.candidates import Family, Option
-from vcmm.learn.diagnosis.constants import NOTHING, SECURE, UNSEEN
+from vcmm.learn.diagnosis.constants import LEAST_FRACTION, SECURE, UNSEEN
 from vcmm.learn.diagnosis.evidence import Scorer
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.scans import change_points, spectral_lines
@@ -157,7 +157,7 @@ def _of_column(name: str, values: Array) -> list[Array]:
 def polynomials(x: Array, degrees: int = DEGREES) -> Array:
     """Return constant and Legendre polynomials of the rank-free scaled covariate (m, k), no more than its values carry."""
     kinds = len(np.unique(x))
-    scaled = 2 * (x - x.min()) / max(float(np.ptp(x)), NOTHING) - 1
+    scaled = 2 * (x - x.min()) / max(float(np.ptp(x)), LEAST_FRACTION) - 1
     return np.asarray(np.polynomial.legendre.legvander(scaled, min(degrees, kinds - 1)))
 
 
@@ -170,7 +170,7 @@ def surface(x: Array, y: Array, degree: int = DEGREES) -> Array:
 
 def zone_bumps(x: Array, y: Array) -> list[Array]:
     """Return Gaussian spots (m, 1) for one bad zone, on a grid of places, two widths; none where they hold few rows."""
-    a, b = ((v - v.min()) / max(float(np.ptp(v)), NOTHING) for v in (x, y))
+    a, b = ((v - v.min()) / max(float(np.ptp(v)), LEAST_FRACTION) for v in (x, y))
     out = []
     for width in ZONE_WIDTHS:
         centres = np.arange(width, 1.0, width)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import NOTHING
+from vcmm.learn.diagnosis.constants import LEAST_FRACTION
 from vcmm.learn.diagnosis.null_recordings import robust_scale
 from vcmm.learn.diagnosis.problem import Problem
 
@@ -113,7 +113,7 @@ def _share(value: Array, columns: Array) -> tuple[float, Array]:
     """Return the share of the energy of value (m,) in the span of columns (m, k), and the coefficients."""
     fit = np.asarray(np.linalg.lstsq(columns, value, rcond=1e-10)[0])
     rest = value - columns @ fit
-    return 1.0 - float(rest @ rest) / max(float(value @ value), NOTHING), fit
+    return 1.0 - float(rest @ rest) / max(float(value @ value), LEAST_FRACTION), fit
 
 
 def _of_prediction(problem: Problem) -> list[Suspicion]:

@@ -28,7 +28,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.inputs import STATE
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.learn.diagnosis.constants import CLOSING, FAR, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
+from vcmm.learn.diagnosis.constants import CLOSING, FAR_SIGMAS, MISMATCH, STRONG, VANISHING_SHARE, VERY_STRONG
 from vcmm.learn.diagnosis.evidence import orthonormal
 from vcmm.learn.diagnosis.log_mistakes import LABELS_EXCHANGED, LOG, MISTAKE, Mistake, log_hypotheses
 from vcmm.learn.diagnosis.null_recordings import clip_residuals, robust_scale
@@ -51,7 +51,7 @@ TAKEN_FOR = (
 )  # mm for um, ppm for um in 100 mm, inches, arcsec for urad, deg
 UNIT_FACTORS = (*TAKEN_FOR, *(1.0 / k for k in TAKEN_FOR))
 TABLE_ROLES = (ComponentTable, Squareness)  # effects whose numbers a table file holds
-TINY = 1e-7  # mm or rad: a table this small says nothing
+LEAST_TABLE_VALUE = 1e-7  # mm or rad: a table this small says nothing
 
 
 def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) -> Mistake | None:
@@ -130,7 +130,7 @@ def factor_fits(departure: Array, rest: Array, chosen: Array, sigma: float) -> b
     if size <= VANISHING_SHARE:
         return True
     c = float(d @ rest) / size**2
-    return abs(c) <= max(FAR * sigma / size, MISMATCH)
+    return abs(c) <= max(FAR_SIGMAS * sigma / size, MISMATCH)
 
 
 def _name(mistake: Mistake) -> tuple[str, str]:
@@ -160,7 +160,7 @@ def _of_tables(problem: Problem) -> Iterator[Mistake]:
     tables = tables_of(problem)
     nothing = _baseline_of(problem, ())
     errors = {name: _baseline_of(problem, (effect,)) - nothing for name, effect in tables.items()}
-    errors = {name: e for name, e in errors.items() if np.abs(e).max(initial=0.0) > TINY}
+    errors = {name: e for name, e in errors.items() if np.abs(e).max(initial=0.0) > LEAST_TABLE_VALUE}
     if len(errors) > 1:
         errors["all"] = np.sum(list(errors.values()), axis=0)
     for name, e in errors.items():
@@ -184,7 +184,7 @@ def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
             e = _baseline_of(problem, (effect,)) - nothing
         except (UsageError, ModelLimit):
             continue  # no rotation tables, or a position outside them
-        if np.abs(e).max(initial=0.0) > TINY:
+        if np.abs(e).max(initial=0.0) > LEAST_TABLE_VALUE:
             yield Mistake(letter, "Abbe error counted twice", e, effect=AbbeCountedTwice.name)
             yield Mistake(letter, "Abbe error left out", -e, effect=AbbeCountedTwice.name, factor=-1.0)
 

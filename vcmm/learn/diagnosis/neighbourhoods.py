@@ -22,7 +22,7 @@ from vcmm.learn.diagnosis.problem import Problem, generator
 
 ON_A_LINE, PAIRED, IN_SPACE = 50, 100, 200  # rows about which bumps stand
 FINE, MIDDLE, COARSE, WIDE = 0.02, 0.06, 0.15, 0.2  # lengths over one covariate
-NEAR, FAR = 0.1, 0.25  # lengths in space
+NEAR_LENGTHS, FAR_LENGTHS = 0.1, 0.25  # lengths in space
 STEPS = 60
 CONDITIONS = ("time", "speed")  # beside temperatures: what a place is paired with
 
@@ -64,7 +64,7 @@ def _in_space(place: Sequence[ScaledCovariate]) -> Iterator[Neighbourhood]:
     for pair in itertools.combinations(place, 2):
         yield from _bumps(pair, (MIDDLE, COARSE), IN_SPACE)
     if len(place) > 2:
-        yield from _bumps(place, (NEAR, FAR), IN_SPACE)
+        yield from _bumps(place, (NEAR_LENGTHS, FAR_LENGTHS), IN_SPACE)
 
 
 def _on_lines(axes: Sequence[ScaledCovariate], lengths: tuple[float, ...]) -> Iterator[Neighbourhood]:

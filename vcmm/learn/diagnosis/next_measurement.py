@@ -29,7 +29,7 @@ from vcmm.learn.diagnosis.addons import (
     minutes_of,
 )
 from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.constants import NOTHING, SUREST, UNSEEN
+from vcmm.learn.diagnosis.constants import LEAST_FRACTION, SUREST, UNSEEN
 from vcmm.learn.diagnosis.discrepancy import covariate_values
 from vcmm.learn.diagnosis.evidence import best_mimic
 from vcmm.learn.diagnosis.problem import Problem, predecessors
@@ -143,7 +143,7 @@ def pair_separability(
     assert selection.fit is not None
     signal = white.apply(columns[0] @ selection.fit.mean[selection.span(i)])
     length = float(np.linalg.norm(left_beside(signal, white.apply(columns[1]))))
-    return length / max(float(np.linalg.norm(signal)), NOTHING), length / selection.fit.sigma
+    return length / max(float(np.linalg.norm(signal)), LEAST_FRACTION), length / selection.fit.sigma
 
 
 def _try_addon(

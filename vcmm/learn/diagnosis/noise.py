@@ -17,10 +17,10 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import (
     CHANCE,
     FALSE_ALARM,
-    FAR,
+    FAR_SIGMAS,
     FEWEST,
     HEAVY,
-    NOTHING,
+    LEAST_FRACTION,
     OUTLYING,
     QUANTILE,
     RELEVANT,
@@ -115,7 +115,7 @@ def _by_speed(rest: Array, problem: Problem, growth: float) -> float:
     if speed is None or growth == 0:
         return 1.0
     slow = rest * np.exp(-growth * (speed - (speed.min() if growth > 0 else speed.max())))
-    return max(float(robust_scale(rest)) / max(float(robust_scale(slow)), NOTHING), 1.0)
+    return max(float(robust_scale(rest)) / max(float(robust_scale(slow)), LEAST_FRACTION), 1.0)
 
 
 def _tails(rest: Array, null: Array, spread: Array, findings: list[str]) -> bool:
@@ -124,7 +124,7 @@ def _tails(rest: Array, null: Array, spread: Array, findings: list[str]) -> bool
     if far > np.quantile(far_null, QUANTILE):
         findings.append(f"outliers {100 * far:.1f} %")
         return True
-    tail, tail_null = _beyond(FAR, rest, scale), _beyond(FAR, null, spread)
+    tail, tail_null = _beyond(FAR_SIGMAS, rest, scale), _beyond(FAR_SIGMAS, null, spread)
     if tail > np.quantile(tail_null, QUANTILE):
         findings.append(f"heavy tails: {100 * tail:.1f} % beyond 3 standard deviations")
         return True
@@ -182,10 +182,10 @@ def neighbour_correlation(r: Array, before: Ints, spread: Array | None = None) -
         return np.zeros(r.shape[1:])
 
     def of(part: Array, scale: Array) -> Array:
-        x = np.clip(part, -FAR * scale, FAR * scale)
+        x = np.clip(part, -FAR_SIGMAS * scale, FAR_SIGMAS * scale)
         single = ((x[rows] - x[before[rows]]) ** 2).mean(axis=0)
         double = ((x[rows] - x[second[rows]]) ** 2).mean(axis=0)
-        return np.asarray(double / np.maximum(single, NOTHING) - 1.0)
+        return np.asarray(double / np.maximum(single, LEAST_FRACTION) - 1.0)
 
     return by_columns(of, r, robust_scale(r) if spread is None else spread)
 
@@ -233,7 +233,7 @@ def _without_product(rest: Array, problem: Problem, white: Whitener, speed: Arra
     shapes = [x for x in shapes if x.shape[1]]
     if not shapes:
         return rest
-    bound = FAR * robust_scale(rest)
+    bound = FAR_SIGMAS * robust_scale(rest)
     limited = np.clip(rest, -bound, bound)
     fits = [best_width(x, limited, white.dof) for x in shapes]
     best = int(np.argmax([f.log_evidence for f in fits]))

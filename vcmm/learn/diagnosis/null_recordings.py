@@ -14,7 +14,7 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.kinematics import CHUNK
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import FALSE_ALARM, FAR, MAD, SECURE
+from vcmm.learn.diagnosis.constants import FALSE_ALARM, FAR_SIGMAS, MAD, SECURE
 from vcmm.learn.diagnosis.problem import generator
 
 NUMBERS = 1 << 22  # of simulated residuals that are copied at a time: 32 MB
@@ -25,7 +25,7 @@ class Noise:
     """Law of one observation in units of u: dof of a t law (inf: normal). `clip` = preparation threshold."""
 
     dof: float = np.inf
-    clip: float = FAR
+    clip: float = FAR_SIGMAS
 
 
 def draw_null_recordings(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Array:

@@ -20,10 +20,10 @@ FEWEST = 12  # different places
 TURNS = 1.5  # periods within the range
 IN_STEP = 0.9  # of the spectral window, from which rows are on a lattice
 DIGITS = 6  # of mm or rad: closer readings are one place
-NEAR = 0.125  # of a period: places closer than this are one place
+NEAR_PERIODS = 0.125  # of a period: places closer than this are one place
 MOST_BINS = 2**20
 MOST_PEAKS = 60
-SAME = 0.05  # of a frequency: closer ones are one
+SAME_FREQUENCY_SHARE = 0.05  # of a frequency: closer ones are one
 SUM_TOLERANCE = 1e-9  # relative, of sums
 FURTHER = 40.0  # an alias is looked for at periods down to this part
 LEAD = 4.0  # mm: shorter leads are rare
@@ -113,7 +113,7 @@ def can_show_period(q: Array | None, period: float, least: float | None = None) 
     length = float(np.ptp(q))
     if (
         period * TURNS > length * (1 + SUM_TOLERANCE)
-        or len(np.unique(np.round(q / (NEAR * period)))) < FEWEST
+        or len(np.unique(np.round(q / (NEAR_PERIODS * period)))) < FEWEST
     ):
         return False
     return period >= (shortest_period(q, period) if least is None else least) * (1 - 1e-2)
@@ -145,7 +145,11 @@ def nearest_alias(q: Array | None, period: float) -> float | None:
         return None
     step = 1.0 / g
     near, far = abs(1.0 / step - 1.0 / period), 1.0 / step + 1.0 / period
-    other = near if near > SAME / period and abs(near * period - 1.0) > SAME else far
+    other = (
+        near
+        if near > SAME_FREQUENCY_SHARE / period and abs(near * period - 1.0) > SAME_FREQUENCY_SHARE
+        else far
+    )
     return 1.0 / other
 
 
@@ -202,7 +206,11 @@ def aliases(q: Array, period: float) -> tuple[float, ...]:
     )
     n = np.arange(1, max(int(highest / g), 1) + 2)
     f = np.concatenate([np.abs(n * g - 1.0 / period), n * g + 1.0 / period])
-    f = f[(f > SAME / period) & (np.abs(f * period - 1.0) > SAME) & (f <= highest)]
+    f = f[
+        (f > SAME_FREQUENCY_SHARE / period)
+        & (np.abs(f * period - 1.0) > SAME_FREQUENCY_SHARE)
+        & (f <= highest)
+    ]
     kept: list[float] = []
     for frequency in np.sort(f):
         if not kept or frequency > kept[-1] * 1.001:

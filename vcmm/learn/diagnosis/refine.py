@@ -11,7 +11,7 @@ from vcmm.answer.evaluation.gaussian import SCALES, Whitener, posterior, without
 from vcmm.core.effect import Effect, parameter_fields, with_parameter
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option, rebuild_option
-from vcmm.learn.diagnosis.constants import NOTHING
+from vcmm.learn.diagnosis.constants import LEAST_FRACTION
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.scans import is_change, turns_round
 
@@ -49,7 +49,7 @@ class Refiner:
         ]
         top = self.evidence(option, r, basis)
         fall = sum(top - self.evidence(t, r, basis) for t in trials if t is not None)
-        bend = max(fall / step**2, NOTHING)
+        bend = max(fall / step**2, LEAST_FRACTION)
         return min(0.0, 0.5 * float(np.log(2.0 * np.pi / bend)) - float(np.log(2.0 * span)))
 
     def along(self, option: Option, name: str, r: Array, basis: Array) -> Option:

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 STATUS_NOT_MODELLED = "named, not modelled"  # what is missing is known, and no file can hold it
 VERDICTS = ("nothing missing", "explained", "partly explained", STATUS_NOT_MODELLED, "unexplained")
 HALF = 0.5  # of a size: with a larger standard uncertainty its sign is not known with a coverage of 95 %
-NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
+ZERO_PERCENT_SHARE, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
 
@@ -135,7 +135,7 @@ class Answer:
         if sizes and all(e.u > HALF * abs(e.value) for e in sizes):
             return True
         ends = [np.abs(e.interval95) for e in self.parameters.values() if np.prod(np.sign(e.interval95)) > 0]
-        return self.share < NOTHING and any(float(e.max()) > SPAN * float(e.min()) for e in ends)
+        return self.share < ZERO_PERCENT_SHARE and any(float(e.max()) > SPAN * float(e.min()) for e in ends)
 
     @property
     def doubtful(self) -> bool:

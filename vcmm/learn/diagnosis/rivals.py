@@ -20,8 +20,8 @@ from vcmm.core.run import Array
 from vcmm.learn.diagnosis.constants import (
     ALIAS,
     EXACT,
+    LEAST_FRACTION,
     MISMATCH,
-    NOTHING,
     RESOLUTION_DELTA,
     STRONG,
     UNSEEN,
@@ -142,7 +142,7 @@ def _elsewhere(
 def separability(given: Scorer, signal: Array) -> Array:
     """Return s (options,) of a white signal (m,) against every option."""
     rest = signal - given.basis @ (given.basis.T @ signal)
-    share = given.explained_energy(rest) / max(float(rest @ rest), NOTHING)
+    share = given.explained_energy(rest) / max(float(rest @ rest), LEAST_FRACTION)
     return np.sqrt(np.clip(1.0 - share, 0.0, 1.0))
 
 
@@ -168,7 +168,7 @@ def _rivals(
     alias = np.minimum.reduceat(
         np.where(rank <= mine, gap, np.inf), candidates.first
     )  # and with no more columns
-    unresolved = max(RESOLUTION_DELTA / max(selection.delta(i), NOTHING), MISMATCH)
+    unresolved = max(RESOLUTION_DELTA / max(selection.delta(i), LEAST_FRACTION), MISMATCH)
     best: dict[str, int] = {}
     holding: set[str] = set()
     freer: dict[str, None] = {}

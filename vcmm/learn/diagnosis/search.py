@@ -28,7 +28,7 @@ import numpy as np
 from vcmm.answer.evaluation.gaussian import Whitener
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Catalogue, Family
-from vcmm.learn.diagnosis.constants import FALSE_ALARM, FEW, HEAVY, NOTHING, SIMPLER, STRONG
+from vcmm.learn.diagnosis.constants import FALSE_ALARM, FEW, HEAVY, LEAST_FRACTION, SIMPLER, STRONG
 from vcmm.learn.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.learn.diagnosis.log_mistakes import MISTAKE, Mistake
 from vcmm.learn.diagnosis.mistakes import factor_fits, find_mistake, generalises
@@ -124,7 +124,7 @@ def heavy_tail_allowance(setting: Setting) -> float:
 
 def _outlier_excess(r: Array, near: Array, dof: int, clip: float) -> float:
     """Return the sum of clip (|r| / sigma - clip) over the rows beyond the limit: r (m,) as it is; near (m,) limited, which gives sigma."""
-    sigma = max(float(np.sqrt(near @ near / dof)), NOTHING)
+    sigma = max(float(np.sqrt(near @ near / dof)), LEAST_FRACTION)
     return float(np.sum(clip * np.maximum(np.abs(r) / sigma - clip, 0.0))) if np.isfinite(clip) else 0.0
 
 

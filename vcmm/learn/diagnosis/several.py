@@ -30,7 +30,7 @@ from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import FALSE_ALARM, MISMATCH, NOTHING
+from vcmm.learn.diagnosis.constants import FALSE_ALARM, LEAST_FRACTION, MISMATCH
 from vcmm.learn.diagnosis.estimates import estimates_json
 from vcmm.learn.diagnosis.improve import departure_from
 from vcmm.learn.diagnosis.job import diagnose
@@ -70,7 +70,7 @@ def _is_surely_copied(recording: Recording, machine: Machine) -> bool:
     """Return whether its readings would not all repeat by chance."""
     u, step = usual_u(recording, machine), display_step(recording.value)
     chance = min(step / (2.0 * np.sqrt(np.pi) * u), 1.0) if u > 0 else 1.0
-    return bool(recording.m * np.log(max(chance, NOTHING)) < np.log(CHANCE))
+    return bool(recording.m * np.log(max(chance, LEAST_FRACTION)) < np.log(CHANCE))
 
 
 ROUNDS = 3  # names that are each one's own may hide behind one another

@@ -21,7 +21,7 @@ shortest wave wide, of v and, at 2 f, of M; from a wave that is twice as fine as
 
 The highest lines become options at their best period. The price of having looked elsewhere is simulated: nats of the highest line of M independent
 ones, in noise alone, are ln M plus a Gumbel variable of mean 0.5772 and standard deviation 1.28, so the mean of FEWEST of them less 0.5772 is ln M to 0.3.
-Of a wide spectrum the lowest ENOUGH frequencies are simulated. A band c times as wide holds c times as many lines, and nats of a line in noise are
+Of a wide spectrum the lowest ENOUGH_FREQUENCIES frequencies are simulated. A band c times as wide holds c times as many lines, and nats of a line in noise are
 exponential of mean b (1, less what nuisance and calibration take), so the highest of it has b ln c more.
 """
 
@@ -37,9 +37,9 @@ from vcmm.answer.evaluation.gaussian import Ints, Whitener, without_span
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.constants import FEWEST, MOST_SHAPES, NOTHING, SAME, UNSEEN
+from vcmm.learn.diagnosis.constants import FEWEST, LEAST_FRACTION, MOST_SHAPES, SAME_ENERGY_SHARE, UNSEEN
 from vcmm.learn.diagnosis.evidence import Dictionary
-from vcmm.learn.diagnosis.periods import MOST_BINS, NEAR, TURNS, coordinate, shortest_period
+from vcmm.learn.diagnosis.periods import MOST_BINS, NEAR_PERIODS, TURNS, coordinate, shortest_period
 from vcmm.learn.diagnosis.problem import Problem
 from vcmm.learn.diagnosis.refine import Refiner, at_value, scanned_names
 from vcmm.learn.diagnosis.scans import turns_round
@@ -78,7 +78,7 @@ class Spectrum:
         turned = np.fft.rfft(np.bincount(self.bins, z, minlength=self.points))[self.band]
         c, s = turned.real, -turned.imag
         taken = (self.ss * c**2 + self.cc * s**2 - 2.0 * self.cs * c * s) / (self.cc * self.ss - self.cs**2)
-        share = np.clip(taken / max(float(r @ r), NOTHING), 0.0, 1.0 - UNSEEN)
+        share = np.clip(taken / max(float(r @ r), LEAST_FRACTION), 0.0, 1.0 - UNSEEN)
         return np.asarray(-0.5 * self.white.dof * np.log1p(-share))
 
     @cached_property
@@ -96,8 +96,8 @@ class Spectrum:
         return max(float(np.mean(highest)) + further - float(np.euler_gamma), 0.0)
 
     def lowest(self) -> Spectrum:
-        """Return the lowest ENOUGH frequencies, in bins that are wider by as much; all where they are no more."""
-        wider = 1 << max(int(np.log2(len(self.frequency) / ENOUGH)), 0)
+        """Return the lowest ENOUGH_FREQUENCIES frequencies, in bins that are wider by as much; all where they are no more."""
+        wider = 1 << max(int(np.log2(len(self.frequency) / ENOUGH_FREQUENCIES)), 0)
         if wider == 1:
             return self
         count = len(self.frequency) // wider
@@ -163,10 +163,10 @@ def spectrum_of(effect: Effect, problem: Problem, white: Whitener) -> Spectrum |
     finest = min(spec.metadata["scan"]) / FINER
     at = problem.per_observation(q)
     length = float(np.ptp(at))
-    highest = min(1.0 / shortest_period(q, finest), MOST_BINS * NEAR / max(length, NOTHING))
+    highest = min(1.0 / shortest_period(q, finest), MOST_BINS * NEAR_PERIODS / max(length, LEAST_FRACTION))
     if length <= 0 or highest * length <= TURNS + 1:
         return None
-    width = NEAR / highest
+    width = NEAR_PERIODS / highest
     bins = np.round((at - at.min()) / width).astype(np.intp)
     points = 1 << int(np.ceil(np.log2(2 * (int(bins.max()) + 1))))
     frequency = np.arange(points // 2 + 1) / (points * width)
@@ -179,7 +179,9 @@ def spectrum_of(effect: Effect, problem: Problem, white: Whitener) -> Spectrum |
     kept = slice(int(first), int(last))
     twice = np.fft.rfft(np.bincount(bins, energy, minlength=points))[2 * int(first) : 2 * int(last) : 2]
     cc, ss = (np.maximum(0.5 * (total + sign * twice.real), UNSEEN * total) for sign in (1.0, -1.0))
-    cs = np.clip(-0.5 * twice.imag, -SAME * np.sqrt(cc * ss), SAME * np.sqrt(cc * ss))
+    cs = np.clip(
+        -0.5 * twice.imag, -SAME_ENERGY_SHARE * np.sqrt(cc * ss), SAME_ENERGY_SHARE * np.sqrt(cc * ss)
+    )
     return Spectrum(frequency[kept], kept, bins, factor, white, points, length, cc, ss, cs)
 
 
@@ -190,9 +192,9 @@ def _factor(effect: Effect, problem: Problem, at: Array) -> Array:
     return np.asarray(sine * np.sin(phase * at) + cosine * np.cos(phase * at))
 
 
-MOST = 6  # competitors that are looked at, given some terms
+MOST_COMPETITORS = 6  # competitors that are looked at, given some terms
 LINES = 3  # of a spectrum whose best values are searched: the highest on the grid may be a side lobe
-ENOUGH = 2**12  # frequencies whose highest line is simulated
+ENOUGH_FREQUENCIES = 2**12  # frequencies whose highest line is simulated
 LINE_SPACING = 0.75  # of 1 / range: two trial frequencies that are closer stand on one line
 SharpOption = tuple[int, Option, float]  # family, option at its best, ln weight within the family
 
@@ -223,7 +225,7 @@ def _of_competitors(given: Sequence[SelectedTerm], setting: Setting, state: Sele
     ]
     basis = terms_basis(given, len(state.y))
     r = without_span(state.y, basis)
-    listed = [s for j in families[:MOST] for s in _of_family(j, options, r, basis, setting)]
+    listed = [s for j in families[:MOST_COMPETITORS] for s in _of_family(j, options, r, basis, setting)]
     waves = [j for j in range(len(scores)) if setting.candidates.families[j].id not in taken]
     return listed + [s for j in waves for s in _off_the_list(j, r, basis, setting)]
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from vcmm.answer.evaluation.gaussian import condition
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import FAR, LOWEST, MOSTLY
+from vcmm.learn.diagnosis.constants import FAR_SIGMAS, LOWEST, MOSTLY
 from vcmm.learn.diagnosis.problem import Problem
 
 
@@ -72,7 +72,7 @@ def pull_limit(count: int) -> float:
     3.8 of 21."""
     from scipy.special import ndtr, ndtri
 
-    return float(-ndtri(ndtr(-FAR) / max(count, 1)))
+    return float(-ndtri(ndtr(-FAR_SIGMAS) / max(count, 1)))
 
 
 def contradiction_probability(pull: float, count: int) -> float:

@@ -17,9 +17,9 @@ the whole catalogue is searched; of every candidate the KEPT shapes that explain
 and beside all of it but one, go on to the search in all rows. No candidate is left out, and the look elsewhere stays paid for: dropped
 shapes keep their share of the prior.
 
-Recordings of millions of rows: the diagnosis takes MOST of their observations, with a note.
+Recordings of millions of rows: the diagnosis takes MOST_OBSERVATIONS of their observations, with a note.
 
-The information of a diagnosis grows with the root of the rows, its cost with the rows. So of more than MOST observations some are
+The information of a diagnosis grows with the root of the rows, its cost with the rows. So of more than MOST_OBSERVATIONS observations some are
 taken before anything else: one at random of each stretch of successive rows, by the rule of vcmm.learn.diagnosis.thinning (every label and
 sense by itself, rows near a reversal and rare labels in full), by the clock and not by the file. All that follows, held-out rows,
 intervals and rms too, is computed from the taken rows: rows that were not taken are not fitted, and errors in them do no harm.
@@ -38,7 +38,7 @@ import numpy.typing as npt
 from vcmm.answer.evaluation.gaussian import Ints, Whitener
 from vcmm.core.run import Array, Run, Series, encode_labels
 from vcmm.learn.diagnosis.candidates import Family, rebuild_option
-from vcmm.learn.diagnosis.constants import FEWEST, NOTHING
+from vcmm.learn.diagnosis.constants import FEWEST, LEAST_FRACTION
 from vcmm.learn.diagnosis.evidence import Dictionary, dictionary, scorer
 from vcmm.learn.diagnosis.problem import Problem, generator, make_problem
 from vcmm.learn.diagnosis.row_order import rows_in_order
@@ -92,7 +92,7 @@ def _distances(run: Run) -> Iterator[Ints]:
     """Yield the codes (n,) of the distance from the last reversal of every axis: how often it doubles up to the longest."""
     for name in sorted(c for c in run.columns if c.startswith("since_reversal_")):
         way = run.columns[name]
-        halves = np.log2(max(float(way.max()), NOTHING) / np.maximum(way, NOTHING))
+        halves = np.log2(max(float(way.max()), LEAST_FRACTION) / np.maximum(way, LEAST_FRACTION))
         yield by_first_row(np.minimum(halves, FEWEST).astype(np.intp))
 
 
@@ -215,11 +215,11 @@ def _seen_terms(selection: Selection, whole: Problem, white: Whitener) -> Array 
     return np.concatenate(columns, axis=1) if columns else None
 
 
-MOST = 100_000  # observations of a diagnosis
+MOST_OBSERVATIONS = 100_000  # observations of a diagnosis
 ENTRIES = 20_000  # of a log
 
 
-def limit_observations(recording: Recording, most: int = MOST) -> Recording:
+def limit_observations(recording: Recording, most: int = MOST_OBSERVATIONS) -> Recording:
     """Return the recording with about `most` of its observations, or as it is where it has no more."""
     if recording.m <= most:
         return recording
@@ -236,7 +236,7 @@ def limit_observations(recording: Recording, most: int = MOST) -> Recording:
     )
 
 
-def limit_together(recordings: Sequence[Recording], most: int = MOST) -> Sequence[Recording]:
+def limit_together(recordings: Sequence[Recording], most: int = MOST_OBSERVATIONS) -> Sequence[Recording]:
     """Return the recordings that together have about `most` observations, each the same share of its own."""
     whole = sum(r.m for r in recordings)
     if whole <= most:

@@ -15,10 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.learn.diagnosis.constants import FAR
+from vcmm.learn.diagnosis.constants import FAR_SIGMAS
 
 STEADY, DRIFT, STEP, IRREGULAR = "steady", "drift", "step", "irregular"
-CHANCE = math.erfc(FAR / math.sqrt(2.0)) / len((DRIFT, STEP, IRREGULAR))  # of each way not to be steady
+CHANCE = math.erfc(FAR_SIGMAS / math.sqrt(2.0)) / len(
+    (DRIFT, STEP, IRREGULAR)
+)  # of each way not to be steady
 ALWAYS, APPEARS, GOES, NOW_AND_THEN = "always", "appears", "goes", "now and then"
 
 

@@ -40,7 +40,9 @@ def unit_forms() -> dict[str, tuple[tuple[float, float, str], ...]]:
 
 
 INCH = 25.4
-NEAR = 0.05  # of the factor that the points of the part give; the tip is its radius away from them
+NEAR_FACTOR_SHARE = (
+    0.05  # of the factor that the points of the part give; the tip is its radius away from them
+)
 DIGITS = 5  # after the point, mm: what coordinate lists hold
 FASTEST = 1000.0  # mm/s, 60 m/min in every second row: beyond what feed axes do on a measured path
 
@@ -81,7 +83,7 @@ def _of_part(recording: Recording) -> str:
         rows = (both == value).all(axis=1)
         of_part += float(((part[rows] - part[rows].mean(axis=0)) ** 2).sum())
         of_tip += float(((tip[rows] - tip[rows].mean(axis=0)) ** 2).sum())
-    if of_tip <= 0 or abs(np.sqrt(of_part / of_tip) / INCH - 1.0) > NEAR:
+    if of_tip <= 0 or abs(np.sqrt(of_part / of_tip) / INCH - 1.0) > NEAR_FACTOR_SHARE:
         return ""
     return f"the points of the part (part_x_mm ...) lie {np.sqrt(of_part / of_tip):.4g} times as far apart"
 
@@ -119,8 +121,8 @@ SPEED_UNITS = (  # true speed over the number that is written, where the heading
     (METRES_PER_SECOND, "m/s"),
     (INCH, "inches per second"),
 )
-MOST = 0.9  # share of the rows from which a sign is called reversed
-ENOUGH = 20  # rows that can tell
+REVERSED_ROWS_SHARE = 0.9  # share of the rows from which a sign is called reversed
+ENOUGH_ROWS = 20  # rows that can tell
 
 
 def sign_remarks(recording: Recording) -> list[str]:
@@ -138,9 +140,9 @@ def _approach(recording: Recording) -> list[str]:
     along, size = (v * recording.direction).sum(axis=1), np.linalg.norm(v, axis=1)
     use = (np.abs(along) > 0.5 * size) & (size > 0) & ~_is_scan(recording)
     away = use & (along > 0)
-    if use.sum() < ENOUGH or not away.any():
+    if use.sum() < ENOUGH_ROWS or not away.any():
         return []
-    if away.sum() > MOST * use.sum():
+    if away.sum() > REVERSED_ROWS_SHARE * use.sum():
         return [
             f"in {int(away.sum())} of {int(use.sum())} touches the tip moves away from the surface (speed . normal > 0):"
             " either nx ny nz point into the material or the speeds have the wrong sign; a trigger delay and a tip"
@@ -167,7 +169,7 @@ def _senses(recording: Recording) -> list[str]:
             continue
         use = (sense != 0) & (np.abs(speed) > 1e-9)
         against = use & (np.sign(speed) != np.sign(sense))
-        if use.sum() >= ENOUGH and against.sum() > MOST * use.sum():
+        if use.sum() >= ENOUGH_ROWS and against.sum() > REVERSED_ROWS_SHARE * use.sum():
             out.append(
                 f"sense_{axis} and speed_{axis} have opposite signs in {int(against.sum())} of {int(use.sum())} rows; one"
                 " of them is reversed, and backlash and lag would come out with opposite signs"
@@ -184,7 +186,7 @@ def _speeds(recording: Recording) -> list[str]:
         speed, q = _speed(recording, axis), recording.run.position[axis][recording.row]
         step = np.diff(time)
         use = step > 0
-        if speed is None or use.sum() < ENOUGH or np.ptp(q) == 0:
+        if speed is None or use.sum() < ENOUGH_ROWS or np.ptp(q) == 0:
             continue
         moved = np.diff(q)[use] / step[use]
         stated = ((speed[1:] + speed[:-1]) / 2)[use]
@@ -202,7 +204,7 @@ def _varies(speed: Array) -> bool:
     """Return whether a speed has more than one size, where it is large."""
     size = np.abs(speed)
     large = size[size > 0.5 * size.max()]
-    return float(np.std(large)) > NEAR * float(np.mean(large))
+    return float(np.std(large)) > NEAR_FACTOR_SHARE * float(np.mean(large))
 
 
 def _of_another_unit(axis: str, motion: Array, speed: Array) -> list[str]:
@@ -210,13 +212,17 @@ def _of_another_unit(axis: str, motion: Array, speed: Array) -> list[str]:
     large = np.abs(speed) > 0.5 * np.abs(speed).max()
     ratio = motion[large] / speed[large]
     usual = float(np.median(ratio))
-    if large.sum() < ENOUGH or usual == 0 or np.mean(np.abs(ratio / usual - 1.0) < NEAR) < MOST:
+    if (
+        large.sum() < ENOUGH_ROWS
+        or usual == 0
+        or np.mean(np.abs(ratio / usual - 1.0) < NEAR_FACTOR_SHARE) < REVERSED_ROWS_SHARE
+    ):
         return []
     return [
         f"speed_{axis} is {1.0 / abs(usual):.3g} times the motion along {axis} between the rows, as if it were written in {unit}: a lag or a delay"
         f" would come out {abs(usual):.4g} times its size"
         for factor, unit in SPEED_UNITS
-        if abs(abs(usual) / factor - 1.0) < NEAR
+        if abs(abs(usual) / factor - 1.0) < NEAR_FACTOR_SHARE
     ]
 
 

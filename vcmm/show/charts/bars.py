@@ -128,7 +128,7 @@ def in_two_lines(name: str) -> str:
     return shorten(name, 12.0, NAME)
 
 
-MOST = 8
+MOST_STEPS = 8
 
 
 def waterfall(
@@ -137,7 +137,7 @@ def waterfall(
     *,
     unit: str,
     title: str,
-    most: int = MOST_BARS,
+    most: int = MOST_STEPS,
     ax: Axes | ChartSheet | None = None,
 ) -> Axes:
     """Plot standard contributions (name, u_i) added in quadrature (GUM 5.1.2), largest first; the last bar is `total`, the u of the table.
