@@ -20,7 +20,9 @@ def test_a_range_is_rounded_outwards_and_left_by_a_tenth_at_most():
 
 
 def test_20_degrees_are_no_extrapolation():
-    assert checked_temperatures("25 degC to 40 degC", "drift", "air", np.array([20.0])) == pytest.approx([20.0])
+    assert checked_temperatures("25 degC to 40 degC", "drift", "air", np.array([20.0])) == pytest.approx(
+        [20.0]
+    )
     with pytest.raises(ModelLimit):
         checked_temperatures("25 degC to 40 degC", "drift", "air", np.array([20.1]))
 

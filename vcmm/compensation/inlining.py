@@ -23,7 +23,9 @@ from vcmm.program.dialects import Dialect
 from vcmm.program.moves import Move, Program
 from vcmm.program.trace import ExecutedBlock, TextCut, Trace
 
-SAME_MOVE_MM = 1e-6  # mm between a move and the same one written out: expressions are written with nine decimals
+SAME_MOVE_MM = (
+    1e-6  # mm between a move and the same one written out: expressions are written with nine decimals
+)
 INLINE = 200.0  # executed blocks for each line of the program, beyond which nothing is written out
 _NUMBER = re.compile(r"([ \t]*/?\d?[ \t]*)(N[ \t]*(\d+)[ \t]*)", re.IGNORECASE)
 _KLARTEXT_NUMBER = re.compile(r"([ \t]*)((\d+)[ \t]+)")

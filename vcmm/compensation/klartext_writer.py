@@ -284,7 +284,10 @@ class KlartextWriter(Writer):
         """Place the pole of an arc: where it is already, in the CC of the source, or in a new CC."""
         step, places = self.step(frame.inch), self.decimals[frame.inch]
         letters = [AXES[i] for i in PLANES[trace.contour.plane][:2]]
-        if self.pole is not None and max(abs(x - y) for x, y in zip(self.pole, centre)) < SAME_INCREMENT_SHARE * step:
+        if (
+            self.pole is not None
+            and max(abs(x - y) for x, y in zip(self.pole, centre)) < SAME_INCREMENT_SHARE * step
+        ):
             self.pole_free = False
             return
         if first and self.pole_free and trace.words["path"].text in ("C", "CP"):

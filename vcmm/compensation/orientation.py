@@ -84,7 +84,10 @@ def correct_orientation(field: PathErrors, move: Ints, tips: Array, angle: Array
         miss -= np.einsum("ki,ki->k", miss, wanted)[:, None] * wanted
         if k == ROUNDS - 1:
             break
-        slopes = [(direction(field, _step_angle(corrected, letter)) - now) / DIFFERENCE_STEP_RAD for letter in letters]
+        slopes = [
+            (direction(field, _step_angle(corrected, letter)) - now) / DIFFERENCE_STEP_RAD
+            for letter in letters
+        ]
         slope = np.stack(slopes, axis=2)
         size = np.linalg.svd(slope, compute_uv=False)
         singular = size[:, -1] < 1.0 / GAIN

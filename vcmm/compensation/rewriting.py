@@ -101,7 +101,9 @@ def _look_ahead(
         for m in (None if left is None else left.contour, following)
     )
     writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
-    writer.chain_ends = following is None or following.kind != "line" or length_of(following) > CHAINED_BLOCK_MM
+    writer.chain_ends = (
+        following is None or following.kind != "line" or length_of(following) > CHAINED_BLOCK_MM
+    )
     hole = next((t for t in (*traces[1:], then) if t is not None and t.cycle), None)
     writer.above = None
     if hole is not None and work.dialect.name in SEMICOLON and not traces[0].cycle:

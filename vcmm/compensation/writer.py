@@ -100,7 +100,9 @@ class Writer(Wording):
             fit = self._shift_arc(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
 
-        last_codes = codes_after_motion(self.source.lines[index][0], self.dialect) if len(fit.pieces) > 1 else []
+        last_codes = (
+            codes_after_motion(self.source.lines[index][0], self.dialect) if len(fit.pieces) > 1 else []
+        )
         for k, piece in enumerate(fit.pieces):
             cur = frame.numbers(self.q - (self._standing(trace) if k == 0 else frame.offset))
             split = len(fit.pieces) > 1
@@ -150,7 +152,10 @@ class Writer(Wording):
         kind, step, part = trace.contour.kind, self.step(frame.inch), s.share * length_of(trace.contour)
         wanted, new = frame.numbers(piece.end), cur.copy()
         short = (
-            self.carry and kind == "line" and part <= CHAINED_BLOCK_MM and not (self.chain_ends and piece.share == 1.0)
+            self.carry
+            and kind == "line"
+            and part <= CHAINED_BLOCK_MM
+            and not (self.chain_ends and piece.share == 1.0)
         )
         for i in range(3):
             diffusion = self.diffusions.setdefault((i, frame.inch), Diffusion(step))
@@ -187,7 +192,11 @@ class Writer(Wording):
             steps = self.relative(trace, frame, i, True)
             value = float(new[i] - cur[i] if steps else new[i])
             old = s.nominal(i, steps)
-            if s.whole and letter in trace.words and abs(value - nearest(value, step)) > SAME_INCREMENT_SHARE * step:
+            if (
+                s.whole
+                and letter in trace.words
+                and abs(value - nearest(value, step)) > SAME_INCREMENT_SHARE * step
+            ):
                 self.drop(index, trace.words[letter])
             elif letter in trace.words or abs(new[i] - cur[i]) > SAME_INCREMENT_SHARE * step:
                 self.word(index, trace, letter, value, old, frame.inch)

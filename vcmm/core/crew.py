@@ -60,7 +60,9 @@ def crew_of(workers: int | None = None, cluster: str | None = None) -> Crew:
     return in_process if workers in (None, 1) else processes(int(workers or 1))
 
 
-def in_process(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+def in_process(
+    work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]
+) -> Iterator[tuple[int, Any]]:
     """Yield (number of the item, result) one after another, computed in this process."""
     for i, item in enumerate(items):
         yield i, work(payload, item)

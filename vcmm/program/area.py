@@ -87,12 +87,16 @@ class Area:
         corners = {q[across] for r in self.rings for p in r for q in (p.start, p.end)}
         for k in range(1, count):
             at = low + (high - low) * k / count
-            while any(abs(at - c) < SAME_POINT_MM for c in corners):  # a row through a corner would count it twice
+            while any(
+                abs(at - c) < SAME_POINT_MM for c in corners
+            ):  # a row through a corner would count it twice
                 at += 3.0 * SAME_POINT_MM
             cuts = sorted(x for r in self.rings for p in r for x in crossings(p, across, at))
             pairs = zip(cuts[::2], cuts[1::2])
             yield [
-                ((a, at), (b, at)) if across == 1 else ((at, a), (at, b)) for a, b in pairs if b - a > SAME_POINT_MM
+                ((a, at), (b, at)) if across == 1 else ((at, a), (at, b))
+                for a, b in pairs
+                if b - a > SAME_POINT_MM
             ]
 
     def is_clear(self, begin: Vec, end: Vec) -> bool:
@@ -102,7 +106,9 @@ class Area:
         way = ContourPiece(begin, end)
         shares = [0.0, 1.0, *(share_at(way, q) for r in self.rings for p in r for q in meetings(way, p))]
         for a, b in pairwise(sorted(min(max(s, 0.0), 1.0) for s in shares)):
-            if (b - a) * math.dist(begin, end) > 4.0 * SAME_POINT_MM and not self.holds(point_at(way, 0.5 * (a + b))):
+            if (b - a) * math.dist(begin, end) > 4.0 * SAME_POINT_MM and not self.holds(
+                point_at(way, 0.5 * (a + b))
+            ):
                 return False
         return True
 

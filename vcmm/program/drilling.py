@@ -103,5 +103,7 @@ def depths_of(
 def whole_count(number: float) -> int:
     """Return a count of holes, infeeds or repetitions as a whole number. Raises BlockFault beyond `MOST_CYCLE_STEPS`."""
     if not number <= MOST_CYCLE_STEPS:
-        raise BlockFault(0, f"{number:.6g} repetitions are more than {MOST_CYCLE_STEPS}; check the numbers of this block")
+        raise BlockFault(
+            0, f"{number:.6g} repetitions are more than {MOST_CYCLE_STEPS}; check the numbers of this block"
+        )
     return round(number)

@@ -249,7 +249,9 @@ def sweep_of(start: Vec, end: Vec, centre: Vec, clockwise: bool, turns: int) -> 
 def planar(move: Move) -> bool:
     """Return True for a move with motion in its plane."""
     first, second, _ = PLANES[move.plane]
-    moved = math.hypot(move.end[first] - move.start[first], move.end[second] - move.start[second]) > NO_MOTION_MM
+    moved = (
+        math.hypot(move.end[first] - move.start[first], move.end[second] - move.start[second]) > NO_MOTION_MM
+    )
     return move.kind == "arc" or (move.kind != "dwell" and moved)
 
 

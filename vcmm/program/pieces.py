@@ -84,7 +84,9 @@ def meetings(a: ContourPiece, b: ContourPiece) -> list[Vec]:
     ends = [p for p in (b.start, b.end) if distance(a, p) < SAME_POINT_MM] + [
         p for p in (a.start, a.end) if distance(b, p) < SAME_POINT_MM
     ]
-    return [p for p in _line_points(a, b) if distance(a, p) < SAME_POINT_MM and distance(b, p) < SAME_POINT_MM] + ends
+    return [
+        p for p in _line_points(a, b) if distance(a, p) < SAME_POINT_MM and distance(b, p) < SAME_POINT_MM
+    ] + ends
 
 
 def _line_points(a: ContourPiece, b: ContourPiece) -> list[Vec]:
@@ -121,7 +123,9 @@ def _on_chord(foot: Vec, along: Vec, square: float) -> list[Vec]:
 def cut(p: ContourPiece, points: Iterable[Vec]) -> Iterator[ContourPiece]:
     """Yield a piece cut at points of it; parts shorter than SAME_POINT_MM are left out."""
     length = length_of(p)
-    inner = sorted({s for s in (share_at(p, q) for q in points) if SAME_POINT_MM < s * length < length - SAME_POINT_MM})
+    inner = sorted(
+        {s for s in (share_at(p, q) for q in points) if SAME_POINT_MM < s * length < length - SAME_POINT_MM}
+    )
     shares = [0.0, *inner, 1.0]
     for begin, end in pairwise(shares):
         if (end - begin) * length > SAME_POINT_MM:
@@ -143,7 +147,8 @@ def cut_all(pieces: Sequence[ContourPiece]) -> list[ContourPiece]:
         for part in cut(p, [q for other in near for q in meetings(p, other)]):
             middle = point_at(part, 0.5)
             if not any(
-                abs(m[0] - middle[0]) < SAME_POINT_MM and _is_same(part, other) for m, other in zip(middles, out)
+                abs(m[0] - middle[0]) < SAME_POINT_MM and _is_same(part, other)
+                for m, other in zip(middles, out)
             ):
                 out.append(part)
                 middles.append(middle)
@@ -160,7 +165,12 @@ def _box(p: ContourPiece) -> Box:
 
 
 def _touch(a: Box, b: Box) -> bool:
-    return a[0] <= b[1] + SAME_POINT_MM and b[0] <= a[1] + SAME_POINT_MM and a[2] <= b[3] + SAME_POINT_MM and b[2] <= a[3] + SAME_POINT_MM
+    return (
+        a[0] <= b[1] + SAME_POINT_MM
+        and b[0] <= a[1] + SAME_POINT_MM
+        and a[2] <= b[3] + SAME_POINT_MM
+        and b[2] <= a[3] + SAME_POINT_MM
+    )
 
 
 def _is_same(a: ContourPiece, b: ContourPiece) -> bool:

@@ -25,7 +25,10 @@ from vcmm.program.state import ModalState
 from vcmm.program.touching import ProbeContact
 from vcmm.program.trace import Tracing
 
-ARC_TOLERANCE_MM, ARC_TOLERANCE_SHARE = 0.01, 0.001  # mm and part of the radius by which the radii at the ends of an arc may differ
+ARC_TOLERANCE_MM, ARC_TOLERANCE_SHARE = (
+    0.01,
+    0.001,
+)  # mm and part of the radius by which the radii at the ends of an arc may differ
 NO_TOOL, START, UNMOVED = Tool(0), Source(1, 1, 1), AffineMap()
 Sides = list[RadiusCompensation | None]  # in force on each move, None where there is none
 Finish = Callable[[list[Move], Sides], tuple[list[Move], Sides]]

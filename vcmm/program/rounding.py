@@ -161,7 +161,11 @@ def _chamfer(
     size = (
         rounded.size if rounded.kind == "chamfer" else rounded.size / (2 * math.cos(turn / 2))
     )  # across = 2 side cos(turn / 2)
-    return moved_along(a.end, tangent(a, a.end), -size), moved_along(b.start, tangent(b, b.start), size), a.end
+    return (
+        moved_along(a.end, tangent(a, a.end), -size),
+        moved_along(b.start, tangent(b, b.start), size),
+        a.end,
+    )
 
 
 def _fits(piece: ContourPiece, start: Vec, end: Vec) -> bool:

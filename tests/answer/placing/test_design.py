@@ -105,7 +105,9 @@ def test_no_design_beats_the_bound_and_the_exchange_reaches_it():
 
 def test_d_optimal_plane_is_the_corners():
     c = candidates(PLANE, surface_grid(PLANE, 9))
-    design = exchange_touches(Design(c, Target(np.zeros((0, 3)), np.zeros(0), "D"), fewest_touches(c, 1)), passes=10)
+    design = exchange_touches(
+        Design(c, Target(np.zeros((0, 3)), np.zeros(0), "D"), fewest_touches(c, 1)), passes=10
+    )
     used = c.points[design.counts > 0]
     assert np.allclose(np.abs(used[:, :2]), 40.0)
     # det = 4 x (4 x 1600)^2

@@ -48,9 +48,15 @@ COUNT_TRIALS = 600, 2000  # drawn anew to count, between these as many as trials
 FIXED, FIXED_BLIND = (0.0, 20.0), (0.0, 6.0)  # form over noise, counted by themselves; of values alone
 FIXED_RATIOS = (0.0, 6.0, 20.0)
 EXCLUDED = 0.005  # a tenth of what an interval may miss: sizes of form that leave residuals as small no more often are not counted
-LEAST_COVERAGE, LEAST_OTHER_COVERAGE = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
+LEAST_COVERAGE, LEAST_OTHER_COVERAGE = (
+    0.93,
+    0.90,
+)  # least coverage for p = 95 % of parts of the family, and of another one
 REACH = 3.0  # parts are drawn with forms up to so many times what was indicated
-OFFSET_OVER_NOISE, FORM_OVER_NOISE = 20.0, 1.0  # over the noise: how far off, or how rough, the parts are for which U is stated
+OFFSET_OVER_NOISE, FORM_OVER_NOISE = (
+    20.0,
+    1.0,
+)  # over the noise: how far off, or how rough, the parts are for which U is stated
 BLIND = 0.1  # of the true value: parts far off that indicate less are not seen
 MOST_LOST = 0.02  # of the drawn parts may have no such element: fewer than what the quantiles tell
 HIDDEN_FORM = (

@@ -34,7 +34,10 @@ MOST_FOLDED = 300  # touches beyond which Inputs are drawn one by one
 # of the first parts, so many without an element are too many to look for the others one by one
 SHOWN = 20
 GIVEN_UP = 4
-LEAST_FORM_RATIO, MOST_FORM_RATIO = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
+LEAST_FORM_RATIO, MOST_FORM_RATIO = (
+    0.05,
+    40.0,
+)  # form over noise of the machine: from nothing to so much that noise does not matter
 UNIT = 1e-4  # mm: takes the place of the noise where only a limit of it is known; forms then begin at 5 nm
 SMALLEST = 1e-7  # mm: no noise is taken for less
 FORMLESS = 0.1  # share of parts without form

@@ -244,7 +244,9 @@ def _count_held(
         share, width = coverage(inverse.inverse, k, drawn, p), _width(inverse.inverse, k, drawn, p)
         parts = len(parts_with_element(k, drawn)[0])
     why = inverse.shortfall(p)
-    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER_COVERAGE)}.get(kind, p - (0.95 - LEAST_COVERAGE))
+    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER_COVERAGE)}.get(
+        kind, p - (0.95 - LEAST_COVERAGE)
+    )
     return AuditResult(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=share, parts=parts, width=width,
         claimed=not why, least=least, most=p + ABOVE if kind == PRIOR and not _wider(inverse) else 1.0, why=why,

@@ -95,7 +95,9 @@ def memory_not_covered(tests: ResidualTests, order: Mapping[str, Ints]) -> tuple
     if not scans:
         return (
             NOT_TESTED.format(
-                why=TOO_MANY_POINTS if any(f.n > MOST_FORM_POINTS for f in tests.features.values()) else TOO_FEW_POINTS
+                why=TOO_MANY_POINTS
+                if any(f.n > MOST_FORM_POINTS for f in tests.features.values())
+                else TOO_FEW_POINTS
             ),
         )
     n = sum(f.n for f in scans.values())

@@ -43,7 +43,10 @@ LEAST_SCAN = 12  # points of a feature whose order is looked at
 MOST_FORM_POINTS = 3000  # points of a feature up to which forms are drawn for its null: beyond, 384 waves there take too much memory
 NUMBERS, DRAWS = 2e5, (199, 1999)  # numbers of a null, about; parts, between these
 BLOCK = 4_000_000  # numbers drawn at a time
-FIRST_DRAWS, ENOUGH_EXCEEDANCES = 100, 20  # draws of a test of memory at first; it ends where so many show as much
+FIRST_DRAWS, ENOUGH_EXCEEDANCES = (
+    100,
+    20,
+)  # draws of a test of memory at first; it ends where so many show as much
 STAGES, PER_OUTLIER = 8, 8  # outliers looked for: one in so many points, at most so many
 NEW = 0.1  # of a wave lies outside of the base: less, and it is one of those already there
 UNSEEN = 0.05  # of a point's departure is left by the fit: less, and the fit follows the point

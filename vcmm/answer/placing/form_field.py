@@ -39,7 +39,11 @@ def form_factor(
     normals = normal(feature, points)
     there, here = there - jac @ taken, here - motions.rows(points, normals) @ taken
     size = np.sqrt(np.mean(np.sum(there**2, axis=1))) if there.shape[1] else 0.0
-    factor = here * (spread * np.sqrt(1.0 - LOCAL_VARIANCE_SHARE) / size) if size > 1e-12 else np.zeros((len(points), 0))
+    factor = (
+        here * (spread * np.sqrt(1.0 - LOCAL_VARIANCE_SHARE) / size)
+        if size > 1e-12
+        else np.zeros((len(points), 0))
+    )
     if lobes is not None and feature.kind in ROUND:
         around = lobes.lobes * _angle(feature, points)
         stated = np.abs(lobes.amplitude) / np.sqrt(2.0) * np.stack([np.cos(around), np.sin(around)], axis=1)

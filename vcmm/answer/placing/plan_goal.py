@@ -129,6 +129,8 @@ def _scales(problem: TouchProblem, rows: Mapping[str, Array]) -> dict[str, float
             continue
         if base is None:
             empty = np.zeros((0, rows[c.name].shape[1]))
-            base = Design(problem.candidates, Target(empty, np.zeros(0), "D"), fewest_touches(problem.candidates, 3))
+            base = Design(
+                problem.candidates, Target(empty, np.zeros(0), "D"), fewest_touches(problem.candidates, 3)
+            )
         out[c.name] = float(np.sqrt(max(float(base.variances(rows[c.name]).sum()), 1e-24)))
     return out

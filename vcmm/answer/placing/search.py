@@ -137,7 +137,8 @@ def _polish_minima(
     kept = sorted(starts, key=lambda item: item[0])[:STARTS]
     for k, (value, unit, counted) in enumerate(kept):
         most = min(
-            FIRST_STEP_GRADIENTS * (counted.box.d + 1), _evaluations_left(objectives, evaluations) // (2 * (len(kept) - k))
+            FIRST_STEP_GRADIENTS * (counted.box.d + 1),
+            _evaluations_left(objectives, evaluations) // (2 * (len(kept) - k)),
         )
         kept[k] = (*_descend(counted, unit, value, most), counted)
         report("descending", 0.6 + 0.2 * (k + 1) / len(kept))

@@ -14,7 +14,9 @@ from vcmm.show.console.terminal import say_warnings, show_answers, show_table
 from vcmm.show.tables.answers_parts import certificate_answers
 from vcmm.show.tables.certificate import worth_json, worth_tables
 
-LEAST_SHARE_OF_MACHINES = 0.94  # of machines at the limit: 95 % less what is seen by chance in some thousand of them
+LEAST_SHARE_OF_MACHINES = (
+    0.94  # of machines at the limit: 95 % less what is seen by chance in some thousand of them
+)
 
 
 def certificate_command(

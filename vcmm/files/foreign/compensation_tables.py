@@ -133,7 +133,9 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
             numbers = (x, down[i] - up[i], *values[i, :3])
             lines.append(f"{i} " + " ".join(f"{v:+.6f}" for v in numbers))
         files[f"{letter}.com"] = "\n".join([*lines, "[END]", ""])
-        turned = [f"E{n}{letter}" for i, n in enumerate(NAMES) if i > 2 and np.abs(values[:, i]).max() > NO_ERROR]
+        turned = [
+            f"E{n}{letter}" for i, n in enumerate(NAMES) if i > 2 and np.abs(values[:, i]).max() > NO_ERROR
+        ]
         if turned:
             left.append(
                 f"{' '.join(turned)}: rotations are left out (unit of C4 to C6 is not stated in the manual we know)"

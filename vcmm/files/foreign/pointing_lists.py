@@ -74,7 +74,9 @@ def recording_of_pointings(pointings: Pointings, machine: Machine, measuring: bo
         **{name: pointings.directions[:, i] for i, name in enumerate(POINTING_COLUMNS)},
     }
     run = with_down(
-        Run(position, np.tile([NOMINAL_TOOL_MM, 0.0, 0.0], (n, 1)), columns, pointings.labels), machine, pointings.down
+        Run(position, np.tile([NOMINAL_TOOL_MM, 0.0, 0.0], (n, 1)), columns, pointings.labels),
+        machine,
+        pointings.down,
     )
     value, direction = pointing_observations(run, machine, -1.0 if measuring else 1.0)
     return Recording(

@@ -171,7 +171,9 @@ def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
     if c.limits is None or nominal <= 0:
         return
     off = [abs(end - nominal) / nominal for end in c.limits]
-    if max(off) >= ABSOLUTE_LIMIT_SHARE and not (gps.unit(c) == "mm" and nominal >= LEAST_SIZE_MM and min(off) < ONE_LIMIT_SHARE):
+    if max(off) >= ABSOLUTE_LIMIT_SHARE and not (
+        gps.unit(c) == "mm" and nominal >= LEAST_SIZE_MM and min(off) < ONE_LIMIT_SHARE
+    ):
         return
     scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")
     ends = [end - nominal if share < ABSOLUTE_LIMIT_SHARE else end for end, share in zip(c.limits, off)]

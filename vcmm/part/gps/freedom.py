@@ -63,7 +63,9 @@ def largest_left(departures: Array, moved: Array, minimax: bool) -> Array:
         return np.asarray(np.linalg.norm(departures, axis=-1).max(axis=-1))
     flat = departures.reshape(*departures.shape[:-2], k * r)
     basis, sizes, _ = np.linalg.svd(moved.reshape(k * r, f), full_matrices=False)
-    basis = basis[:, sizes > LEAST_RANK_SHARE]  # motions that move none of the places are no motions of theirs
+    basis = basis[
+        :, sizes > LEAST_RANK_SHARE
+    ]  # motions that move none of the places are no motions of theirs
     left = flat - (flat @ basis) @ basis.T
     best = _largest(left, k, r)
     if not minimax or not basis.shape[1]:

@@ -61,7 +61,9 @@ class ThermalDrift(Effect, ChoosesColumns):
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:
-        behind = checked_temperatures(self.trained, self.trained and self.id, self.sensor, run.lag(self.sensor, self.tau))
+        behind = checked_temperatures(
+            self.trained, self.trained and self.id, self.sensor, run.lag(self.sensor, self.tau)
+        )
         return motion(run, **{self.direction.upper(): self.k * (behind - T0_DEG_C)})
 
 
@@ -115,7 +117,10 @@ class ThermalDriftTwoLags(Effect, ChoosesColumns):
 
     def error_motion(self, run: Run) -> Array:
         fast, slow = (
-            checked_temperatures(self.trained, self.trained and self.id, self.sensor, run.lag(self.sensor, tau)) - T0_DEG_C
+            checked_temperatures(
+                self.trained, self.trained and self.id, self.sensor, run.lag(self.sensor, tau)
+            )
+            - T0_DEG_C
             for tau in (self.tau, self.tau_slow)
         )
         amount = self.k * fast + self.k_slow * slow

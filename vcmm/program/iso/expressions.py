@@ -160,7 +160,9 @@ class IsoExpressions(ExpressionReader):
             return lambda variables: variables.variable(target)
         if callable(target):
             index = target
-            return lambda variables: variables.number(whole_number(index(variables), "the number of a parameter"))
+            return lambda variables: variables.number(
+                whole_number(index(variables), "the number of a parameter")
+            )
         fixed = int(target)
         return lambda variables: variables.number(fixed)
 

@@ -217,7 +217,9 @@ class SinumerikReader(ExpressionReader):
         inside = self.expression()
         self.expect("]", "after the number of the R parameter")
         column = token.column
-        return lambda variables: whole_number(number(inside, variables), "the number of a parameter", column, 1e-6)
+        return lambda variables: whole_number(
+            number(inside, variables), "the number of a parameter", column, 1e-6
+        )
 
     def read_name(self, token: Token) -> Value:
         """Return a constant, a variable, or a function with its arguments."""

@@ -92,7 +92,9 @@ def material_ends(index: Index, rays: Array, way: Array, length: float) -> Array
             f"carve: a ray along {name} is cut in {most} places, more than {MOST_CUTS_OF_RAY}; carve the program in parts"
         )
     if counts.max(initial=0) > STRETCHES_PER_RAY:
-        raise ModelLimit(f"carve: a ray along {name} has {counts.max()} pieces of material, more than {STRETCHES_PER_RAY}")
+        raise ModelLimit(
+            f"carve: a ray along {name} has {counts.max()} pieces of material, more than {STRETCHES_PER_RAY}"
+        )
     return out
 
 

@@ -45,7 +45,9 @@ OFTEN = 0.5
 TURNED = 0.125
 TURN = 2.0 * np.pi
 MOST_PIECES = 200_000
-LEAST_REMOVED_SHARE = 1e-3  # of what the whole program removes: less is the difference between two bundles of rays
+LEAST_REMOVED_SHARE = (
+    1e-3  # of what the whole program removes: less is the difference between two bundles of rays
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,7 +96,11 @@ def _plunges(m: Move) -> bool:
 
 
 def _beside(flanks: Flanks, other: Flanks) -> bool:
-    return flanks.tool is other.tool and flanks.z[0] <= other.z[1] + SAME_PLACE_MM and other.z[0] <= flanks.z[1] + SAME_PLACE_MM
+    return (
+        flanks.tool is other.tool
+        and flanks.z[0] <= other.z[1] + SAME_PLACE_MM
+        and other.z[0] <= flanks.z[1] + SAME_PLACE_MM
+    )
 
 
 def _together(flanks: Flanks, new: Flanks) -> Flanks:

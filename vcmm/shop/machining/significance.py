@@ -18,7 +18,9 @@ def log_p(gain: float, m: int, left: tuple[float, int] | None) -> float:
 
     if left is None:
         p = float(stats.chi2.sf(gain, m))
-        tail = float((m / 2 - 1) * math.log(max(gain, LEAST_POSITIVE) / 2) - gain / 2 - special.gammaln(m / 2))
+        tail = float(
+            (m / 2 - 1) * math.log(max(gain, LEAST_POSITIVE) / 2) - gain / 2 - special.gammaln(m / 2)
+        )
     else:
         square, freedom = left
         ratio = gain / m / max(square / freedom, LEAST_POSITIVE)

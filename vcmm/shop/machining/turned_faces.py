@@ -19,7 +19,11 @@ from vcmm.shop.machining.maps import net as usual_net
 from vcmm.shop.machining.turned_surface import Turning, turned_surface
 from vcmm.task.measuring.cut_scenario import IDEAL, CutScenario
 
-LOOKS, NEAR_NOMINAL_MM, NEAR_FACE_MM = 400, 0.1, 0.01  # radii that are looked at; mm from nominal, and from the face itself
+LOOKS, NEAR_NOMINAL_MM, NEAR_FACE_MM = (
+    400,
+    0.1,
+    0.01,
+)  # radii that are looked at; mm from nominal, and from the face itself
 RINGS, AROUND, OFF = 4, 24, 0.05  # of the usual points of a face; rad, no point on an axis
 INSIDE = 0.1  # share of the width of the face that is kept from its edges
 

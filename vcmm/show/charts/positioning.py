@@ -59,7 +59,9 @@ def positioning_band(
     drawn.set_xlim(place.min() - 0.03 * width, place.max() + 0.17 * width)
     drawn.ticklabel_format(useOffset=False)
     figures_text = ", ".join(f"{name} {number(v, 3)}" for name, v in figures.items())
-    set_labels(add_legend(drawn), f"{title}\n{figures_text} {unit} (ISO 230-2).", label, f"deviation / {unit}")
+    set_labels(
+        add_legend(drawn), f"{title}\n{figures_text} {unit} (ISO 230-2).", label, f"deviation / {unit}"
+    )
     return carrying(
         drawn, chart="positioning", unit=unit, figures=dict(figures), targets=place, mean_up=mean[0], mean_down=mean[1],
         band_up=spread[0], band_down=spread[1], spans=ends,

@@ -358,7 +358,9 @@ def _power(d: Diagnosis) -> list[str]:
 def fleet_page(folder: str, records: Sequence[tables.Record], changes: Sequence[Change]) -> str:
     """Return one self-contained HTML file."""
     far = [i for i, c in enumerate(changes) if not c.steady]
-    blocks = [r.heading("What changed"), html(tables.changes_table(changes), emphasise=far)] if changes else []
+    blocks = (
+        [r.heading("What changed"), html(tables.changes_table(changes), emphasise=far)] if changes else []
+    )
     blocks += [r.heading("What each holds"), html(tables.recordings(folder, records))]
     return r.page(
         f"Recordings of {folder}",

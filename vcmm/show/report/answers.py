@@ -159,7 +159,10 @@ def _result_and_coverage(c: Any) -> tuple[str, str]:
     digits = places_of(expanded * scale)
     ends = [f"{(x - c.nominal) * scale + 0.0:.{digits}f}".replace("-", MINUS) for x in c.interval]
     from_nominal = "" if c.nominal == 0 else " from nominal"
-    return f"{value}, U = {interval_text}", f"p = {whole_percent(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}"
+    return (
+        f"{value}, U = {interval_text}",
+        f"p = {whole_percent(c.p)}: {ends[0]} … {ends[1]} {word}{from_nominal}",
+    )
 
 
 def is_about_value(c: Any) -> bool:

@@ -20,7 +20,10 @@ BY_REDRAW = {  # what helps where an effect says nothing of its own
     "pose": "measure in more than one pose and take the mean",
     "part": "measure more than one part",
 }
-ROOM_TEMPERATURE = ("temperature of the room", "a steadier room, longer soaking, or thermometers on part and scales")
+ROOM_TEMPERATURE = (
+    "temperature of the room",
+    "a steadier room, longer soaking, or thermometers on part and scales",
+)
 CALIBRATE = "calibrate the machine for it, or move the part where it shows less (vcmm place)"
 
 

@@ -85,7 +85,11 @@ def track_answers(track: Track, planned: Planned | None = None) -> list[AnswerLi
     last = track.checks[-1]
     suspect = next(iter(last.suspects), None) if last.alarm else None
     earlier = [c for c in track.checks[:-1] if c.alarm]
-    past = f"; alarm before: {', '.join(f'{c.name} ({c.date})' for c in earlier[:MOST_LINES])}" if earlier else ""
+    past = (
+        f"; alarm before: {', '.join(f'{c.name} ({c.date})' for c in earlier[:MOST_LINES])}"
+        if earlier
+        else ""
+    )
     past += f" and {len(earlier) - MOST_LINES} more" if len(earlier) > MOST_LINES else ""
     state = AnswerLine(
         track.followed.tracked.machine.name,

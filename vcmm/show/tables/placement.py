@@ -270,5 +270,6 @@ def _plan_uncertainty(name: str, row: CurvePoint) -> float:
 def _of_unit(unit: str) -> Writing:
     """Return a column of its own unit: its characteristic is a length or an angle in every row."""
     return Writing(
-        lambda value, _: deviation_text(value, unit, signed=False), lambda value, _: departure_on_page(value, unit)
+        lambda value, _: deviation_text(value, unit, signed=False),
+        lambda value, _: departure_on_page(value, unit),
     )

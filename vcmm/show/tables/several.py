@@ -23,7 +23,9 @@ def _name(a: Answer) -> str:
 def _size(s: Size) -> str:
     """Return 0.98 ± 0.03, times the size that the name has in all."""
     return (
-        NOT_SEEN_TEXT if s.times is None or s.u is None else f"{s.times:.2f} ± {significant_text(float(f'{s.u:.1g}'))}"
+        NOT_SEEN_TEXT
+        if s.times is None or s.u is None
+        else f"{s.times:.2f} ± {significant_text(float(f'{s.u:.1g}'))}"
     )
 
 

@@ -89,7 +89,9 @@ class InstrumentCertificate:
         """Return `columns` under names such as "EXX: laser linear scale", without the recording where all recordings of one serial number
         share it."""
         lasting = [
-            f"{self.instrument.name} {e.name}" for e in self.instrument.errors if e.is_permanent and self.serial
+            f"{self.instrument.name} {e.name}"
+            for e in self.instrument.errors
+            if e.is_permanent and self.serial
         ]
         return [
             (f"{name} of {self.serial}" if name in lasting else f"{recording.name}: {name}", part)

@@ -190,7 +190,10 @@ def variances(groups: Sequence[TurnGroup]) -> tuple[Array, float]:
     A stated noise (TurnGroup.noise_variance) is taken where there is only one turn.
     """
     out = np.zeros((len(groups), groups[0].coefficients.shape[1]))
-    least = max(LEAST_SCATTER_SHARE * max(float(np.abs(g.coefficients).max()) for g in groups), LEAST_SCATTER) ** 2
+    least = (
+        max(LEAST_SCATTER_SHARE * max(float(np.abs(g.coefficients).max()) for g in groups), LEAST_SCATTER)
+        ** 2
+    )
     dof = np.inf
     for probe in dict.fromkeys(g.probe for g in groups):
         mine = [g for g in groups if g.probe == probe]

@@ -64,7 +64,9 @@ def at_station(recording: Recording, machine: Machine, station: Array) -> Record
     line = _tip(machine, run) - station
     length = np.linalg.norm(line, axis=1)
     columns = {c: station[:, i] for i, c in enumerate(FROM)} | {"length_mm": length}
-    return replace(recording, run=run.with_columns(columns), direction=(line / length[:, None])[recording.row])
+    return replace(
+        recording, run=run.with_columns(columns), direction=(line / length[:, None])[recording.row]
+    )
 
 
 def _tip(machine: Machine, run: Run) -> Array:

@@ -135,7 +135,9 @@ def _shift(group: _LabelGroup) -> Columns:
         return []
     columns = group.across_ends(np.broadcast_to(np.eye(3), (group.run.n, 3, 3)))
     return [
-        (f".shift_{c}", columns[:, i]) for i, c in enumerate("xyz") if np.abs(columns[:, i]).max() > LEAST_COLUMN
+        (f".shift_{c}", columns[:, i])
+        for i, c in enumerate("xyz")
+        if np.abs(columns[:, i]).max() > LEAST_COLUMN
     ]
 
 

@@ -82,7 +82,9 @@ class Recording:
 
     def __post_init__(self) -> None:
         if self.kind not in RECORDING_KINDS:
-            raise UsageError(f'unknown kind of recording "{self.kind}".{choose_from(self.kind, RECORDING_KINDS)}')
+            raise UsageError(
+                f'unknown kind of recording "{self.kind}".{choose_from(self.kind, RECORDING_KINDS)}'
+            )
         for word in self.nuisance:
             if word not in NUISANCES:
                 raise UsageError(f'unknown nuisance "{word}".{choose_from(word, NUISANCES)}')
