@@ -84,3 +84,10 @@ def test_remarks():
     )
     program = SimpleNamespace(warnings=warnings, unused=(SimpleNamespace(text="K is not used"),))
     assert in_terminal(tables.remarks("p.nc", program)).rows == [["p.nc:3:7", "said"]]
+
+
+@pytest.mark.parametrize(("count", "words"), [(0, "0 moves"), (1, "1 move"), (2, "2 moves")])
+def test_one_move_is_not_called_moves(count, words):
+    program = SimpleNamespace(moves=[None] * count, dialect="iso")
+    title = tables.kinds("p.nc", program, SimpleNamespace(counts={}, lengths={})).title
+    assert title == f"p.nc: {words}, dialect iso"

@@ -172,7 +172,7 @@ def program_answers(
             "Time",
             f"{clock(seconds)} ({seconds:.1f} s)",
             coverage=how,
-            verdict=f"{len(program.moves)} moves",
+            verdict=f"{len(program.moves)} move{'s' * (len(program.moves) != 1)}",
             numbers={"seconds": seconds, "moves": len(program.moves)},
         )
     ]

@@ -85,7 +85,7 @@ def _angles(angles: Sequence[float], axis: Sequence[float] | None, axes: str) ->
 def kinds(name: str, program: Program, total: ProgramSummary) -> ResultTable[Any]:
     """Return how many moves of each kind, and how long their path is."""
     rows = [[kind, str(n), f"{total.lengths[kind]:.3f} mm"] for kind, n in total.counts.items()]
-    title = f"{name}: {len(program.moves)} moves, dialect {program.dialect}"
+    title = f"{name}: {len(program.moves)} move{'s' * (len(program.moves) != 1)}, dialect {program.dialect}"
     return listing(title, ["move", "number", "path"], rows)
 
 
