@@ -15,7 +15,7 @@ from vcmm.learn.diagnosis.candidates import Family, Option, build_catalogue
 from vcmm.learn.diagnosis.constants import OUTSIDE_OPEN, VERY_STRONG
 from vcmm.learn.diagnosis.engine import diagnose_recording
 from vcmm.learn.diagnosis.evidence import dictionary
-from vcmm.learn.diagnosis.field import Hypothesis, orthogonal, probability_left, rival_field
+from vcmm.learn.diagnosis.field import Hypothesis, probability_left, remove_simple_part, rival_field
 from vcmm.learn.diagnosis.kernels import find_departure
 from vcmm.learn.diagnosis.neighbourhoods import component_shapes, neighbourhoods
 from vcmm.learn.diagnosis.null_recordings import Noise, clip_residuals, draw_null_recordings
@@ -254,5 +254,5 @@ def test_a_matrix_on_which_the_fast_driver_fails_is_decomposed_all_the_same(monk
 def test_what_simple_columns_explain_is_taken_out_whatever_their_length():
     """(3, 4) less its part along (2, 0) is (0, 4); a column of zeros explains nothing."""
     plain = Whitener(np.ones(2), np.zeros((2, 0)), np.zeros((2, 0)), np.zeros(0), np.full(2, -1))
-    left = orthogonal(np.array([[3.0], [4.0]]), np.array([[2.0, 0.0], [0.0, 0.0]]), plain)
+    left = remove_simple_part(np.array([[3.0], [4.0]]), np.array([[2.0, 0.0], [0.0, 0.0]]), plain)
     assert left == pytest.approx(np.array([[0.0], [4.0]]), abs=1e-12)

@@ -26,7 +26,7 @@ from vcmm.answer.evaluation.gaussian import (
 from vcmm.core.effect import parameter_fields
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Family, Option
-from vcmm.learn.diagnosis.constants import (
+from vcmm.learn.diagnosis.constants import (  # fmt: skip
     CLOSING,
     DEVIATIONS,
     MISMATCH,

@@ -108,6 +108,16 @@ UNCHANGED_CODES = {
     "0", "1", "2", "3", "17", "18", "19", "40", "41", "42", "43", "44", "54", "55", "56", "57", "58", "59", "53", "70", "71", "80", "90", "91", "92",
     "94", "95", "96", "97", "98", "99",
 }  # fmt: skip
+READ_CODES = {
+    "4",
+    "10",
+    "11",
+    "12",
+    "13",
+    "36",
+    "39",
+    "73",
+}  # with a meaning of their own, which is translated
 CORNERS = {"5", "7", "50", "51"}  # how a corner is passed, look-ahead: the programmed path stays
 UNREAD = {"69"}  # in force until G80, and not read
 ZONES = {"20", "21", "22"}
@@ -201,16 +211,7 @@ class FagorLines:
             if code in MEANINGS:
                 self.tell(line, f"G{code} of Fagor, {MEANINGS[code]}")
                 return []
-            if code not in UNCHANGED_CODES | CORNERS | HOLES | {
-                "4",
-                "10",
-                "11",
-                "12",
-                "13",
-                "36",
-                "39",
-                "73",
-            }:
+            if code not in UNCHANGED_CODES | CORNERS | HOLES | READ_CODES:
                 self.tell(line, f"G{code} of Fagor")
                 return []
         if (
