@@ -11,7 +11,13 @@ from vcmm.show.tables.loops import _held_out
 def test_squares_are_in_square_micrometres():
     """4e-6 mm^2 is (2e-3 mm)^2 = (2 um)^2 = 4 um^2; 0.003 mm is 3 um."""
     proof = SimpleNamespace(
-        holds=True, evidence=2.5, threshold=3.5, gain=1.5, visible_square=4e-6, rigid_square=9e-6, largest=3e-3
+        holds=True,
+        evidence=2.5,
+        threshold=3.5,
+        gain=1.5,
+        visible_square=4e-6,
+        rigid_square=9e-6,
+        largest=3e-3,
     )
     found = _held_out(cast(Any, proof))
     assert found is not None

@@ -58,6 +58,6 @@ LEAST_PRINTED = 1.0 - CHANCE  # probability below which no digits are printed: t
 QUANTILE = 1.0 - 2.0 * NormalDist().cdf(-FAR_SIGMAS)  # of a statistic of nulls: the chance of FAR_SIGMAS
 RELEVANT = sqrt(1.0 / MOSTLY)  # times the stated noise, from where most of the variance has another cause
 ALIAS = FAR_SIGMAS * MISMATCH  # of a signal: a larger name that leaves no more holds the simpler one
-SAME_ENERGY_SHARE = 1.0 - (2.0 * MISMATCH) ** 2  # of a signal, twice MISMATCH left: then a span holds it
+SAME_SHARE = 1.0 - (2.0 * MISMATCH) ** 2  # of a signal, twice MISMATCH left: then a span holds it
 FORGIVEN = 2.0 * MISMATCH  # of what a term wins in the other folds: fit and prediction both err by MISMATCH
 EXCITATION_DELTA = sqrt(2.0 * SIMPLER)  # delta in the rows of a fold worth SIMPLER nats: less says nothing

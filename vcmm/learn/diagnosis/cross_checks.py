@@ -36,7 +36,7 @@ from vcmm.learn.diagnosis.constants import (
     FEWEST,
     LEAST_FRACTION,
     MOST_TERMS,
-    SAME_ENERGY_SHARE,
+    SAME_SHARE,
     SECURE_DELTA,
     STRONG,
     SUREST,
@@ -255,7 +255,7 @@ def second_opinion(
     lead = _ebic(mean_terms, candidates, y, dof) - _ebic(theirs, candidates, y, dof)
     theirs, alike = (mean_terms, ()) if lead <= 0.0 else (theirs, alike)
     span = terms_basis(theirs, len(y))
-    is_same = [_energy_share(span, selection.signal(i)) >= SAME_ENERGY_SHARE for i in range(len(of_mean))]
+    is_same = [_energy_share(span, selection.signal(i)) >= SAME_SHARE for i in range(len(of_mean))]
     lacks = tuple(
         yes
         and not (

@@ -26,14 +26,7 @@ from vcmm.answer.evaluation.gaussian import (
 from vcmm.core.effect import parameter_fields
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Family, Option
-from vcmm.learn.diagnosis.constants import (  # fmt: skip
-    CLOSING,
-    DEVIATIONS,
-    MISMATCH,
-    MOST_TERMS,
-    SAME_ENERGY_SHARE,
-    SIMPLER,
-)
+from vcmm.learn.diagnosis.constants import CLOSING, DEVIATIONS, MISMATCH, MOST_TERMS, SAME_SHARE, SIMPLER
 from vcmm.learn.diagnosis.evidence import Dictionary, dictionary_of_family, orthonormal, scorer
 from vcmm.learn.diagnosis.null_recordings import clip_residuals, robust_scale
 from vcmm.learn.diagnosis.refine import Refiner
@@ -358,7 +351,7 @@ def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
     fit = best_width(small, y, setting.candidates.dof)
     signal = small @ fit.mean
     share = signal - left_beside(signal, large)
-    return float(share @ share) >= SAME_ENERGY_SHARE * float(signal @ signal)
+    return float(share @ share) >= SAME_SHARE * float(signal @ signal)
 
 
 def _prune(state: Selection, setting: Setting) -> Selection:

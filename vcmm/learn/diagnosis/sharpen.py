@@ -37,7 +37,7 @@ from vcmm.answer.evaluation.gaussian import Ints, Whitener, without_span
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.run import Array
 from vcmm.learn.diagnosis.candidates import Option
-from vcmm.learn.diagnosis.constants import FEWEST, LEAST_FRACTION, MOST_SHAPES, SAME_ENERGY_SHARE, UNSEEN
+from vcmm.learn.diagnosis.constants import FEWEST, LEAST_FRACTION, MOST_SHAPES, SAME_SHARE, UNSEEN
 from vcmm.learn.diagnosis.evidence import Dictionary
 from vcmm.learn.diagnosis.periods import MOST_BINS, NEAR_PERIODS, TURNS, coordinate, shortest_period
 from vcmm.learn.diagnosis.problem import Problem
@@ -179,9 +179,7 @@ def spectrum_of(effect: Effect, problem: Problem, white: Whitener) -> Spectrum |
     kept = slice(int(first), int(last))
     twice = np.fft.rfft(np.bincount(bins, energy, minlength=points))[2 * int(first) : 2 * int(last) : 2]
     cc, ss = (np.maximum(0.5 * (total + sign * twice.real), UNSEEN * total) for sign in (1.0, -1.0))
-    cs = np.clip(
-        -0.5 * twice.imag, -SAME_ENERGY_SHARE * np.sqrt(cc * ss), SAME_ENERGY_SHARE * np.sqrt(cc * ss)
-    )
+    cs = np.clip(-0.5 * twice.imag, -SAME_SHARE * np.sqrt(cc * ss), SAME_SHARE * np.sqrt(cc * ss))
     return Spectrum(frequency[kept], kept, bins, factor, white, points, length, cc, ss, cs)
 
 
