@@ -12,6 +12,10 @@ from typing import Any, NamedTuple, NoReturn, Protocol
 
 from vcmm.core.errors import DataError
 
+NOT_MOVED = (
+    "a hole in the path: its moves are missing"  # what is assumed of a cycle or subprogram that is not read
+)
+
 
 class SetupEntry(NamedTuple):
     """A number that the set-up file can give: table "tools.3", key "diameter", example '"10 mm"' (as TOML writes it).

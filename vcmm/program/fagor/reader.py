@@ -26,7 +26,7 @@ from vcmm.program.dialects import FANUC
 from vcmm.program.drilling import Hole, depths_of
 from vcmm.program.faults import ProgramFault
 from vcmm.program.iso.program import run
-from vcmm.program.levels import Assumption
+from vcmm.program.levels import NOT_MOVED, Assumption
 from vcmm.program.moves import Program
 from vcmm.program.recorder import Recorder
 from vcmm.program.setup import Setup, Tool
@@ -103,7 +103,6 @@ def _levels(
     cutter.to(middle, None, True)
 
 
-HOLE = "a hole in the path: its moves are missing"
 UNCHANGED_CODES = {
     "0", "1", "2", "3", "17", "18", "19", "40", "41", "42", "43", "44", "54", "55", "56", "57", "58", "59", "53", "70", "71", "80", "90", "91", "92",
     "94", "95", "96", "97", "98", "99",
@@ -165,7 +164,7 @@ class FagorLines:
         lines = self.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         return "\n".join(self.block(k + 1, line) for k, line in enumerate(lines))
 
-    def tell(self, line: int, what: str, value: str = HOLE) -> str:
+    def tell(self, line: int, what: str, value: str = NOT_MOVED) -> str:
         """Keep one remark for each, and return the emptied block."""
         if all(what != w for _, w, _ in self.assumptions):
             self.assumptions.append((line, what, value))

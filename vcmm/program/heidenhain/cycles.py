@@ -20,6 +20,7 @@ from vcmm.program.heidenhain.planes import working_plane
 from vcmm.program.heidenhain.text import KlartextReader
 from vcmm.program.heidenhain.traces import words_of
 from vcmm.program.heidenhain.transforms import KlartextFrames
+from vcmm.program.levels import NOT_MOVED
 from vcmm.program.moves import PLANES
 from vcmm.program.recorder import Recorder
 from vcmm.program.trace import WordAt
@@ -34,7 +35,6 @@ STRANGE = {  # old cycles that leave a hole in the path, and whether they act wh
     "39": ("cycle 39, cylinder surface contour", False),
 }  # fmt: skip
 DATA = range(270, 275)  # contour data: they machine nothing themselves
-MISSING = "a hole in the path: its moves are missing"
 
 
 @dataclass(eq=False)
@@ -90,7 +90,7 @@ class KlartextCycles:
         else:
             self.active = MachiningCycle(self.recorder, number, values, _missing, self.auto_feed)
             if int(number) >= 400 or self.recorder.setup.strict:  # touch probe cycles act where they stand
-                self.strange(f"cycle {number}", MISSING, column)
+                self.strange(f"cycle {number}", NOT_MOVED, column)
 
     def of_contours(
         self, number: str, reader: KlartextReader, parameters: dict[str, float], column: int
@@ -201,7 +201,9 @@ class KlartextCycles:
             return
         if at_once or self.recorder.setup.strict:
             self.strange(
-                what, "passed over: its data belong to cycles of contours" if at_once else MISSING, column
+                what,
+                "passed over: its data belong to cycles of contours" if at_once else NOT_MOVED,
+                column,
             )
         if not at_once:
             action = (lambda c: self.program(self.program_name)) if number == "12" else _missing
@@ -307,7 +309,7 @@ def _numbers(reader: KlartextReader) -> list[tuple[str, float]]:
 def _missing(c: MachiningCycle) -> None:
     """Note a machining cycle that is not modelled, at its call."""
     what = STRANGE.get(c.number, (f"cycle {c.number}", False))[0]
-    c.recorder.assume(what, MISSING, f"{what} is not understood; write its motion with L, C, CR")
+    c.recorder.assume(what, NOT_MOVED, f"{what} is not understood; write its motion with L, C, CR")
 
 
 _CLASSIC: dict[str, Callable[[KlartextCycles, KlartextReader], None]] = {

@@ -26,6 +26,7 @@ from vcmm.program.heidenhain.tools import call_tool, define_tool
 from vcmm.program.heidenhain.touch_cycles import CYCLES, LATER, touch_cycle
 from vcmm.program.heidenhain.traces import cuts_of, words_of
 from vcmm.program.heidenhain.words import read_words
+from vcmm.program.levels import NOT_MOVED
 from vcmm.program.moves import PLANES, Move, Program, Source
 from vcmm.program.reading import read_bytes
 from vcmm.program.recorder import Recorder
@@ -43,7 +44,6 @@ NOT_MOVING = {  # blocks that move nothing here, and whether the path hangs on t
     "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False, "AFC": False,
     "TRANSFER": False, "POLARKIN": True, "TABDATA": True, "MONITORING": False, "SECTION": False, "OCM": True, "DIALOG": False, "TURNDATA": True,
 }  # fmt: skip
-HOLE = "a hole in the path: its moves are missing"
 
 
 def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
@@ -288,7 +288,7 @@ class _Runner:
         words = read_words(reader, ())
         rapid = paths.technology(words)
         if kind == "PAT" and not self.spots:
-            paths.r.assume("the points of CYCL CALL PAT", HOLE, "CYCL CALL PAT needs PATTERN DEF before it")
+            paths.r.assume("the points of CYCL CALL PAT", NOT_MOVED, "CYCL CALL PAT needs PATTERN DEF before it")  # fmt: skip
         elif kind == "PAT":
             for x, y, z in self.spots:
                 unit = paths.r.unit
@@ -362,7 +362,7 @@ class _Runner:
         path = find_file(folders, [base])
         if path is None:
             self.recorder.assume(
-                f"the program {base}", HOLE, f"CALL PGM {base}: there is no such file beside the program; put it there, or into "
+                f"the program {base}", NOT_MOVED, f"CALL PGM {base}: there is no such file beside the program; put it there, or into "
                 "this file as LBL ... LBL 0",
             )  # fmt: skip
             return

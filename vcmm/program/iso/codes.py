@@ -11,7 +11,6 @@ from vcmm.program.iso.blocks import IsoBlock, Word
 from vcmm.program.iso.control import IsoControl, mirrored_for
 from vcmm.program.iso.groups import (
     HARMLESS_M,
-    HOLE,
     M_GROUPS,
     NOT_OF,
     PROBING,
@@ -20,6 +19,7 @@ from vcmm.program.iso.groups import (
     STAND_INS,
     TABLES,
 )
+from vcmm.program.levels import NOT_MOVED
 from vcmm.program.setup import has_driven
 
 NO_WAY = {"G22", "G50.1", "G102"}  # X Y Z are limits of a zone, mirrored axes, positions that are printed
@@ -126,7 +126,7 @@ class IsoWords:
             f"{stand_in} to its end point" if stand_in == "G1" else stand_in or "passed over with its words"
         )
         if code in REFUSED_OF.get(c.language.codes, ()):
-            treatment = HOLE
+            treatment = NOT_MOVED
         what = f"{code} ({meaning})" if meaning else f"{code}, a remapped code"
         c.assume(what, treatment, refusal, column=column)
         if not stand_in:

@@ -38,7 +38,7 @@ from vcmm.program.iso.planes import tilt_plane
 from vcmm.program.iso.tools import radius_compensation, tool_length
 from vcmm.program.iso.winding import wind
 from vcmm.program.leading import name_axes
-from vcmm.program.levels import pass_over
+from vcmm.program.levels import NOT_MOVED, pass_over
 from vcmm.program.moves import Point, Source, point_of
 
 
@@ -330,7 +330,7 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
         arc(c, w, mode == "G2")
     elif mode == "G77" and c.language.haas and not c.language.lathe:
         c.assume(
-            "G77 of Haas (back boring)", "a hole in the path: its moves are missing", "G77 (back boring) is not understood; write its moves with G0 and G1",
+            "G77 of Haas (back boring)", NOT_MOVED, "G77 (back boring) is not understood; write its moves with G0 and G1",
             column=column,
         )  # fmt: skip
         w.used |= set(w.values)

@@ -14,6 +14,7 @@ from vcmm.program.iso.control import IsoControl
 from vcmm.program.iso.modes import restore
 from vcmm.program.iso.parameters import ParameterTable
 from vcmm.program.iso.texts import Text
+from vcmm.program.levels import NOT_MOVED
 from vcmm.program.moves import MoveFlow
 from vcmm.program.radius import centre_path
 from vcmm.program.repeating import LATEST
@@ -192,7 +193,7 @@ class IsoRunner:
         refusal = f"the subprogram {label} is neither in this program nor in a file {file} beside it; add it"
         if self.c.language.words == "macro":
             refusal = f"the subprogram {label} is neither in this file nor in a file {file} beside it; add it"
-        value = "a hole in the path: its moves are missing"
+        value = NOT_MOVED
         self.c.assume(f"the subprogram {label} ({file})", value, refusal, column=column)
 
     def load(self, names: list[str]) -> Text | None:

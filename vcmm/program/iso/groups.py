@@ -122,7 +122,6 @@ REFUSED_CODES = {
     "G241": "radial drilling with a driven tool", "G243": "radial drilling with a driven tool", "G195": "radial tapping with a driven tool",
     "G196": "radial tapping with a driven tool", "G78": "threading cycles", "G79": "facing cycles", "G12": "circular pockets", "G13": "circular pockets",
 }  # fmt: skip
-HOLE = "a hole in the path: its moves are missing"
 REFUSED_OF: dict[str, dict[str, str]] = {  # what a code means in a table where it means something else
     "haas": {
         "G47": "engraving of a text", "G35": "measuring the diameter of a tool", "G36": "measuring work offsets",

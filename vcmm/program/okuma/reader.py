@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from vcmm.program.dialects import FANUC, FANUC_LATHE_B
 from vcmm.program.faults import ProgramFault
 from vcmm.program.iso.program import run
-from vcmm.program.levels import Assumption
+from vcmm.program.levels import NOT_MOVED, Assumption
 from vcmm.program.moves import Program
 from vcmm.program.okuma.names import OkumaNames, is_system
 from vcmm.program.setup import Setup
@@ -34,9 +34,8 @@ _TITLE = re.compile(r"\s*O([A-Z0-9]{1,5})\s*\Z", re.IGNORECASE)
 _G85 = re.compile(r"G8([567])\s*N(\w+)\s*(.*)", re.IGNORECASE)
 _IDLE = ("DRAW", "CLEAR", "DEF", "PS", "PT", "CO", "END", "PRINT", "PUT", "WRITE", "READ", "TITLE")
 LEFT_OUT = ("MODIN", "MODOUT", "NCYL", "OMIT", "RESTART")
-HOLE = "a hole in the path: its moves are missing"
 MILL_CODES = {
-    "30": ("G30 of Okuma", HOLE), "11": ("G11 (the coordinates are shifted and turned, until G10)", "passed over: what follows lies where it lay"),
+    "30": ("G30 of Okuma", NOT_MOVED), "11": ("G11 (the coordinates are shifted and turned, until G10)", "passed over: what follows lies where it lay"),
     "62": ("G62 (mirrored axes)", "passed over: what follows is not mirrored"),
 }  # fmt: skip
 MILL_HAS = {  # codes of OSP-P200M and P300M that mean what they mean in the family, or are brought into its words here
@@ -172,7 +171,7 @@ class OkumaLines:
             self.tell(line, f"the setting of {label}", "passed over")
             return ""
         if name == "HP":
-            self.tell(line, "the home position", HOLE)
+            self.tell(line, "the home position", NOT_MOVED)
             return ""
         return f"#{self.names.variable(name)}=[{self.names.value(match[3])}]"
 
@@ -180,13 +179,13 @@ class OkumaLines:
         """Translate G85 NLAP1 D4 F0.3 U0.2 W0.1: D and U are diameters; G87 NLAP1 finishes."""
         label = match[2].upper()
         if label not in self.contours:
-            self.tell(line, f"the contour {label} of LAP", HOLE)
+            self.tell(line, f"the contour {label} of LAP", NOT_MOVED)
             return ""
         first, last, code = self.contours[label]
         if match[1] == "7":
             return f"G70 P{first} Q{last} {self._words(line, match[3])}"
         if match[1] == "6":
-            self.tell(line, "G86 (copy turning)", HOLE)
+            self.tell(line, "G86 (copy turning)", NOT_MOVED)
             return ""
         words = dict(re.findall(r"([A-Z])\s*=?\s*([-+]?[\d.]+)", re.split(r"G84", match[3].upper())[0]))
         depth = float(words.pop("D", 0.0)) / 2.0
@@ -214,7 +213,7 @@ class OkumaLines:
         if re.search(rf"{_G}0?[23](?!\d)", code):
             code = re.sub(r"(?<![A-Z])L(?=[-+.\d\[])", "R", code)
         if match := re.search(rf"{_G}20(?!\d).*HP|{_G}13\d", code):
-            self.tell(line, match[0].split()[0], HOLE)
+            self.tell(line, match[0].split()[0], NOT_MOVED)
             return ""
         if match := re.search(rf"{_G}7([56])(?!\d)", code):
             return self._corner(line, code, match[1] == "6")
@@ -226,7 +225,7 @@ class OkumaLines:
         code = re.sub(rf"{_G}(?:1[34]|14[01])(?!\d)", "", code)  # which turret and which spindle
         code += "" if spindle is None else " G14" if spindle[1] == "1" else " G15"
         if match := re.search(r"(?<![A-Z])(G7[1-478]|G8[3-68]|G1[78]\d)(?!\d)", code):
-            self.tell(line, f"the cycle {match[1]}", HOLE)
+            self.tell(line, f"the cycle {match[1]}", NOT_MOVED)
             return ""
         return _dwell(code)
 
@@ -242,7 +241,7 @@ class OkumaLines:
         code = re.sub(rf"{_G}7[56](?!\d)", "", code)
         size = re.search(r"(?<![A-Z])L\s*([-+]?[\d.]+)", code)
         if size is None or re.search(r"(?<![A-Z])[AIK]\s*[-+.\d\[]", code):
-            self.tell(line, f"G7{6 if is_round else 5} without L, or at an angle", HOLE)
+            self.tell(line, f"G7{6 if is_round else 5} without L, or at an angle", NOT_MOVED)
             return ""
         word = f",{'R' if is_round else 'C'}{abs(float(size[1])):g}"
         return code.replace(size[0], word + ("" if "." in word else "."))
@@ -251,7 +250,9 @@ class OkumaLines:
         """Translate G31 and G33: a whole pass of a longitudinal thread, there and back, as G78 of the family; F/J is the lead. Source: OSP-P200L
         Programming Manual, "Fixed thread cutting cycle: longitudinal"."""
         if number in "25" or re.search(r"(?<![A-Z])[AEIK]\s*[-+.\d\[]", code):
-            self.tell(line, f"G3{number} of Okuma" + (" with A, E, I or K" if number in "13" else ""), HOLE)
+            self.tell(
+                line, f"G3{number} of Okuma" + (" with A, E, I or K" if number in "13" else ""), NOT_MOVED
+            )
             return ""
         code = re.sub(rf"{_G}3[13](?!\d)", "G78", code)
         starts, lead = (re.search(rf"(?<![A-Z]){c}\s*([\d.]+)", code) for c in "JF")

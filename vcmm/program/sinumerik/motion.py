@@ -6,7 +6,7 @@ import math
 
 from vcmm.core.errors import did_you_mean
 from vcmm.program.faults import BlockFault
-from vcmm.program.levels import pass_over, unknown_tool
+from vcmm.program.levels import NOT_MOVED, pass_over, unknown_tool
 from vcmm.program.setup import Tool, has_driven
 from vcmm.program.sinumerik import cycles
 from vcmm.program.sinumerik.blocks import ADDRESSES, AXIAL, Item, SinumerikBlock
@@ -385,7 +385,7 @@ class SinumerikInterpreter(SinumerikSpecials):
                 else "the subprogram"
             )
             self.r.assume(
-                f"{what} {item.name}", "a hole in the path: its moves are missing",
+                f"{what} {item.name}", NOT_MOVED,
                 f"{item.name} is neither a subprogram of this file nor a command that is understood.{did_you_mean(item.name, names)} "
                 "Add the subprogram to this file (PROC ... RET) or rewrite it with G0 to G3", column=item.first,
             )  # fmt: skip

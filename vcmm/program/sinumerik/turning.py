@@ -15,6 +15,7 @@ from vcmm.program.cycle_tables import Cycle, Values, cycle
 from vcmm.program.drilling import COARSE, whole_count
 from vcmm.program.expressions import evaluate
 from vcmm.program.faults import BlockFault
+from vcmm.program.levels import NOT_MOVED
 from vcmm.program.moves import Move, Point
 from vcmm.program.roughing import Cut, Flat, Rough, follow_contour, passes, section_of
 from vcmm.program.sinumerik.blocks import Item
@@ -156,7 +157,7 @@ def contour_moves(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: I
     section = section or (None if end else runner.find(start))
     if section is None:
         r.assume(
-            f"the contour {name} of {item.name}", "a hole in the path: its moves are missing",
+            f"the contour {name} of {item.name}", NOT_MOVED,
             f"{item.name}: there is no contour {name}: a subprogram of that name, or labels START:END", column=item.first,
         )  # fmt: skip
         return None
