@@ -105,6 +105,13 @@ def test_a_cycle_is_defined_again_where_holes_differ(tmp_path):
     assert lines.index(again[1]) + 1 == next(i for i, line in enumerate(lines) if line.startswith("X299"))
 
 
+def test_a_cycle_defined_again_ends_with_its_bracket(tmp_path):
+    """What is written right behind the bracket, here M8, is another word: the coolant is on already."""
+    text = "G54 G90\nG0 X0 Y0 Z50\nF100\nMCALL CYCLE82(50,0,2,-15,,0.5)M8 ; drill\nX100\nX300\nMCALL\nM30\n"
+    again = [line for line in body(go(tmp_path, text, rough())) if line.startswith("MCALL CYCLE82")]
+    assert [line[line.index(")") :] for line in again] == [")M8 ; drill\n", ")\n"]
+
+
 def test_machine_positions_are_left_alone(tmp_path):
     text = "G54 G90\nG1 X100 F500\nG0 SUPA Z0\nG53 G0 X0\nG1 X100\nM30\n"
     assert body(go(tmp_path, text, scale(100.0)))[1:5] == [

@@ -59,3 +59,10 @@ def test_an_expression_becomes_a_number_only_where_it_must() -> None:
     assert writing.expressions == set()
     writing.word(4, trace, "X", 9.99, 10.0, False)
     assert writing.expressions == {4}
+
+
+def test_a_word_of_a_block_that_has_none_of_its_kind_stands_behind_all_others() -> None:
+    """`M8` ends at character 2: the word and its blank come after it, before the comment."""
+    writing, trace = words("G1 X10. F100\nM8 (A)")
+    writing.word(4, trace._replace(words={}), "Y", 0.004, 0.0, False)
+    assert writing.lines()[4][0] == "M8 Y0.004 (A)\n"

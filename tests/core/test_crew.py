@@ -205,3 +205,14 @@ def test_what_listens_there_is_no_scheduler(monkeypatch):
 def test_work_that_kills_every_dask_worker_ends(cluster):
     with pytest.raises(Environment, match="ended in the middle of the same work"):
         list(crew_of(cluster=cluster.scheduler_address)(always_killed, None, [1, 2]))
+
+
+@pytest.mark.parametrize(
+    ("cores", "words"),
+    [(3, "13 workers on 3 cores; use 1 to 12,"), (None, "13 workers on 1 cores; use 1 to 8,")],
+)
+def test_four_workers_for_every_core_and_eight_at_least(monkeypatch, cores, words):
+    """4 * 3 = 12; where the system does not say how many cores there are, one is taken: max(8, 4 * 1) = 8."""
+    monkeypatch.setattr(os, "cpu_count", lambda: cores)
+    with pytest.raises(UsageError, match=words):
+        crew_of(workers=13)

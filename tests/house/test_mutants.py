@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -12,9 +13,9 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
 from mutant_map import Coverage  # noqa: E402
-from mutant_sites import shown, sites  # noqa: E402
+from mutant_sites import Site, shown, sites  # noqa: E402
 from mutant_worker import code_of, functions_in_memory  # noqa: E402
-from mutants import Nearest, interval, sample  # noqa: E402
+from mutants import ROOMS, Nearest, equivalents, interval, sample  # noqa: E402
 
 SOURCE = '''"""Half of 3 + 4 is no formula here."""
 
@@ -148,3 +149,30 @@ def test_a_function_in_memory_gets_the_code_of_the_broken_file(tmp_path):
     function.__code__ = code_of(file, "area")
     assert area(2.0) == 1.5
     assert code_of(file, "volume") is None
+
+
+def _line_after(source: bytes, site: Site) -> str:
+    """The changed line as it stands afterwards, blanks as one."""
+    first, last = source.rfind(b"\n", 0, site.start) + 1, source.find(b"\n", site.end)
+    return " ".join(
+        (source[first : site.start] + site.after.encode() + source[site.end : last]).decode().split()
+    )
+
+
+def test_every_change_that_means_nothing_can_still_be_drawn():
+    """A file that has moved, or a line that is written anew, would leave an entry that excuses nothing."""
+    stale = []
+    for one in equivalents():
+        source = (ROOT / one["file"]).read_bytes()
+        if not any(one["after"] in _line_after(source, site) for site in sites(ROOT, one["file"])):
+            stale.append(f"{one['file']}: {one['after']}")
+    assert not stale, "tools/mutants_equivalent.toml: take these out or write them as the line is now"
+
+
+def test_the_modules_that_the_count_names_are_there():
+    """`program/roughing` of the paragraph in CONTRIBUTING.md is vcmm/program/roughing.py."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    count = text.split("## Tests")[1].split("`make test-all`")[0]
+    named = set(re.findall(rf"`((?:{'|'.join(ROOMS)})/[a-z0-9_/]+)`", count))
+    assert named
+    assert not [name for name in sorted(named) if not (ROOT / "vcmm" / f"{name}.py").is_file()]

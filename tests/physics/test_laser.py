@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.build import machine
-from vcmm.core.effect import required
+from vcmm.core.effect import parameter, required, typical
 from vcmm.core.run import Run
 from vcmm.physics.catalogue.laser import K_H, K_P, K_T, AirIndex, CosineError, DeadPath
 
@@ -39,6 +39,13 @@ def test_cosine_error():
     assert CosineError(1e-3, 0.25).error_motion(machine().prepare(_laser(1000.0))) == pytest.approx(
         CosineError(0.5e-3).error_motion(machine().prepare(_laser(1000.0)))
     )
+
+
+def test_a_typical_beam_is_a_thousandth_off():
+    # the angle that is tried, 1 mrad, at the typical share: 1/2 x (1 mrad)^2 = 0.5 um/m, 0.2 um on 400 mm
+    (theta,) = parameter(CosineError(0.0), "theta").metadata["scan"]
+    usual = CosineError(theta, typical(CosineError(0.0), "share"))
+    assert usual.error_motion(machine().prepare(_laser(400.0)))[0, 0] == pytest.approx(0.2e-3, abs=1e-15)
 
 
 def test_air_index():

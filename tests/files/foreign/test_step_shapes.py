@@ -13,6 +13,7 @@ import pytest
 from tests.conftest import data_file
 from vcmm.face.cli import run
 from vcmm.files.foreign.step import read_step
+from vcmm.files.foreign.step_faces import _spread
 
 pytest.importorskip("OCP", reason='Open CASCADE is missing: pip install "vcmm[step]"')
 pytestmark = pytest.mark.thorough
@@ -151,3 +152,21 @@ def test_a_public_part_with_tolerances(tmp_path: Path, capsys: pytest.CaptureFix
     said = capsys.readouterr().err
     assert "Position.1" in said
     assert "4 dimensions without limits" in said
+
+
+def test_places_on_a_plane_with_a_bore_keep_a_tenth_of_the_narrow_side() -> None:
+    """u from 100 to 110, v from 0 to 40, a bore in the middle: a tenth of 10 is 1 mm, so places lie between u 101 and 109; the finest grid goes by
+    10 / 20 = 0.5 mm along u and 2 mm along v, so the outer ones lie on u = 101 and 109, v = 2 and 38.
+    """
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+    from OCP.gp import gp_Circ, gp_Dir, gp_Pln, gp_Pnt
+
+    reach = (100.0, 110.0, 0.0, 40.0)
+    plate = BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(0.0, 0.0, 1.0)), *reach)
+    assert _spread(plate.Face(), reach) is None
+    circle = gp_Circ(at(105.0, 20.0, 0.0, (0.0, 0.0, -1.0)), 2.0)
+    edge = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(circle).Edge()).Wire()
+    places = _spread(BRepBuilderAPI_MakeFace(plate.Face(), edge).Face(), reach)
+    assert places is not None
+    assert [*places.min(axis=0), *places.max(axis=0)] == pytest.approx([101.0, 2.0, 109.0, 38.0], abs=1e-9)
+    assert np.hypot(*(places - [105.0, 20.0]).T).min() > 2.0

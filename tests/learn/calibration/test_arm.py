@@ -15,7 +15,7 @@ from vcmm.face.cli.calibrate_arm import remarks
 from vcmm.files.own.machine import load_machine
 from vcmm.files.own.recording import load_recording
 from vcmm.files.own.recording_data import load_poses
-from vcmm.learn.calibration.arm import fit_arm
+from vcmm.learn.calibration.arm import _Problem, fit_arm
 from vcmm.learn.calibration.arm_geometry import link_numbers
 from vcmm.learn.calibration.arm_terms import load_patterns
 from vcmm.learn.calibration.pose_tests import put_to_poses
@@ -312,3 +312,30 @@ def test_positions_of_poses_are_a_recording_of_displacements(planar: Path):
     assert recording.kind == "displacement"
     assert dict(recording.nuisance) == {"rigid": "", "tool": ""}
     assert 0.0 < float(np.abs(recording.value).max()) < 1.0
+
+
+def test_two_recordings_have_a_place_of_the_tracker_each(planar: Path):
+    """The arm of the fixture, twelve of its poses again by a tracker whose zero lies 100 mm, -50 mm, 20 mm from the first one's: read that much less."""
+    head, *rows = (planar / "poses.csv").read_text().splitlines()
+    q1, q2, *seen = np.array([[float(v) for v in row.split(",")] for row in rows[3:15]]).T
+    np.savetxt(
+        planar / "moved.csv",
+        np.column_stack([q1, q2, np.array(seen).T - [100.0, -50.0, 20.0]]),
+        "%.12f",
+        delimiter=",",
+        header=head,
+        comments="",
+    )
+    machine = load_machine(planar / "arm.toml")
+    both = [load_poses(_recording(planar, name), machine) for name in ("poses", "moved")]
+    found = fit_arm(both, machine)
+    length = next(n for n in link_numbers(found.machine, machine) if n.quantity == "link length a")
+    assert length.value == pytest.approx(300.2, abs=1e-5)
+    assert max(found.rms) < 1e-6
+    apart = found.placements[0].shift - found.placements[1].shift
+    assert apart == pytest.approx([100.0, -50.0, 20.0], abs=1e-4)
+    # rows of one recording say nothing of the tracker of the other: 20 and 12 poses are 60 and 36 rows, 9 columns of placing each
+    free = _Problem(both, machine, []).columns(found.placements, (1.0, 1.0))[0]
+    each = [_Problem([r], machine, []).columns([p], (1.0, 1.0))[0] for r, p in zip(both, found.placements)]
+    assert [block.shape for block in each] == [(60, 9), (36, 9)]
+    assert np.array_equal(free, np.block([[each[0], np.zeros((60, 9))], [np.zeros((36, 9)), each[1]]]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -63,3 +64,20 @@ def test_iso_2768() -> None:
         general_limits("ISO 2768-f", "size", 2500.0)
     with pytest.raises(UsageError, match="is no general tolerance"):
         general_limits("ISO 2768-x", "size", 25.0)
+
+
+def test_a_grade_by_its_formula() -> None:
+    """IT5 = 7 i, i = 0.45 D^(1/3) + 0.001 D um with D = sqrt(120 * 180) = 146.97 mm: i = 0.45 * 5.277 + 0.147 = 2.522, 7 i = 17.65, rounded 18."""
+    assert limits_of_code("h5", 150.0, False) == pytest.approx((-0.018, 0.0), abs=5e-7)
+
+
+def test_every_number_is_nearer_to_its_grade_than_to_the_next() -> None:
+    """IT5 to IT16 are 7, 10, 16, 25, 40, ... 1000 i (ISO 286-1, rounded, small sizes coarsely); the nearest two grades differ by 10 / 7, of which
+    the root is 1.195."""
+    ends = [1, 3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500]
+    grades = zip(range(5, 17), (7, 10, 16, 25, 40, 64, 100, 160, 250, 400, 640, 1000))
+    for (grade, multiple), (low, high) in itertools.product(grades, itertools.pairwise(ends)):
+        mean = math.sqrt(low * high)
+        zone = multiple * (0.45 * mean ** (1 / 3) + 0.001 * mean)
+        stated = 1e3 * limits_of_code(f"H{grade}", high, True)[1]
+        assert max(stated / zone, zone / stated) < math.sqrt(10 / 7), (grade, high)
