@@ -14,7 +14,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from vcmm.core.laws import Array
 from vcmm.program.setup import linear_edge
-from vcmm.shop.cutting.force import immersion, milling_force
+from vcmm.shop.cutting.force import milling_force
 from vcmm.shop.cutting.tooth_force import ToothCuts
 
 RADIUS, DEPTH, CHIP, TEETH, RADIAL = 10.0, 10.0, 0.1, 3, 2.0
@@ -22,8 +22,9 @@ HEIGHTS = (0.0, 2.5, 5.0, 7.5, 10.0)
 
 
 def engagement(climb: bool) -> tuple[Array, Array]:
-    """Angles (1,) at which an edge enters and leaves."""
-    return immersion(np.array([RADIAL]), np.array([RADIUS]), climb)
+    """Angles (1,) at which an edge enters and leaves, rad: it enters or leaves the blank RADIAL from the wall."""
+    angle = np.arccos(1.0 - np.array([RADIAL]) / RADIUS)
+    return (np.pi - angle, np.full_like(angle, np.pi)) if climb else (np.zeros_like(angle), angle)
 
 
 def across(helix: float, climb: bool) -> list[float]:

@@ -1,6 +1,7 @@
 """vcmm.track on small folders: numbers by pencil, order, resumption, refusals, the machine of a day, its budget."""
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
@@ -98,6 +99,19 @@ def test_what_does_not_fit_the_state_is_refused(tmp_path):
     (tmp_path / "out" / "track.npz").write_bytes(b"")
     with pytest.raises(DataError, match="not the file that"):
         vcmm.track(machine, tmp_path / "checks", **ask)
+
+
+def test_a_state_has_the_keys_that_other_versions_wrote(tmp_path):
+    """Renaming a number inside the program made a state unreadable that an earlier version had written."""
+    machine = write_year(tmp_path, 3, lambda week: 2.0)
+    ask = {"state": tmp_path / "out", "explain": False}
+    first = vcmm.track(machine, tmp_path / "checks", **ask)
+    written = tomllib.loads((tmp_path / "out" / "track.toml").read_text())["recordings"]
+    keys = "name date when rows rank noise outliers chance level predicted unchanged spread change answer"
+    assert [list(r["check"]) for r in written] == 3 * [keys.split()]
+    again = vcmm.track(machine, tmp_path / "checks", **ask)
+    assert [c.rms_unchanged for c in again.checks] == [r["check"]["unchanged"] for r in written]
+    assert [c.rms_predicted for c in again.checks] == [c.rms_predicted for c in first.checks]
 
 
 def test_a_state_among_the_recordings_is_refused(tmp_path):

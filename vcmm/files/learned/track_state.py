@@ -28,6 +28,10 @@ from vcmm.learn.tracking.rates import GroupRates
 TEXT, NUMBERS = "track.toml", "track.npz"
 SHAPES = 4  # of what changes: 2 gives tables a straight line first, 3 leaves out coefficients that a control was given, 4 has numbers of its own for what passes
 PLAIN = tuple(k for k in SeenRecording.__dataclass_fields__ if k not in ("columns", "value"))
+CHECK_KEYS = {
+    "rms_predicted": "predicted",
+    "rms_unchanged": "unchanged",
+}  # number of a check -> its key in the file, where they differ
 
 
 @dataclass(frozen=True)
@@ -103,7 +107,7 @@ def _text(followed: FollowedMachine, machine: str, files: tuple[KnownFile, ...],
         lines += ["", "[[recordings]]", f"file = {json.dumps(file.name)}", f'date = "{file.date}"']
         lines += [f'sha256 = "{file.sha256}"', f"alarm = {'true' if check.alarm else 'false'}"]
         lines += [f"seen = {_table({k: getattr(recording, k) for k in PLAIN})}"]
-        plain = {k: v for k, v in asdict(check).items() if k != "suspects"}
+        plain = {CHECK_KEYS.get(k, k): v for k, v in asdict(check).items() if k != "suspects"}
         lines += [f"check = {_table(plain)}"]
         suspects = ", ".join(f"[{json.dumps(n)}, {p!r}]" for n, p in check.suspects)
         lines += [f"suspects = [{suspects}]"]
@@ -150,8 +154,13 @@ def read_state(
             for i, r in enumerate(recordings)
         )
         state = GaussianState(arrays["mean"], arrays["factor"])
+    names = {key: name for name, key in CHECK_KEYS.items()}
     checks = tuple(
-        FollowedCheck(suspects=tuple((n, p) for n, p in r["suspects"]), **r["check"]) for r in recordings
+        FollowedCheck(
+            suspects=tuple((n, p) for n, p in r["suspects"]),
+            **{names.get(k, k): v for k, v in r["check"].items()},
+        )
+        for r in recordings
     )
     rates = tuple(GroupRates(**{k: r[k] for k in GroupRates.__dataclass_fields__}) for r in data["rates"])
     files = tuple(KnownFile(r["file"], r["date"], r["sha256"]) for r in recordings)
