@@ -184,6 +184,28 @@ def _of_commands() -> Iterator[Case]:
     for file in ("worn_cmm.toml", "ballbar.toml", "traced_cmm/warm_up.toml"):
         yield Case(f"diagnose {file}", ("diagnose", file, "--json", "--out", "out"), ("out/machine.toml",))
     yield Case("calibrate traced_cmm", ("calibrate", "traced_cmm.toml", "--structure", "w b X Y Z t", "--out", "out", "--json"), ("out/*.toml", "out/*.csv"))  # fmt: skip
+    track = ("track", "tracked_mill/machine.toml", "tracked_mill/checks")
+    plan = (
+        "--task",
+        "tracked_mill.toml",
+        "--limit",
+        "length = 2 um",
+        "--checks",
+        "tracked_mill/checks.toml",
+        "--days",
+        "30",
+    )
+    yield Case(
+        "track tracked_mill",
+        (*track, "--out", "out", "--json"),
+        ("out/*.toml", "out/*.csv", "out/track.json"),
+    )
+    yield Case("track tracked_mill plan", (*track, *plan, "--json"))
+    yield Case(
+        "track tracked_mill parts",
+        (*track, "--task", "tracked_mill.toml", "--parts", "tracked_mill/parts.csv", "--json"),
+    )
+    yield Case("track tracked_mill at", (*track, "--at", "2027-02-01", "--json"))
     yield Case("demo", ("demo", "--json"))
 
 
