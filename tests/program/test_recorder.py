@@ -34,6 +34,16 @@ def test_three_positions_of_one_point():
     assert r.p == (50.0, -100.0, -10.0)
 
 
+def test_a_tool_that_stands_aside_in_every_axis():
+    # as above, 7 mm in X, -4 mm in Y: the axes stand at (101 + 7, 52 - 4, -7 + 80); the next move begins at the tip where this one ended
+    r = recorder()
+    r.set_length((7.0, -4.0, 80.0))
+    r.straight((1.0, 2.0, 3.0), True)
+    assert (r.tip(), r.q) == ((101.0, 52.0, -7.0), (108.0, 48.0, 73.0))
+    r.straight((1.0, 2.0, 0.0), False)
+    assert r.moves[-1].start == (101.0, 52.0, -7.0)
+
+
 def test_feeds_in_three_ways():
     r = recorder()
     assert r.rate(10.0, 0.0) == 300.0
