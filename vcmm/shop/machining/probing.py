@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.answer.evaluation.true_values import Errorless
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
 from vcmm.core.run import OFFSET_LABEL, Array, Run
@@ -24,26 +25,10 @@ from vcmm.task.response.trials import Draws, exact_errors
 
 
 @dataclass(frozen=True, eq=False)
-class NoMeasuringWorld:
+class NoMeasuringWorld(Errorless):
     """The world of a task without measurement: its touches are the places of evaluation, without errors."""
 
-    task: Task
     predicts: bool = False
-
-    def errors(self) -> Array:
-        return np.zeros((self.task.touches.run.n, 3))
-
-    def influences(self) -> tuple[Influence, ...]:
-        return ()
-
-    def products(self, influences: Sequence[Influence]) -> tuple[Product, ...]:
-        return ()
-
-    def exact_errors(self, drawn: Sequence[Draws]) -> Array:
-        return self.errors()[None]
-
-    def machine_of(self, quantity: Input) -> tuple[Machine, Run]:
-        return self.task.machine, self.task.touches.run
 
 
 @dataclass(frozen=True, eq=False)
